@@ -201,7 +201,8 @@ def test_a_missing_engine_is_said(
     folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "heyoka", None)
-    monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka.engine", raising=False)
+    for module in ("engine", "run"):
+        monkeypatch.delitem(sys.modules, f"rbstab.integrate.heyoka.{module}", raising=False)
     done = rbstab("run", "--no-prove", "good.yaml", "--engine", "heyoka")
     assert done.exit_code == 2
     assert "the engine 'heyoka' cannot be used here" in done.stderr

@@ -62,6 +62,7 @@ def test_progress_is_passed_on(engine):
 
 def test_missing_engine_is_said_before_anything_else(monkeypatch):
     monkeypatch.setitem(sys.modules, "heyoka", None)
-    monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka.engine", raising=False)
+    for module in ("engine", "run"):
+        monkeypatch.delitem(sys.modules, f"rbstab.integrate.heyoka.{module}", raising=False)
     with pytest.raises(EngineMissingError, match="heyoka"):
         rbstab.simulate(paper_config("free", engine="heyoka"))

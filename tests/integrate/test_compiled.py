@@ -1,7 +1,5 @@
 """The compiled engine compiles each structure once, and no run affects a later one."""
 
-import os
-import subprocess
 import sys
 from dataclasses import replace
 
@@ -13,8 +11,8 @@ from support.problems import bare_system, problem, solve
 from support.systems import random_system
 
 from rbstab.integrate.engines import EngineMissingError, engine
-from rbstab.integrate.heyoka import engine as heyoka_engine
-from rbstab.integrate.heyoka.engine import compiled_system
+from rbstab.integrate.heyoka import run
+from rbstab.integrate.heyoka.equations import compiled_equations
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.numbers import square
 from rbstab.systems.coordinates import ReducedCoordinates
@@ -32,9 +30,9 @@ def random_problem(seed, **changes):
 
 def test_another_system_of_the_structure_is_not_compiled_again():
     first, second = random_problem(1), random_problem(2)
-    compiled = compiled_system(first.system, RTOL)
+    compiled = compiled_equations(first.system, RTOL)
     solve("heyoka", first)
-    assert compiled_system(second.system, RTOL) is compiled
+    assert compiled_equations(second.system, RTOL) is compiled
     found = solve("heyoka", second)
     expected = solve("scipy", random_problem(2, rtol=1e-12))
     np.testing.assert_allclose(found.states, expected.states, rtol=0, atol=1e-7)
@@ -44,22 +42,14 @@ def test_another_system_of_the_structure_is_not_compiled_again():
 
 def test_structure_tolerance_and_thread_each_have_their_own():
     system = random_problem(1).system
-    compiled = compiled_system(system, RTOL)
-    assert compiled_system(system, 1e-6) is not compiled
+    compiled = compiled_equations(system, RTOL)
+    assert compiled_equations(system, 1e-6) is not compiled
     tied = random_system(np.random.default_rng(1), "visco-elastic")
-    assert compiled_system(tied, RTOL) is not compiled
+    assert compiled_equations(tied, RTOL) is not compiled
     held = replace(system, coordinates=ReducedCoordinates())
-    assert compiled_system(held, RTOL) is not compiled
-    assert within(60.0, compiled_system, system, RTOL) is not compiled
-    assert compiled_system(system, RTOL) is compiled
-
-
-def test_compiled_parameters_are_all_of_the_systems():
-    # m, J, R; G; K_t, L_t; K_r, L_r; X_a.
-    compiled = compiled_system(random_problem(1).system, RTOL)
-    assert len(compiled.names) == 9
-    # Two more: the range bound and the scale of the energies.
-    assert len(compiled.integrator.pars) == 1 + 9 + 3 + 3 + 4 * 9 + 3 + 2
+    assert compiled_equations(held, RTOL) is not compiled
+    assert within(60.0, compiled_equations, system, RTOL) is not compiled
+    assert compiled_equations(system, RTOL) is compiled
 
 
 def leaving(**changes):
@@ -95,15 +85,6 @@ def test_a_stopped_run_leaves_nothing_behind(before, status):
     assert after.steps == alone.steps
 
 
-def test_a_run_that_left_the_range_leaves_it_again():
-    # heyoka ignores an event for a while after it fired; this must end with the run.
-    first = solve("heyoka", leaving())
-    again = solve("heyoka", leaving())
-    assert first.status == again.status == "range left"
-    np.testing.assert_array_equal(again.states, first.states)
-    assert again.times[-1] == pytest.approx(np.arccos(1e-3) / 4.0, abs=1e-10)
-
-
 def test_a_start_close_to_the_border_leaves_at_once_after_another_that_left():
     # It leaves while heyoka would still ignore the event: 1e-8 rad to the border, at 4 rad/s.
     border = np.cos(1.3)
@@ -119,55 +100,20 @@ def test_nothing_is_compiled_for_a_start_without_rates(monkeypatch):
     def refuse(*_):
         raise AssertionError("compiled")
 
-    monkeypatch.setattr(heyoka_engine, "compiled_system", refuse)
+    monkeypatch.setattr(run, "compiled_equations", refuse)
     given = leaving()
     given.start[3:6] = 1e200
     assert solve("heyoka", given).status == "diverged"
 
 
-def test_result_is_not_overwritten_by_the_next_run():
-    stopped = solve("heyoka", leaving())
-    row = stopped.states[-1].copy()
-    solve("heyoka", random_problem(3))
-    np.testing.assert_array_equal(stopped.states[-1], row)
-
-
 def test_missing_heyoka_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "heyoka", None)
-    monkeypatch.delitem(sys.modules, "rbstab.integrate.heyoka.engine")
+    for module in ("engine", "run"):
+        monkeypatch.delitem(sys.modules, f"rbstab.integrate.heyoka.{module}")
     with pytest.raises(EngineMissingError, match=r"engine 'heyoka' cannot be used here.*'scipy'"):
         engine("heyoka")
     # The other engine does not need heyoka.
     assert solve("scipy", random_problem(1)).status == "completed"
-
-
-WITHOUT_A_HOME = """
-import numpy as np
-from support.problems import bare_system, problem, solve
-from rbstab.mechanics.body import Body
-from rbstab.mechanics.numbers import square
-
-system = bare_system(Body(2.0, np.eye(3), np.zeros(3)), weight=(0.0, 0.0, -20.0))
-print(solve("heyoka", problem(system, np.zeros(12), [0.0, 1.0], rtol=1e-6)).states[-1, 8])
-"""
-
-
-def test_home_that_cannot_be_written_does_no_harm():
-    # heyoka keeps a cache of compiled code in the user's home folder.
-    paths = os.pathsep.join(entry for entry in sys.path if entry)
-    environment = {key: value for key, value in os.environ.items() if not key.startswith("XDG_")}
-    done = subprocess.run(
-        [sys.executable, "-c", WITHOUT_A_HOME],
-        env=environment | {"HOME": "/dev/null", "PYTHONPATH": paths},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    # Free fall at 10 m/s² for a second.
-    assert float(done.stdout) == pytest.approx(-5.0, rel=1e-12)
-    assert done.stderr == ""
 
 
 def test_a_square_that_passes_through_zero():

@@ -2,7 +2,6 @@
 
 import threading
 
-import pytest
 from support.hang_guard import within
 
 from rbstab.integrate.heyoka import compile_cache as module
@@ -64,17 +63,3 @@ def test_what_was_not_used_for_long_is_dropped(monkeypatch):
         assert make.made == 11
 
     in_a_new_thread(uses)
-
-
-def test_what_could_not_be_compiled_is_tried_again():
-    def fails():
-        raise ArithmeticError
-
-    def tries():
-        with pytest.raises(ArithmeticError):
-            compiled_once("c", fails)
-        make = Maker()
-        compiled_once("c", make)
-        assert make.made == 1
-
-    in_a_new_thread(tries)

@@ -1,7 +1,6 @@
 """Every motion that overflows or starts from NaN ends soon with a status, not an exception."""
 
 import re
-from typing import Any
 
 import numpy as np
 import pytest
@@ -55,33 +54,6 @@ def test_start_without_a_number_diverged(engine_name, method, component, value):
     assert trajectory.steps == 0
 
 
-@each_method
-def test_start_whose_rates_overflow_diverged(engine_name, method):
-    # Ω × JΩ is of the order of 1e400.
-    start = np.concatenate([np.zeros(3), [1e200, 2e200, -1e200], np.zeros(6)])
-    trajectory = outcome(engine_name, method, bare_system(BODY), start)
-    assert trajectory.status == "diverged"
-    assert trajectory.detail.endswith(" at t = 0 s")
-    np.testing.assert_array_equal(trajectory.states, [start])
-
-
-@each_method
-def test_overflow_is_a_status_also_for_callers_who_want_it_raised(engine_name, method):
-    start = np.concatenate([np.zeros(3), [1e200, 2e200, -1e200], np.zeros(6)])
-    given = problem(bare_system(BODY), start, [0.0, 1.0], method=method)
-    with np.errstate(all="raise"):
-        assert solve(engine_name, given).status == "diverged"
-
-
-def test_lsodas_own_warnings_are_not_shown():
-    # Doubles cannot reach these tolerances; LSODA warns twice before it gives up.
-    start = np.concatenate([[0.1, 0.2, 0.1], [1.0, 2.0, -1.0], np.zeros(6)])
-    system = bare_system(BODY, K_r=400.0 * np.eye(3), L_r=60.0 * np.eye(3))
-    trajectory = outcome("scipy", "LSODA", system, start, rtol=1e-20, atol=1e-30)
-    assert trajectory.status == "solver failure"
-    assert trajectory.detail.startswith("LSODA: ")
-
-
 @pytest.mark.parametrize("method", ["DOP853", "Radau"])
 def test_finite_rates_that_no_step_can_follow_are_a_solver_failure(method):
     # The rates are of the order of 1e302; divided by the tolerances they overflow.
@@ -90,18 +62,6 @@ def test_finite_rates_that_no_step_can_follow_are_a_solver_failure(method):
     assert trajectory.status == "solver failure"
     assert trajectory.detail.startswith(f"{method}: ")
     assert trajectory.detail.endswith(" at t = 0 s")
-
-
-@each_method
-@pytest.mark.parametrize("size", [1e10, 1e150])
-def test_huge_spins_end_in_a_status(engine_name, method, size):
-    start = np.concatenate([np.zeros(3), size * np.array([1.0, 2.0, -1.0]), np.zeros(6)])
-    # Some continue in tiny steps until a limit ends them.
-    limits = {"time_limit": 0.1, "step_limit": 20_000}
-    trajectory = outcome(engine_name, method, bare_system(BODY), start, **limits)
-    assert trajectory.status != "completed"
-    assert trajectory.detail.endswith(f" at t = {trajectory.times[-1]:.9g} s")
-    assert trajectory.times[-1] < 2.0
 
 
 # X grows as exp(√(1e10/41) t), and overflows within 0.05 s.
@@ -130,29 +90,8 @@ def test_motion_that_grows_out_of_the_numbers_diverged(engine_name):
     np.testing.assert_allclose(trajectory.states[rows, 6:9], expected, rtol=1e-5)
 
 
-@each_method
-@pytest.mark.parametrize("gain", ["K_t", "L_t", "K_r", "L_r"])
-def test_negative_gains_of_enormous_size_end_in_a_status(engine_name, method, gain):
-    gains: dict[str, Any] = {gain: -1e300 * np.eye(3)}
-    system = bare_system(BODY, **gains)
-    start = np.concatenate([[0.1, 0.2, -0.1], [1.0, 0.5, -1.0], [1.0, -0.5, 0.2], [1.0, 1.0, 0.0]])
-    trajectory = outcome(engine_name, method, system, start, time_limit=0.1)
-    assert trajectory.status not in {"completed", "range left"}
-    assert trajectory.times[-1] < 1e-3
-
-
 def with_gravity(weight):
     return System(BODY, (weight,), CentreCoordinates(), np.zeros(3))
-
-
-@each_engine
-def test_start_without_a_number_diverged_even_where_no_rate_notices(engine_name):
-    # A weight does not depend on the position.
-    start = np.zeros(12)
-    start[6] = np.nan
-    trajectory = outcome(engine_name, "DOP853", with_gravity(Gravity(np.zeros(3))), start)
-    assert trajectory.status == "diverged"
-    np.testing.assert_array_equal(trajectory.states, [start])
 
 
 class Vanishing(Gravity):
@@ -178,15 +117,3 @@ class Edge(Gravity):
     def wrench(self, motion, own):
         whole = super().wrench(motion, own)
         return whole._replace(force=whole.force * np.sqrt(motion.X[2]))
-
-
-@pytest.mark.parametrize("method", ["DOP853", "RK45", "LSODA", "Radau"])
-def test_start_on_the_edge_of_the_numbers_is_given_up_soon(method):
-    start = np.zeros(12)
-    start[11] = -1.0
-    trajectory = outcome("scipy", method, with_gravity(Edge(np.array([0.0, 0.0, -410.0]))), start)
-    assert trajectory.status == "diverged"
-    assert trajectory.times[-1] < 1e-100
-    # After a thousand failures in a row the engine gives up the step.
-    explicit = method in {"DOP853", "RK45"}
-    assert trajectory.evaluations < (1100 if explicit else 5000)

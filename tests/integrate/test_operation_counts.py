@@ -15,14 +15,12 @@ from support.config_elements import CONTROLLER
 from support.problems import solve
 from support.switching import problem
 
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticTie
-from rbstab.integrate.heyoka.engine import compiled_system
+from rbstab.integrate.heyoka.equations import compiled_equations
 from rbstab.integrate.heyoka.symbols import compiled_zeros
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.switching.current_phase import CurrentPhase
-from rbstab.integrate.switching.phases import Phase
-from rbstab.systems import parameters as parameters_module
+from rbstab.integrate.switching.driver import Driver
+from rbstab.integrate.switching.phase import Phase
 from rbstab.systems.system import System
 
 RTOL = 1e-9
@@ -34,7 +32,6 @@ PRODUCT, SQUARE = "(u * u)", f"u**{2.0:.16f}"
 """A product of two variables and a square, as heyoka prints them."""
 
 ENDS = {"point": [0.15, 0.1, -0.3], "anchor": [0.15, 0.3, -0.5]}
-OTHER_ENDS = {"point": [0.2, -0.1, 0.3], "anchor": [0.1, 0.2, 0.5]}
 GAINS = {"K_c": [5.0, 6.0, 7.0], "L_c": [0.5, 0.6, 0.7]}
 FULL = [[5.0, 0.1, 0.2], [0.1, 6.0, 0.3], [0.2, 0.3, 7.0]]
 
@@ -114,7 +111,7 @@ def case(*elements: dict[str, Any]) -> Problem:
 
 def operations(given: Problem) -> Counter[str]:
     """Return how many operations of each kind the compiled equations have."""
-    integrator = compiled_system(given.system, LOOSE).integrator
+    integrator = compiled_equations(given.system, LOOSE).integrator
     states = len(integrator.state)
     steps = [str(step) for step, _ in integrator.decomposition[states:-states]]
     kinds = (re.sub(r"[up]_?\d+", lambda name: name.group()[0], step) for step in steps)
@@ -149,24 +146,6 @@ def test_products_of_two_variables_are_few():
     assert (attitude[PRODUCT], attitude[SQUARE]) == (0, 0)
 
 
-def test_products_of_the_body_and_its_controller():
-    """A case of the paper: what every member of a sweep computes."""
-    counts = operations(case())
-    # A, its products with Ω × R and Λ, and B with BΩ and B'K_r Θ.
-    attitude = 14 + 9 + 9 + (2 + 6 + 6)
-    # Ωᵢ Ωⱼ of the gyroscopic couple of a diagonal J, times the differences of J; ε' = F'Λ; J⁻¹.
-    assert counts[PRODUCT] == attitude + (3 + 3) + 3 + 3
-    # V'L_t V, Ω'L_r Ω and F'L_c F.
-    assert counts[SQUARE] == 9
-
-
-def test_a_second_spring_uses_the_first_ones_position():
-    """A'X is that of the body, whatever the ends of a spring are."""
-    second = added(SPRING, SPRING | OTHER_ENDS)
-    assert second.total() == SPRING_COUNT - TURNED
-    assert second[PRODUCT] == 6 + 6
-
-
 def test_zeros_of_gains_and_points_cost_nothing():
     full = added(TIE | {"K_c": FULL, "L_c": FULL}).total()
     # K e and L ė: six products and six sums more, each; so has ė'L ė, with the sums of L.
@@ -185,32 +164,14 @@ def test_systems_with_other_zeros_are_compiled_again_and_are_right():
         expected = solve("scipy", replace(given, rtol=1e-12))
         np.testing.assert_allclose(found.states, expected.states, rtol=0, atol=1e-7)
     again = replace(diagonal.system, elements=tuple(map(_stiffer, diagonal.system.elements)))
-    assert compiled_system(again, RTOL) is compiled_system(diagonal.system, RTOL)
-    assert compiled_system(full.system, RTOL) is not compiled_system(diagonal.system, RTOL)
+    assert compiled_equations(again, RTOL) is compiled_equations(diagonal.system, RTOL)
+    assert compiled_equations(full.system, RTOL) is not compiled_equations(diagonal.system, RTOL)
 
 
 def _stiffer(element: Any) -> Any:
     """Return a tie of other gains with the same zeros; any other element as it is."""
     tied = isinstance(element, ViscoElasticTie)
     return replace(element, K_c=2.0 * element.K_c) if tied else element
-
-
-def test_one_compilation_serves_all_bodies_with_diagonal_matrices():
-    """Only zeros off the diagonals are compiled in, not those of vectors and of absent dampers."""
-    given = case()
-    body, elements = given.system.body, given.system.elements
-    heavier = replace(body, mass=50.0, contact_point=np.array([0.0, 0.0, -0.3]))
-    other = replace(given.system, body=heavier, elements=tuple(map(_undamped, elements)))
-    assert compiled_system(other, RTOL) is compiled_system(given.system, RTOL)
-    turned = replace(body, inertia=body.inertia + 0.1)
-    full = replace(given.system, body=turned)
-    assert compiled_system(full, RTOL) is not compiled_system(given.system, RTOL)
-
-
-def _undamped(element: Any) -> Any:
-    """Return a rotational stabilizer without its damper; any other element as it is."""
-    turns = isinstance(element, RotationalStabilizer)
-    return replace(element, L_r=0.0 * element.L_r) if turns else element
 
 
 def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):
@@ -226,8 +187,8 @@ def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):
         return call
 
     monkeypatch.setattr(Phase, "margin_list", counted("lists", Phase.margin_list))
-    cross = CurrentPhase.cross_alone
-    monkeypatch.setattr(CurrentPhase, "cross_alone", counted("switches", cross))
+    cross = Driver.cross_alone
+    monkeypatch.setattr(Driver, "cross_alone", counted("switches", cross))
     monkeypatch.setattr(Phase, "margins", counted("margins", Phase.margins))
     owners = vars(System)["clearance_owners"].fget
     monkeypatch.setattr(System, "clearance_owners", property(counted("owners", owners)))
@@ -236,21 +197,3 @@ def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):
     assert calls["lists"] == found.steps + 1
     assert calls["margins"] == 0
     assert calls["owners"] == 1
-
-
-def test_parameters_of_a_system_are_collected_once(monkeypatch):
-    system, calls = case(LIGAMENT).system, []
-    collect = parameters_module._collect
-    parameters_module._known.pop(system, None)
-
-    def counted(value: Any, name: str, found: dict[str, Any]) -> None:
-        calls.extend([name] * isinstance(value, System))
-        collect(value, name, found)
-
-    monkeypatch.setattr(parameters_module, "_collect", counted)
-    first, second = parameters_module.parameters(system), parameters_module.parameters(system)
-    assert len(calls) == 1
-    assert first == second
-    # A caller may change its own copy.
-    first.clear()
-    assert parameters_module.parameters(system) == second

@@ -12,12 +12,10 @@ from click.testing import CliRunner
 from support.switching import ENGINES, MASS, data, ligament, solved
 
 import rbstab
-from rbstab.analysis.exact import balls, exact_system, in_balls
 from rbstab.config.build import problem_of
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config
 from rbstab.integrate.status import RunStatus
-from rbstab.mechanics.derivatives import jacobian
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.sweep import sweep_to_folder
@@ -125,16 +123,6 @@ def test_the_message_names_line_and_column(tmp_path):
     assert "expected another point or anchor" in done.output
 
 
-def test_a_turned_body_has_the_point_elsewhere():
-    config = rbstab.load_config
-    with pytest.raises(ConfigError):
-        config(data({"a": spring(point=[0, 0, 0.2], anchor=[0, 0, 0.2])}))
-    config(data({"a": spring(point=[0, 0, 0.2], anchor=[0, 0, 0.2])}, {"orientation": [0.1, 0, 0]}))
-    held = {"variant": "permanent", "K_t": [9] * 3, "L_t": [9] * 3, "K_r": [9] * 3, "L_r": [9] * 3}
-    with pytest.raises(ConfigError, match="is on the anchor"):
-        config(data({"a": spring()}, controller=held))
-
-
 def test_a_damper_without_rest_length_needs_a_direction():
     with pytest.raises(ConfigError, match="visco-elastic"):
         rbstab.load_config(data({"a": spring(rest_length=0, damping=3.0)}))
@@ -163,47 +151,6 @@ def test_the_member_of_a_sweep_has_the_status(tmp_path, engine_name):
 # A spring of no rest length.
 
 
-def test_a_spring_without_rest_length_is_a_tie():
-    """It is `kind: visco-elastic` with K_c = k I and nearly no damping, through zero length too."""
-    plain = spring(rest_length=0, point=[0.1, 0, 0.2])
-    tie = {"kind": "visco-elastic", "point": [0.1, 0, 0.2], "anchor": [0, 0, 0]}
-    tie |= {"K_c": [STIFFNESS] * 3, "L_c": [1e-15] * 3}
-    for name in ENGINES:
-        one, other = (solved(thrown(element, samples=51), name) for element in (plain, tie))
-        assert one.status is other.status is RunStatus.COMPLETED
-        np.testing.assert_allclose(one.states, other.states, atol=1e-9)
-
-
-def test_its_statements_at_zero_length_in_all_kinds_of_number():
-    given = problem_of(load_config(data({"a": spring(rest_length=0)})))
-    system, y = given.system, given.start
-    assert np.abs(y).max() == 0.0
-    y = y.copy()
-    y[9:12] = [1.0, 2.0, 3.0]
-    np.testing.assert_array_equal(system.rates(y)[6:], [1.0, 2.0, 3.0, 0.0, 0.0, 0.0])
-    slopes = jacobian(system.rates, y)
-    np.testing.assert_allclose(slopes[9:12, 6:9], -STIFFNESS / MASS * np.eye(3), atol=1e-15)
-    np.testing.assert_array_equal(jacobian(system.potential_energy, y), 0.0)
-    exact = in_balls(lambda: [float(x.mid()) for x in exact_system(system).rates(balls(y))[9:12]])
-    assert exact == [0.0, 0.0, 0.0]
-    for name in ENGINES:
-        found = solved(
-            data({"a": spring(rest_length=0)}, {"velocity": [1, 2, 3]}, {"duration": 2.0}), name
-        )
-        frequency = np.sqrt(STIFFNESS / MASS)
-        expected = np.sin(frequency * found.times) / frequency
-        np.testing.assert_allclose(found.states[:, 6], expected, atol=1e-8)
-
-
-def test_its_rest_states_are_proved():
-    from rbstab.experiment.proof import prove
-
-    controller = {"variant": "permanent", "K_t": [9] * 3, "L_t": [9] * 3}
-    controller |= {"K_r": [90] * 3, "L_r": [9] * 3}
-    config = data({"a": spring(rest_length=0, point=[0, 0, 1])}, controller=controller)
-    assert prove(load_config(config)).proved
-
-
 def test_a_plan_cannot_vary_what_its_formulas_leave_out():
     base = data({"a": spring(rest_length=0)})
     vary = {"elements.a.rest_length": {"values": [0.0, 0.5]}}
@@ -215,22 +162,6 @@ def test_a_plan_cannot_vary_what_its_formulas_leave_out():
 
 
 # A slack ligament.
-
-
-@EACH
-def test_a_slack_ligament_may_have_no_length(engine_name):
-    """Nothing acts on the mass while it passes its anchor: it moves straight on."""
-    config = data(
-        {"a": ligament(anchor=[0, 0, 0])}, {"position": [0.5, 0, 0], "velocity": [-1, 0, 0]}
-    )
-    config["integration"] |= {"duration": 1.4, "samples": 15}
-    found = solved(config, engine_name)
-    assert found.status is RunStatus.COMPLETED
-    np.testing.assert_allclose(found.states[:, 6], 0.5 - found.times, atol=1e-12)
-    config["initial"] = {"velocity": [0, 0, 0]}
-    found = solved(config, engine_name)
-    assert found.status is RunStatus.COMPLETED
-    assert np.abs(found.states).max() == 0.0
 
 
 def test_the_status_is_stored_and_shown(tmp_path):

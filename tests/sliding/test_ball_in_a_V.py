@@ -36,56 +36,6 @@ def test_every_axis_crosses_when_its_parabolas_say(engine):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_bounces_of_a_microsecond(engine):
-    """Each bounce is a flight of 2v/k, however short compared with the time so far."""
-    k, speeds = K / M, np.array([1e-5, 1.3e-5, 0.7e-5])
-    duration = (40 if engine == "heyoka" else 10) * 2e-5 / k
-    problem = ball_in_a_V(
-        M, K, np.zeros(3), np.zeros(3), np.full(3, 1e-18), speeds, np.array([0.0, duration])
-    )
-    run = solve_sliding(engine, problem)
-    for axis, flight in enumerate(2 * speeds / k):
-        found = run.switches.switch_times[run.switches.switch_axes == axis]
-        expected = flight * np.arange(1, int(duration / flight) + 1)
-        assert len(found) == pytest.approx(len(expected), abs=1)
-        count = min(len(found), len(expected))
-        assert found[:count] == pytest.approx(expected[:count], rel=1e-6)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_return_map_of_a_damped_ball(engine):
-    """To leading order F⁺ = F - (2d/3k)F², with k = K/M and d = damping/M."""
-    damping, speed = 0.02, 0.5
-    times = np.linspace(0, 3, 4)
-    X, V = np.array([1e-9, 1.0, 1.0]), np.array([speed, 0.0, 0.0])
-    problem = ball_in_a_V(M, K, np.zeros(3), np.full(3, damping), X, V, times)
-    run = solve_sliding(engine, problem)
-    found = run.switches.switch_times[run.switches.switch_axes == 0]
-    k, d = K / M, damping / M
-    flights, F = [], speed
-    for _ in found:
-        # A flight at speed F lasts 2F/k, minus a term of order d.
-        flights.append(2 * F / k * (1 - d * F / (3 * k)))
-        F -= 2 * d / (3 * k) * F * F
-    assert len(found) > 30
-    assert np.diff(found) == pytest.approx(np.array(flights[1:]), rel=1e-5)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_inside_a_boundary_layer_the_ball_is_on_a_spring(engine):
-    """x = x0 cos(ωt), ω² = K/(mδ), while |x| < δ."""
-    width, x0 = 0.01, 0.008
-    times = np.linspace(0, 1, 21)
-    problem = ball_in_a_V(
-        M, K, np.zeros(3), np.zeros(3), np.full(3, x0), np.zeros(3), times, layer=width
-    )
-    run = solve_sliding(engine, problem)
-    expected = x0 * np.cos(np.sqrt(K / (M * width)) * times)
-    assert run.states[:, 6] == pytest.approx(expected, abs=1e-10)
-    assert run.switches.counts[-1].sum() == 0
-
-
-@pytest.mark.parametrize("engine", ENGINES)
 def test_through_a_boundary_layer(engine):
     """From outside, a parabola leads to the layer, and a part of an oscillation through it."""
     width, x0 = 0.01, 0.05

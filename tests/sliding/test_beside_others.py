@@ -44,39 +44,6 @@ def transitions(run: Any) -> list[tuple[int, str]]:
     ]
 
 
-@pytest.mark.parametrize(
-    ("name", "engine_name"),
-    [
-        ("slope_exact_2000", "scipy"),
-        pytest.param("slope_exact_2000", "heyoka", marks=pytest.mark.heavy),
-        ("slope_layer_2000", "heyoka"),
-        ("position_layer_2000", "heyoka"),
-        pytest.param("position_exact_2000", "heyoka", marks=pytest.mark.heavy),
-    ],
-)
-def test_a_constant_force_is_a_weight(name, engine_name):
-    """Two drivers: that of sliding connectors with gravity, that of modes with an input."""
-    config = example(name, engine=engine_name)
-    alone = rbstab.simulate(config | {"gravity": GRAVITY})
-    weight = config["body"]["mass"] * float(np.linalg.norm(GRAVITY))
-    given = example(name, {"weight": push({"kind": "constant"}, weight, GRAVITY)})
-    beside = rbstab.simulate(given | {"integration": config["integration"]})
-    assert beside.status == alone.status == "completed"
-    assert beside.attributes["verdict"] == "driven"
-    for quantity in (*MOTION, "contact_force", "chatter_energy"):
-        size = max(np.abs(alone[quantity]).max(), 1.0)
-        assert np.abs(beside[quantity] - alone[quantity]).max() < 1e-9 * size, quantity
-    for quantity in ("mode", "switch_count", "switch_axis", "discarded_energy", "trusted_until"):
-        np.testing.assert_array_equal(beside[quantity], alone[quantity], quantity)
-    assert alone["switch_count"][-1].sum() > 5
-    np.testing.assert_allclose(beside["switch_time"], alone["switch_time"], rtol=0, atol=1e-11)
-    if name == "slope_exact_2000":
-        assert transitions(beside) == transitions(alone)
-        times = beside["transition_time"], alone["transition_time"]
-        np.testing.assert_allclose(*times, rtol=0, atol=1e-11)
-        assert len(times[0]) > 2
-
-
 EMBEDDED = {"kind": "embedded", "point": [0.1, 0, 0.2], "anchor": [0, 0, 0]} | {
     name: [300.0, 200.0, 100.0] for name in ("K_c", "L_c", "K_d", "L_d")
 }
@@ -109,43 +76,6 @@ COUPLE = {"quantity": "body_couple", "direction": [0.1, 1, 0.2], "amplitude": 20
 PRESS = {"kind": "input", "signal": {"kind": "sine", "frequency": 4.0}} | COUPLE
 OTHERS["pressed stop"] = OTHERS["stop"] | {"push": PRESS}
 OTHERS["pressed stop"]["end"] = OTHERS["stop"]["end"] | {"angle": 0.4}
-HEAVY = pytest.mark.heavy
-
-
-@pytest.mark.parametrize(
-    ("name", "others"),
-    [
-        ("slope_exact_2000", "own states"),
-        ("slope_exact_2000", "sine"),
-        pytest.param("slope_exact_2000", "tie", marks=HEAVY),
-        pytest.param("slope_exact_2000", "noise and ligament", marks=HEAVY),
-        ("position_layer_2000", "stop"),
-        pytest.param("position_layer_2000", "own states", marks=HEAVY),
-        ("position_exact_2000", "noise and ligament"),
-        pytest.param("position_exact_2000", "stop", marks=HEAVY),
-        ("slope_exact_2000", "stop"),
-        pytest.param("slope_exact_20000", "stop", marks=HEAVY),
-        pytest.param("slope_layer_2000", "stop", marks=HEAVY),
-        pytest.param("slope_exact_20000", "pressed stop", marks=HEAVY),
-    ],
-)
-def test_engines_agree_and_the_audit_closes(name, others):
-    one, two = (rbstab.simulate(example(name, OTHERS[others], engine=e)) for e in ENGINES)
-    driven = "push" in OTHERS[others]
-    for run in (one, two):
-        assert run.status == "completed"
-        # The tie on a slope has no potential of its own, so v may rise.
-        expected = "violated" if others == "tie" else "driven" if driven else "consistent"
-        assert run.attributes["verdict"] == expected
-        supplied = np.abs(run["supplied_energy"]).max() if driven else 0.0
-        scale = run["lyapunov"][0] + supplied
-        assert np.abs(run["energy_residual"]).max() < 1e-10 * scale
-    for quantity in MOTION:
-        size = max(np.abs(one[quantity]).max(), 1.0)
-        assert np.abs(one[quantity] - two[quantity]).max() < 1e-9 * size, quantity
-    for quantity in ("mode", "switch_count", "switch_axis", "trusted_until"):
-        np.testing.assert_array_equal(one[quantity], two[quantity], quantity)
-    np.testing.assert_allclose(one["switch_time"], two["switch_time"], rtol=0, atol=1e-9)
 
 
 @EACH
@@ -168,31 +98,6 @@ def test_an_impact_throws_the_axes_off_and_they_arrive_again(engine_name):
     assert (np.abs(run["contact_force"]) <= 20000.0 * (1 + 1e-9)).all()
 
 
-@EACH
-def test_an_axis_is_released_at_a_breakpoint(engine_name):
-    """A knock of 60 kN exceeds K_s. All axes slide before it, and again soon after it."""
-    knock = {"kind": "pulse", "start": 0.1, "duration": 0.01}
-    elements = {"knock": push(knock, 6e4, (0, 0, 1))}
-    run = rbstab.simulate(example("slope_exact_20000", elements, engine=engine_name, samples=251))
-    assert run.attributes["verdict"] == "driven"
-    found = list(zip(run["transition_time"], transitions(run), strict=True))
-    first = [kind for time, kind in found if time < 0.1]
-    assert sorted(first) == [(axis, "stick") for axis in (1, 2, 3)]
-    later = [(time, kind) for time, kind in found if time >= 0.1]
-    assert later[0] == (0.1, (3, "release"))
-    assert later[-1][0] > 0.11
-    rows = {round(float(t), 3): row for row, t in enumerate(run["time"])}
-    force, mode = run["contact_force"], run["mode"]
-    # Held before, and under the full force from the sample at the breakpoint on.
-    assert (mode[rows[0.099]] == 0).all()
-    assert mode[rows[0.1]][2] == 1
-    assert force[rows[0.1]][2] == -20000.0
-    assert (mode[-1] == 0).all()
-    assert (np.abs(force) <= 20000.0 * (1 + 1e-9)).all()
-    checks = dict(zip(run["certificate/check"], run["certificate/verdict"], strict=True))
-    assert checks["breakpoints"] == checks["audit"] == "consistent"
-
-
 def weighed(config: dict[str, Any], size: float) -> tuple[Any, Any]:
     """Return two results: of a controller alone, and with its weight as an input."""
     g = size * np.array(GRAVITY)
@@ -208,37 +113,6 @@ def history(run: Any, first: float = 0.0) -> tuple[Any, Any]:
     return run["transition_time"][later], [
         kind for kind, is_later in zip(transitions(run), later, strict=True) if is_later
     ]
-
-
-@pytest.mark.parametrize(
-    ("name", "energy", "engine_name"),
-    [
-        ("position_exact_20000", 1e9, "scipy"),
-        pytest.param("position_exact_20000", 1e9, "heyoka", marks=HEAVY),
-        pytest.param("position_exact_2000", 200.0, "heyoka", marks=HEAVY),
-    ],
-)
-def test_weak_bounces_stick_as_without_other_elements(name, energy, engine_name):
-    """The other driver sticks at the same switch, at the same time, and goes on equally."""
-    duration = 0.5 if energy < 1e9 else 0.1
-    config = example(name, engine=engine_name, duration=duration)
-    config["controller"] |= {"stick_energy": energy}
-    alone, beside = weighed(config, 1.0)
-    assert beside.status == alone.status == "completed"
-    times, kinds = history(beside)
-    expected, same = history(alone)
-    assert kinds == same == [(1, "stick"), (2, "stick"), (3, "stick")]
-    np.testing.assert_allclose(times, expected, rtol=0, atol=1e-11)
-    for quantity in ("mode", "switch_count", "switch_axis", "trusted_until"):
-        np.testing.assert_array_equal(beside[quantity], alone[quantity], quantity)
-    for quantity in MOTION:
-        size = max(np.abs(alone[quantity]).max(), 1.0)
-        assert np.abs(beside[quantity] - alone[quantity]).max() < 1e-9 * size, quantity
-    # v counts the weight only if it is one: sticking moves C, and so the weight does work.
-    lost = alone["discarded_energy"], beside["discarded_energy"]
-    assert 0.9 * min(energy, 1000.0) < lost[1][-1] < 1500.0
-    np.testing.assert_allclose(*lost, rtol=0.01)
-    assert np.abs(beside["energy_residual"]).max() < 1e-10 * beside["lyapunov"][0]
 
 
 @EACH
@@ -275,33 +149,6 @@ def test_a_point_at_rest_is_knocked_off_at_a_breakpoint(engine_name, sign):
     assert np.sign(run["contact_displacement"][~before][0][1]) == sign
     size = np.abs(run["supplied_energy"]).max()
     assert np.abs(run["energy_residual"]).max() < 1e-10 * size
-
-
-def test_a_chaotic_motion_is_trusted_for_a_while():
-    """On s = E errors grow by each switch; then the two engines differ as well."""
-    gust = {"push": push({"kind": "sine", "frequency": 2.0}, 100.0)}
-    config = example("position_exact_20000", gust, engine="heyoka", duration=0.5, samples=101)
-    config["controller"] |= {"stick_energy": 0.0}
-    run = rbstab.simulate(config)
-    trusted = float(run["trusted_until"])
-    assert run.status == "completed"
-    assert 0.1 < trusted < 0.4
-    moved = config | {"initial": {"angular_velocity": [16, 32, np.nextafter(-16, 0)]}}
-    other = rbstab.simulate(moved)
-    same = run["time"] <= trusted / 2
-    difference = np.abs(run["contact_displacement"] - other["contact_displacement"])
-    assert difference[same].max() < 1e-6
-    assert difference[~same].max() > 1e-4
-
-
-@EACH
-def test_the_limits_of_the_controller_hold(engine_name):
-    config = example("position_layer_2000", OTHERS["ligament"], engine=engine_name)
-    config["controller"] |= {"switch_limit": 6, "stored_switches": 4}
-    run = rbstab.simulate(config)
-    assert run.status == "switch limit"
-    assert len(run["switch_time"]) == 4
-    assert run["switch_count"][-1].sum() <= 6
 
 
 SLOPE: dict[str, Any] = {"surface": {"slope": 20}}

@@ -45,16 +45,6 @@ def test_off_the_position_by_the_square_of_the_width():
         assert run.switches.modes[-1].tolist() == exact.switches.modes[-1].tolist()
 
 
-def test_off_the_position_by_the_width_where_the_start_is_in_the_layer():
-    """From E = 0 the first crossing is only half of one: its missing impulse gives kδ/2F."""
-    exact = solve_sliding("heyoka", bounce(0.0))
-    runs = [solve_sliding("heyoka", bounce(0.0, layer=width)) for width in WIDTHS[1:]]
-    errors = [np.abs(run.states - exact.states).max() for run in runs]
-    assert orders(errors) == pytest.approx(1.0, abs=0.05)
-    assert (exact.switches.modes[0] != 0).all()
-    assert (runs[0].switches.modes[0] == 0).all()
-
-
 def test_off_the_slope_by_the_width():
     """In the layer s = -δΛ/K_s with the Λ of the exact law, up to a term of order δ²."""
     widths = 0.05 / 2 ** np.arange(4)
@@ -73,19 +63,6 @@ def test_off_the_slope_by_the_width():
         assert (np.abs(s[sliding]) < width).all()
     assert orders(errors) == pytest.approx(1.0, abs=0.05)
     assert orders(residues) == pytest.approx(2.0, abs=0.15)
-
-
-@pytest.mark.parametrize("problem", [bounce(layer=2e-3), slide(0.13, layer=0.2)])
-def test_engines_agree(problem):
-    """They agree while the motion is predictable, in every switch into and out of the layer."""
-    runs = [solve_sliding(engine, problem) for engine in ("heyoka", "scipy")]
-    assert runs[0].switches.counts[-1].min() > 0
-    assert np.abs(runs[0].states - runs[1].states).max() < 1e-9
-    ours, others = (run.switches for run in runs)
-    assert ours.switch_times == pytest.approx(others.switch_times, abs=1e-10)
-    assert ours.switch_axes.tolist() == others.switch_axes.tolist()
-    assert ours.modes.tolist() == others.modes.tolist()
-    assert ours.transitions == others.transitions == []
 
 
 @pytest.mark.parametrize("engine", ["heyoka", pytest.param("scipy", marks=pytest.mark.slow)])

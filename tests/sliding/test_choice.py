@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from support.sliding import by_modes, connector, paper_problem, pushed_ball, sides_and_holds
 
-from rbstab.systems import filippov, surface_forces
 from rbstab.systems.connector import connector_of, with_connector
 from rbstab.systems.filippov import chosen
 
@@ -61,25 +60,6 @@ def test_the_choice_is_consistent(axes):
                 assert force[axis] == pytest.approx(-bounds[axis] * sides[axis])
         kinds.add(sum(held))
     assert len(kinds) == len(axes) + 1
-
-
-@pytest.mark.parametrize("strength", [1e9, 1.0])
-def test_a_choice_needs_the_dynamics_once(monkeypatch, strength):
-    """Of the 27 choices for three axes, none is tried by the equations of motion."""
-    examined, surfaces = [], surface_forces.surfaces
-
-    def counted(*arguments):
-        examined.append(arguments)
-        return surfaces(*arguments)
-
-    problem, y = body_on_the_surface(np.random.default_rng(2), [0, 1, 2])
-    strong = replace(connector_of(problem.system), K_s=np.full(3, strength))
-    problem = replace(problem, system=with_connector(problem.system, strong))
-    system = by_modes(problem, (1, 1, 1))
-    monkeypatch.setattr(filippov, "surfaces", counted)
-    now, _ = chosen(system, y, np.arange(3))
-    assert sides_and_holds(now)[1] == ([1, 1, 1] if strength > 1 else [0, 0, 0])
-    assert len(examined) == 1
 
 
 @pytest.mark.parametrize(

@@ -51,23 +51,6 @@ def test_every_bounce_of_a_ball_is_in_closed_form(ball, axis):
     assert found == pytest.approx(expected, abs=1e-7)
 
 
-@pytest.mark.parametrize("axis", range(3))
-def test_a_ball_decays_at_a_third_of_its_damping(ball, axis):
-    """The formulas are of leading order; the neglected terms are of order dF/k, below 1e-3 here."""
-    d, start = RATES[axis], ball.states[0, 9 + axis]
-    # |E| at the top of the flight, where K|E| is the whole energy ½mF² + K|E|.
-    reach = np.abs(ball.states[:, 6 + axis]) + ball.states[:, 9 + axis] ** 2 / (2 * PULL)
-    top = start**2 / (2 * PULL) * np.exp(-2 * d * ball.times / 3)
-    assert reach == pytest.approx(top, rel=3e-3)
-    count = 3 * PULL / (2 * d * start) * (np.exp(d * ball.times / 3) - 1)
-    # Counts are whole numbers.
-    assert ball.switches.counts[:, axis] == pytest.approx(count - 0.5, abs=0.6)
-    crossings = ball.switches.switch_times[ball.switches.switch_axes == axis]
-    flights = np.diff(crossings)
-    speed = start * np.exp(-d * (crossings[:-1] + flights / 2) / 3)
-    assert flights * PULL / 2 == pytest.approx(speed, rel=2e-3)
-
-
 def reflected_damping(system, y):
     """Return D, W and the motion at a state; DW⁻¹, in 1/s, damps a velocity of C.
 
@@ -108,38 +91,3 @@ BODY = [(2000, 0.6, 1.4), (20000, 0.2, 1.0)]
 def body(request):
     K_s, begin, end = request.param
     return chatter(K_s, begin, end, 2000)
-
-
-def test_chatter_energy_dies_by_what_the_stabilizers_reflect(body):
-    """e ~ exp(-∫ 2d/3 dt) with 2d/3 = p'Dp/e; a third of e is kinetic, as in a V.
-
-    d depends on the direction in which C bounces, which changes. Bands: the load of the body on C
-    makes the V asymmetric, by up to K_s, so e is known to a few percent; and 2000 instants of a
-    chatter give a mean to 2 %.
-    """
-    times, (loss, kinetic, e, *_) = body
-    assert kinetic.sum() / e.sum() == pytest.approx(1 / 3, rel=0.06)
-    head, tail = slice(0, 100), slice(-100, None)
-    lasted = times[tail].mean() - times[head].mean()
-    decay = np.log(e[head].mean() / e[tail].mean())
-    assert decay == pytest.approx((loss / e).mean() * lasted, rel=0.1)
-    assert decay > 1.5
-
-
-def test_the_decay_is_that_of_a_damping_between_the_directions(body):
-    """d lies between the eigenvalues of DW⁻¹: 3.6, 5.9 and 70 per second.
-
-    A motion along the third decays within a few hundredths of a second, and only the others renew
-    it. So d is below the mean of the three, its value if e were shared evenly. Starts that differ
-    in the last digits have d from 4.6 to 15.
-    """
-    _, (loss, _, e, least, _, largest, _) = body
-    d = 1.5 * (loss / e).mean()
-    assert least.mean() * 0.95 < d < (least + largest).mean() / 3
-
-
-def test_switches_grow_as_the_speeds_fall(body):
-    """Switches grow as exp(dt/3) with d between the eigenvalues; d depends on the start."""
-    times, (*_, least, _, largest, count) = body
-    growth = np.log(count[-1] / count[0]) / (times[-1] - times[0])
-    assert least.mean() / 3 < growth < largest.mean() / 3

@@ -7,9 +7,8 @@ import pytest
 from support.problems import ENGINES
 from support.sliding import paper_problem, solve_sliding
 
-from rbstab.integrate.implicit import run as run_by_steps
+from rbstab.integrate.run import Run
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching import phases
 
 LAWS = {"s = E": {}, "implicit": {"step": 1e-3}}
 
@@ -28,8 +27,7 @@ def test_the_motion_is_the_same_without_it(engine, law, monkeypatch):
 
         return call
 
-    monkeypatch.setattr(run_by_steps, "initial_state", noted(run_by_steps.initial_state))
-    monkeypatch.setattr(phases.Phases, "__init__", noted(phases.Phases.__init__))
+    monkeypatch.setattr(Run, "result", noted(Run.result))
     run = solve_sliding(engine, replace(problem, diagnosed=False))
     assert len(starts) == 1
     assert run.states.tobytes() == diagnosed.states.tobytes()

@@ -4,19 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 from support.problems import ENGINES
 from support.sliding import (
     ball_in_a_V,
     by_modes,
     connector,
     paper_problem,
-    pushed_ball,
     sides_and_holds,
     solve_sliding,
 )
 
-from rbstab.integrate.status import RunStatus
 from rbstab.systems.connector import with_connector
 from rbstab.systems.filippov import after_events
 
@@ -33,26 +30,6 @@ def turning_ball(rate, samples, angle=0.0):
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_the_range_is_left_while_axes_bounce(engine, side):
-    """With θ2 = (Ω/ω)exp(-t/2)sin ωt, ω² = 3/4, the run ends where cos θ2 is 1e-3."""
-    omega = np.sqrt(0.75)
-
-    def cosine(t):
-        return np.cos(5.0 / omega * np.exp(-t / 2) * np.sin(omega * t)) - 1e-3
-
-    left = brentq(cosine, 0, 0.7, xtol=1e-14)
-    run = solve_sliding(engine, turning_ball(5.0 * side, 9))
-    assert run.status is RunStatus.RANGE_LEFT
-    assert run.times[-1] == pytest.approx(left, abs=1e-9)
-    assert np.cos(run.states[-1, 1]) == pytest.approx(1e-3, abs=1e-9)
-    assert run.switches.counts[-1].sum() > 0
-    assert len(run.switches.modes) == len(run.times)
-    # The modes at the end are the sides on which the balls are.
-    assert run.switches.modes[-1].tolist() == np.sign(run.states[-1, 6:9]).tolist()
-
-
-@pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(("excess", "status"), [(1e-6, "range left"), (-1e-6, "completed")])
 def test_a_dip_below_the_bound_between_two_steps_is_noticed(engine, excess, status):
     """θ2 = (Ω/ω)exp(-t/2)sin ωt has its peak at tan ωt = 2ω, while the axes bounce."""
@@ -66,41 +43,6 @@ def test_a_dip_below_the_bound_between_two_steps_is_noticed(engine, excess, stat
         # θ2 passes the bound √(2 excess/|θ''|) before its peak.
         before = np.sqrt(2 * excess / peak)
         assert run.times[-1] == pytest.approx(peak_time - before, abs=1e-3 * before)
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_a_start_out_of_range_is_the_end(engine):
-    run = solve_sliding(engine, turning_ball(0.0, 9, angle=np.pi / 2))
-    assert run.status is RunStatus.RANGE_LEFT
-    assert run.times.tolist() == [0.0]
-    assert run.steps == 0
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_step_limit(engine):
-    run = solve_sliding(engine, replace(turning_ball(0.0, 3), step_limit=7))
-    assert run.status is RunStatus.STEP_LIMIT
-    assert run.times[-1] < 2.0
-    assert run.steps >= 7
-
-
-def test_time_limit():
-    """The driver checks the clock between two calls of the flow."""
-    run = solve_sliding("heyoka", replace(turning_ball(0.0, 100), time_limit=0.0))
-    assert run.status is RunStatus.TIME_LIMIT
-    assert len(run.times) < 100
-
-
-@pytest.mark.parametrize("engine", ["heyoka", pytest.param("scipy", marks=pytest.mark.slow)])
-def test_a_motion_beyond_all_numbers_ends_the_run(engine):
-    """A force away from the surface, ẍ = 5e5 x, overflows after about a second."""
-    coupling = -1e6 * np.eye(3)
-    X, still, times = np.array([1.0, 2.0, -3.0]), np.zeros(3), np.linspace(0, 2, 41)
-    problem = pushed_ball(2.0, np.full(3, 30.0), still, coupling, X, still, times)
-    run = solve_sliding(engine, replace(problem, step_limit=20_000))
-    assert run.status is RunStatus.DIVERGED
-    assert 0.2 < run.times[-1] < 1.1
-    assert np.isfinite(run.states).all()
 
 
 def crossed(bounds):

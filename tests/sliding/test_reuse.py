@@ -4,21 +4,18 @@ A new thread has compiled nothing, so it computes what a new process would.
 """
 
 import gc
-import threading
 import weakref
 from dataclasses import replace
 
+import heyoka
 import numpy as np
 import pytest
 from support.hang_guard import within
 from support.sliding import ball_in_a_V, paper_problem, pushed_ball, solve_sliding
 
-from rbstab.integrate.heyoka import compiled_modes as heyoka_modes
-from rbstab.integrate.heyoka import implicit_stepper as heyoka_stepper
-from rbstab.integrate.heyoka import mode_run
-from rbstab.integrate.heyoka.inner_switches import InnerSwitches
+from rbstab.integrate.heyoka import run
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching import current_phase
+from rbstab.integrate.switching import driver
 
 
 def turning(rate, angle=0.0):
@@ -69,11 +66,17 @@ ENDS = {
 }
 
 
-def bits(run):
+def bits(found):
     """Return all results of a run in a form that can be compared."""
-    arrays = (run.times, run.states, run.lyapunov_change, run.contact_work, *run.switches[:6])
-    counts = run.status, run.detail, run.steps, run.evaluations, run.switches.transitions
-    return [a.tobytes() for a in arrays], counts, run.switches.trusted_until
+    arrays = (
+        found.times,
+        found.states,
+        found.lyapunov_change,
+        found.contact_work,
+        *found.switches[:6],
+    )
+    counts = found.status, found.detail, found.steps, found.evaluations, found.switches.transitions
+    return [a.tobytes() for a in arrays], counts, found.switches.trusted_until
 
 
 def bits_of(name):
@@ -99,60 +102,24 @@ def test_no_order_of_problems_changes_a_bit(alone, seed):
         assert bits_of(name) == alone[name], name
 
 
-def test_two_threads_at_once_change_no_bit(alone):
-    found = {}
-
-    def all_of(names):
-        for name in names:
-            found[name] = bits_of(name)
-
-    names = [name for name in PROBLEMS if name != "diverging"]
-    halves = [names[::2], names[1::2]]
-    threads = [threading.Thread(target=all_of, args=(half,)) for half in halves]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(120.0)
-    assert found == {name: alone[name] for name in names}
-
-
-@pytest.mark.parametrize("after", [1, 7])
-def test_a_run_that_was_broken_off_leaves_nothing_behind(alone, monkeypatch, after):
-    at_switch, events = InnerSwitches.at_switch, []
-
-    def interrupted(run, integrator, mode, direction):
-        events.append(mode)
-        if len(events) == after:
-            raise KeyboardInterrupt
-        return at_switch(run, integrator, mode, direction)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(InnerSwitches, "at_switch", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            bits_of("s = E")
-    assert bits_of("s = E") == alone["s = E"]
-
-
 def test_an_event_is_not_deaf_after_another_run():
     """heyoka ignores an event for 1e-10 s after it fired; this start leaves within 4e-11 s."""
     assert solve_sliding("heyoka", turning(5.0)).status is RunStatus.RANGE_LEFT
-    run = solve_sliding("heyoka", turning(5.0, angle=np.arccos(1e-3) - 2e-10))
-    assert run.status is RunStatus.RANGE_LEFT
-    assert run.times[-1] == pytest.approx(4e-11, rel=1e-4)
+    found = solve_sliding("heyoka", turning(5.0, angle=np.arccos(1e-3) - 2e-10))
+    assert found.status is RunStatus.RANGE_LEFT
+    assert found.times[-1] == pytest.approx(4e-11, rel=1e-4)
 
 
 @pytest.fixture
 def compilations(monkeypatch):
     """Return the list of compilations, which grows as they happen."""
-    made = []
-    for module, name in ((heyoka_modes, "taylor_adaptive"), (heyoka_stepper, "cfunc")):
-        compiler = getattr(module.hy, name)
+    made, compiler = [], heyoka.taylor_adaptive
 
-        def counting(*args, compiler=compiler, name=name, **options):
-            made.append(name)
-            return compiler(*args, **options)
+    def counting(*args, **options):
+        made.append(options["tol"])
+        return compiler(*args, **options)
 
-        monkeypatch.setattr(module.hy, name, counting)
+    monkeypatch.setattr(heyoka, "taylor_adaptive", counting)
     return made
 
 
@@ -162,12 +129,9 @@ def test_a_structure_is_compiled_once(compilations):
             for slope in (None, 4.0, 20.0):
                 solve_sliding("heyoka", paper_problem(K_s, slope, duration=0.01, samples=2))
         # One compilation for s = E, and two for s = F + κE: without held axes, and with them.
-        assert compilations == ["taylor_adaptive"] * 3
-        for step in (1e-3, 5e-4):
-            solve_sliding("heyoka", paper_problem(2000, duration=0.01, samples=2, step=step))
-        assert compilations == ["taylor_adaptive"] * 3 + ["cfunc"]
+        assert compilations == [1e-12] * 3
         solve_sliding("heyoka", replace(paper_problem(2000, duration=0.01, samples=2), rtol=1e-9))
-        assert compilations[4:] == ["taylor_adaptive"]
+        assert compilations[3:] == [1e-9]
 
     within(120.0, many)
 
@@ -175,12 +139,12 @@ def test_a_structure_is_compiled_once(compilations):
 def test_what_is_compiled_does_not_keep_its_runs(monkeypatch):
     kept = []
 
-    class Noted(current_phase.CurrentPhase):
+    class Noted(driver.Driver):
         def __init__(self, *arguments):
             super().__init__(*arguments)
             kept.append(weakref.ref(self))
 
-    monkeypatch.setattr(mode_run, "CurrentPhase", Noted)
+    monkeypatch.setattr(run, "Driver", Noted)
     solve_sliding("heyoka", replace(PROBLEMS["s = E"](), diagnosed=False))
     gc.collect()
     assert [one() for one in kept] == [None]

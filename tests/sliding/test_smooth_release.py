@@ -5,7 +5,6 @@ own load exceeds the connector. So the force on the first axis is a polynomial i
 exponential of a slide), and so is its motion after the release.
 """
 
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -14,8 +13,7 @@ from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 from support.sliding import pushed_ball, solve_sliding
 
-from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching import switch_log
+from rbstab.integrate.switching import connector_switches
 
 M, K, LOAD, STIFFNESS = 2.0, 30.0, 4.0, 25.0
 RAMP = Polynomial([0.2, 0.4, 2.5])
@@ -98,55 +96,11 @@ def test_off_a_slope(engine, axis, sign):
     assert (run.switches.modes[after, axis] == -sign).all()
 
 
-@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
-@pytest.mark.parametrize("slope", [None, 4.0])
-def test_two_axes_at_the_same_instant(engine, slope):
-    """The third axis pushes both held axes equally, so both reach their bounds together."""
-    X, V = np.array([1e-3, RAMP.coef[0], 1e-3]), np.array([-0.1, RAMP.coef[1], -0.1])
-    coupling = np.zeros((3, 3))
-    coupling[[0, 2], 1] = STIFFNESS
-    load = [LOAD, 30.0, LOAD]
-    problem = pushed_ball(M, [K, 20.0, K], load, coupling, X, V, TIMES, slope, stick_energy=1e3)
-    run = solve_sliding(engine, problem)
-    released = {axis: t for t, axis, kind in run.switches.transitions if str(kind) == "release"}
-    assert sorted(released) == [0, 2]
-    assert released[0] == pytest.approx(released[2], abs=1e-9)
-    assert run.states[:, 6] == pytest.approx(run.states[:, 8], abs=1e-12)
-    assert abs(run.states[-1, 6]) > 0.1
-
-
-@pytest.mark.parametrize("slope", [None, 4.0])
-def test_every_release_is_the_last_event(slope):
-    """At a release s is on its threshold with zero rate; the axis must not be caught again."""
-    rng = np.random.default_rng(5)
-    coupling = np.zeros((3, 3))
-    x, v = (1e-3, -0.1) if slope is None else (-0.3, 0.7)
-    problem = pushed_ball(
-        M, [K, 20.0, 20.0], [0.0, 30.0, 30.0], coupling, [x, 0.2, 1.0], [v, 0.4, 0.0], TIMES[::4],
-        slope, stick_energy=1e3, switch_limit=100,
-    )  # fmt: skip
-    for _ in range(100):
-        bound, load = rng.uniform(22, 40), rng.uniform(-5, 5)
-        coupling = np.zeros((3, 3))
-        coupling[0, 1] = rng.uniform(15, 30) * rng.choice([-1, 1])
-        gravity, stabilizer, *rest, sliding = problem.system.elements
-        elements = (
-            replace(gravity, weight=np.array([load, 30.0, 30.0])),
-            replace(stabilizer, K_t=coupling),
-            *rest,
-            replace(sliding, K_s=np.array([bound, 20.0, 20.0])),
-        )
-        given = replace(problem, system=replace(problem.system, elements=elements))
-        run = solve_sliding("heyoka", replace(given, diagnosed=False))
-        assert run.status is RunStatus.COMPLETED
-        assert [str(kind) for _, _, kind in run.switches.transitions] == ["stick", "release"]
-
-
 @pytest.mark.parametrize("slope", [None, 4.0])
 def test_a_release_is_no_occasion_to_stick_again(monkeypatch, slope):
     """The force is at its bound up to round-off: a check there would hold the axis again."""
-    monkeypatch.setattr(switch_log, "MIN_STICK_TEST_INTERVAL", 0)
-    monkeypatch.setattr(switch_log, "STICK_TEST_DIVISOR", 10**9)
+    monkeypatch.setattr(connector_switches, "MIN_STICK_TEST_INTERVAL", 0)
+    monkeypatch.setattr(connector_switches, "STICK_TEST_DIVISOR", 10**9)
     for sign in (1.0, -1.0):
         start = (1e-3, -0.1) if slope is None else (-0.3, 0.7)
         run = solve_sliding("heyoka", pushed(0, sign, *start, slope))

@@ -5,8 +5,6 @@ import pytest
 from support.problems import ENGINES
 from support.sliding import SLOPE_REFERENCE, paper_problem, solve_sliding
 
-from rbstab.systems.connector import connector_of
-
 
 @pytest.fixture(scope="module", params=ENGINES)
 def strong(request):
@@ -39,11 +37,6 @@ def test_states_are_the_reference(strong, state):
     assert force == pytest.approx(state["Lam"], rel=1e-9, abs=1e-7)
 
 
-def test_there_is_no_chatter(strong):
-    assert strong.switches.counts[-1].tolist() == [1, 1, 1]
-    assert strong.switches.trusted_until == 2.0
-
-
 def test_displacement_decays_as_the_surface_says(strong):
     """On the surface Ė = -20 E."""
     E = strong.states[:, 6:9]
@@ -59,18 +52,6 @@ def test_work_balances_without_a_potential(strong):
     assert np.abs(value - value[0] - strong.lyapunov_change).max() < 1e-10 * value[0]
 
 
-def test_a_weak_connector_has_six_events_and_one_detachment(weak):
-    assert weak.switches.counts[-1].sum() == 6
-    kinds = [str(kind) for _, _, kind in weak.switches.transitions]
-    assert kinds.count("release") == 1
-    assert kinds.count("stick") == 4
-
-
-def test_engines_agree(weak):
-    other = solve_sliding("scipy", paper_problem(2000, slope=20.0, duration=1.0))
-    assert np.abs(weak.states - other.states).max() < 1e-9
-
-
 def test_the_equivalent_force_stays_in_its_box(strong, weak):
     for run, K_s in ((strong, 20000.0), (weak, 2000.0)):
         forces = np.array(
@@ -79,11 +60,3 @@ def test_the_equivalent_force_stays_in_its_box(strong, weak):
         assert np.abs(forces).max() <= K_s * (1 + 1e-12)
         off = run.switches.modes != 0
         assert forces[off] == pytest.approx(-K_s * run.switches.modes[off])
-
-
-def test_the_connector_stores_nothing_on_a_slope(strong):
-    sliding = connector_of(strong.systems[0])
-    assert (sliding.mode != 0).all()
-    motion = strong.systems[1].motion(strong.states[1])
-    assert np.abs(motion.E).min() > 0
-    assert sliding.stored(motion, np.zeros(0)) == 0

@@ -10,7 +10,7 @@ from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.integrate.problem import Problem, Switching
-from rbstab.integrate.switching.sliding_connector import with_connector_by_modes
+from rbstab.integrate.switching.trust import with_connector_by_modes
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.coordinates import ContactCoordinates

@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 from support.differences import relative_error
 from support.path import held_path, random_path
-from support.systems import random_body, random_system, random_Z
+from support.systems import random_body, random_system
 
 from rbstab.mechanics.motion import Wrench, motion_from_centre
 from rbstab.systems.coordinates import (
     CentreCoordinates,
     ContactCoordinates,
-    Coordinates,
     ManifoldCoordinates,
-    PartlyHeldCoordinates,
     ReducedCoordinates,
 )
 
@@ -64,32 +62,3 @@ def test_both_held_coordinates_move_alike(rng):
     assert relative_error(twelve[:6], six) < 1e-13
     assert relative_error(constraining, holding) < 1e-13
     np.testing.assert_array_equal(twelve[6:9], motion.V)
-
-
-@pytest.mark.parametrize("held", [(1, 0, 0), (0, 1, 1), (1, 1, 1)], ids=str)
-def test_held_axes_move_as_they_must_under_the_force_that_is_returned(rng, held):
-    body, anchor, axes = random_body(rng), rng.normal(size=3), np.array(held) == 1
-    motion = motion_from_centre(body, anchor, random_Z(rng))
-    wrench = Wrench(*rng.normal(size=(3, 3)))
-    a, b = 3.0, 7.0
-    rates, Lambda_ = PartlyHeldCoordinates(1.0 * axes, a, b).dynamics(body, motion, wrench)
-    wanted = -a * motion.F - b * motion.E
-    assert relative_error(rates[9:][axes], wanted[axes], 10.0) < 1e-13
-    np.testing.assert_array_equal(Lambda_[~axes], wrench.contact_force[~axes])
-    free, _ = ContactCoordinates().dynamics(body, motion, wrench._replace(contact_force=Lambda_))
-    assert relative_error(rates, free) < 1e-13
-
-
-def test_coordinates_have_to_state_their_equations(rng):
-    stated, body, y = Coordinates(), random_body(rng), random_Z(rng)
-    motion = motion_from_centre(body, np.zeros(3), y)
-    with pytest.raises(NotImplementedError):
-        stated.from_motion(motion)
-    with pytest.raises(NotImplementedError):
-        stated.motion(body, np.zeros(3), y)
-    with pytest.raises(NotImplementedError):
-        stated.dynamics(body, motion, Wrench(np.zeros(3), np.zeros(3), np.zeros(3)))
-
-
-def test_manifold_is_not_stabilized_unless_asked():
-    assert ManifoldCoordinates().baumgarte_rate == 0

@@ -158,16 +158,3 @@ def test_symbols_of_the_compiled_engine_agree_with_floats(rng, system):
 
 def test_symbols_through_every_element(rng, alone):
     check_symbols(statements, alone, random_state(rng, alone))
-
-
-def test_lyapunov_rate_to_thirty_digits(rng, system):
-    with mpmath.workdps(80):
-        y = exact(random_state(rng, system))
-        precise = map_parameters(system, lambda _, value: exact(value))
-        audited, step = precise.audited_rates(y), mpmath.mpf(10) ** -25
-        forth, back = (precise.observe(y + s * audited[:-2]).energy.sum() for s in (step, -step))
-        # The error of a central difference is of the order of the step squared, 1e-50.
-        rate = (forth - back) / (2 * step)
-        # Off the submanifold the force of constraint does work, which no element stores.
-        expected = audited[-2] + (audited[-1] if system.coordinates.name == "manifold" else 0)
-        assert abs(rate - expected) < mpmath.mpf(10) ** -30 * abs(expected)

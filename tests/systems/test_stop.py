@@ -16,23 +16,19 @@ from support.systems import random_body, random_elements, random_Z
 from rbstab.elements.element import couple_on_body
 from rbstab.elements.guards.stop import Stop
 from rbstab.mechanics import pitch
-from rbstab.mechanics.motion import Wrench, motion_from_centre, motion_from_contact
+from rbstab.mechanics.motion import motion_from_centre, motion_from_contact
 from rbstab.systems.coordinates import (
     CentreCoordinates,
     ContactCoordinates,
     ManifoldCoordinates,
     ReducedCoordinates,
 )
-from rbstab.systems.holding import response
 from rbstab.systems.impact import (
     HOP_HEIGHT,
-    first_stop_mode,
     impact,
     laid_on_stop,
     resting_side,
     rests,
-    side_of,
-    stop_of,
 )
 from rbstab.systems.modes import guards_at, modes_of, with_first_modes, with_modes, with_modes_at
 from rbstab.systems.system import System
@@ -112,63 +108,6 @@ def test_impact_is_the_least_change_in_the_kinetic_metric(rng, name, restitution
 
 
 @EACH
-def test_impact_moves_nothing(rng, name):
-    """Angles and positions stay; so do own states and the audit."""
-    system, y = stopped(rng, name)
-    audited = np.concatenate([y, [3.0, 4.0]])
-    found = impact(system, audited).state
-    before, after = system.motion(y), system.motion(found[:-2])
-    np.testing.assert_allclose(after.Theta, before.Theta, atol=0)
-    np.testing.assert_allclose(after.X, before.X, atol=1e-14)
-    assert found[-2:].tolist() == [3.0, 4.0]
-    if system.coordinates.holds_contact:
-        np.testing.assert_allclose(after.F, 0, atol=1e-13)
-        assert np.abs(after.V - before.V).max() > 1e-3
-    else:
-        np.testing.assert_allclose(after.V, before.V, atol=1e-13)
-
-
-@EACH
-def test_elastic_impact_conserves_energy_and_the_momenta_of_the_other_angles(rng, name):
-    """The impulse acts on θ2 alone: ∂T/∂θ̇1 and ∂T/∂θ̇3 stay, by differences of T."""
-    system, y = stopped(rng, name, restitution=1.0)
-    body, found = system.body, impact(system, y)
-
-    def momenta(z):
-        motion = system.motion(z)
-
-        def kinetic(rates):
-            Omega = np.linalg.solve(motion.B, rates)
-            V = motion.V
-            if system.coordinates.holds_contact:
-                V = -motion.A @ np.cross(Omega, body.contact_point)
-            return body.kinetic_energy(Omega, V)
-
-        rates = motion.B @ motion.Omega
-        steps = 0.1 * np.eye(3)
-        return [(kinetic(rates + e) - kinetic(rates - e)) / 0.2 for e in steps], kinetic(rates)
-
-    (before, T), (after, T_after) = momenta(y), momenta(found.state)
-    np.testing.assert_allclose(np.array(after)[[0, 2]], np.array(before)[[0, 2]], atol=1e-9)
-    assert abs(after[1] - before[1]) > 1e-2
-    assert abs(T - T_after) < 1e-11 * T
-
-
-@EACH
-def test_response_is_what_a_couple_adds_to_the_rates(rng, name):
-    """The equations are affine in the wrench: the jump is a difference of two full right sides."""
-    system, y = stopped(rng, name)
-    motion = system.motion(y)
-    jump, mobility = response(system.body, system.coordinates, motion)
-    loads = Wrench(*rng.normal(size=(3, 3)))
-    more = loads._replace(couple=loads.couple + couple_on_body(motion.B[1]).couple)
-    rates = [system.coordinates.dynamics(system.body, motion, w)[0] for w in (loads, more)]
-    np.testing.assert_allclose(jump, rates[1] - rates[0], atol=1e-11)
-    change = (motion.B @ (rates[1] - rates[0])[3:6])[1]
-    assert abs(mobility - change) < 1e-11 * (1 + abs(change))
-
-
-@EACH
 @pytest.mark.parametrize("mode", [(1.0, 0.0), (0.0, 1.0)])
 def test_hold_keeps_the_rate_of_theta2(rng, name, mode):
     """θ̈2 = 0 along the motion, by differences; without the hold it is α of the event function."""
@@ -188,20 +127,6 @@ def test_hold_keeps_the_rate_of_theta2(rng, name, mode):
     # While free, the event functions are the angles beyond the stop.
     angle = y[1]
     np.testing.assert_allclose(guards_at(free, y), [angle - ANGLE, -angle - ANGLE], atol=1e-15)
-
-
-@EACH
-def test_couple_of_the_hold_is_seen_as_that_of_the_stop(rng, name):
-    """The wrenches of all elements, with that of the stop, give the rates of the held body."""
-    system, y = stopped(rng, name, mode=(1.0, 0.0))
-    seen = system.observe(y)
-    total = Wrench(*(sum(parts) for parts in zip(*seen.wrenches, strict=True)))
-    rates, _ = system.coordinates.dynamics(system.body, seen.motion, total)
-    np.testing.assert_allclose(system.rates(y)[: len(rates)], rates, atol=1e-10)
-    couple = seen.wrenches[-1].couple
-    assert np.linalg.norm(couple) > 1e-3
-    np.testing.assert_allclose(np.cross(couple, seen.motion.B[1]), 0, atol=1e-9)
-    assert seen.energy[-1] == seen.dissipation[-1] == 0
 
 
 @EACH
@@ -246,22 +171,6 @@ def test_a_body_rests_when_its_next_hop_is_low(rng, share):
     assert not rests(system, y, -1)
 
 
-@pytest.mark.parametrize("load", [-3.0, 0.0])
-def test_a_body_that_is_not_pressed_does_not_rest(rng, load):
-    system, y = at_stop(rng, 0.0, load)
-    assert not rests(system, y, 1)
-
-
-@pytest.mark.parametrize(
-    ("angle", "side"),
-    [(ANGLE, 1), (-ANGLE, -1), (ANGLE - 1e-11, 0), (ANGLE - 1e-13, 1), (0.0, 0), (ANGLE + 1, 1)],
-)
-def test_side_that_is_touched(rng, angle, side):
-    system, y = at_stop(rng, 0.0, 1.0)
-    y[1] = angle
-    assert side_of(system, y) == side
-
-
 def test_modes_of_a_state_and_of_a_start(rng):
     """A body that is pressed rests; one that moves away, or is inside, does not."""
     system, y = at_stop(rng, 0.0, 3.0)
@@ -273,10 +182,3 @@ def test_modes_of_a_state_and_of_a_start(rng):
         assert modes_of(choose(system, moving)) == (0.0, 0.0)
         assert modes_of(choose(system, -y)) == (0.0, 0.0)
     assert modes_of(with_modes_at(system, y + 1e-200j)) == (1.0, 0.0)
-
-
-def test_a_system_without_a_stop(rng):
-    system = System(random_body(rng), random_elements(rng, "free"), CentreCoordinates(), np.ones(3))
-    assert stop_of(system) is None
-    assert side_of(system, random_Z(rng)) == 0
-    assert first_stop_mode(system) == 0

@@ -43,12 +43,6 @@ def with_elements(system, *elements):
     return System(system.body, elements, system.coordinates, system.anchor)
 
 
-def test_size_and_parts(system):
-    own = 3 if any(isinstance(e, EmbeddedConnector) for e in system.elements) else 0
-    assert system.size == (6 if system.coordinates.name == "reduced" else 12) + own
-    assert system.parts == ("kinetic", *(element.name for element in system.elements))
-
-
 def test_audited_rates_are_the_rates_and_the_audit(rng, system):
     y = random_state(rng, system)
     audited = system.audited_rates(y)
@@ -73,15 +67,6 @@ def test_audit_of_a_system_with_inputs_has_what_they_supply(rng):
     assert work == pytest.approx(observed.motion.F @ observed.contact_force, rel=1e-13)
 
 
-def test_audit_states_are_not_read(rng, system):
-    y = random_state(rng, system)
-    audited = np.concatenate([y, [np.nan, np.inf]])
-    np.testing.assert_array_equal(system.audited_rates(audited), system.audited_rates(y))
-    np.testing.assert_array_equal(system.rates(audited), system.rates(y))
-    np.testing.assert_array_equal(system.observe(audited).energy, system.observe(y).energy)
-    assert system.observe(audited).own_states.shape == y[system.coordinates.size :].shape
-
-
 def test_observation_is_the_motion_by_geometry(rng, system):
     y = random_state(rng, system)
     observed, expected = system.observe(y), read(system, y)
@@ -100,32 +85,6 @@ def test_potential_energy_is_all_that_is_stored(rng, system):
     assert system.observe(y).energy[1:].sum() == pytest.approx(expected, rel=1e-13)
 
 
-def test_parts_of_the_energy_stand_in_the_order_of_the_elements(rng, system):
-    y = random_state(rng, system)
-    observed = system.observe(y)
-    assert observed.dissipation[0] == 0
-    for k, element in enumerate(system.elements, 1):
-        alone = with_elements(system, element)
-        state = y if element.state_size else y[: system.coordinates.size]
-        assert alone.observe(state).energy[1] == observed.energy[k]
-        assert alone.observe(state).dissipation[1] == observed.dissipation[k]
-        np.testing.assert_array_equal(alone.observe(state).wrenches[0], observed.wrenches[k - 1])
-
-
-def test_state_is_kept_through_its_motion(rng, system):
-    y = random_state(rng, system)
-    again = system.start(system.motion(y), y[system.coordinates.size :])
-    assert relative_error(again, y) < 1e-15
-
-
-def test_order_of_the_elements_does_not_matter(rng, system):
-    y = random_state(rng, system)
-    reversed_ = with_elements(system, *system.elements[::-1])
-    rates = system.rates(y)
-    # A sum in another order differs by round-off.
-    assert relative_error(reversed_.rates(y), rates) < 1e-14
-
-
 class Witness(Gravity):
     """A weight that records the own states that the system passes to it."""
 
@@ -134,16 +93,6 @@ class Witness(Gravity):
     def wrench(self, motion, own):
         self.seen.append(own)
         return super().wrench(motion, own)
-
-
-def test_element_without_states_is_handed_none(rng):
-    tied = random_system(rng, "embedded")
-    witness = Witness(rng.normal(size=3))
-    # One before, one between and one after elements, one of which has states.
-    system = with_elements(tied, witness, tied.elements[-1], witness, *tied.elements[:3], witness)
-    Witness.seen.clear()
-    system.rates(random_state(rng, system))
-    assert [own.shape for own in Witness.seen] == [(0,)] * 3
 
 
 def test_each_element_reads_and_moves_its_own_states(rng):

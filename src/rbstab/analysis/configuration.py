@@ -7,7 +7,7 @@ import numpy as np
 
 from rbstab.elements.inputs.loads import Input
 from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.switching.phases import depend_on_loads
+from rbstab.integrate.switching.phase import depend_on_loads
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion

@@ -23,20 +23,21 @@ from rbstab.analysis.settling import (
     settling_level,
     value_round_off,
 )
-from rbstab.integrate.heyoka.variational.course import course_of
-from rbstab.integrate.heyoka.variational.equations import (
+from rbstab.integrate.heyoka.course import course_of
+from rbstab.integrate.heyoka.variational import (
     TOLERANCE,
     Levels,
+    Passage,
+    Tangent,
     VariationalSystem,
     VariationalTrajectory,
     variational_system,
 )
-from rbstab.integrate.heyoka.variational.run import Passage, Tangent
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus, UnfinishedRunError
 from rbstab.integrate.switching.course import Course
 from rbstab.integrate.switching.saltation import NotDifferentiableError
-from rbstab.integrate.switching.sliding_connector import with_connector_by_modes
+from rbstab.integrate.switching.trust import with_connector_by_modes
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array

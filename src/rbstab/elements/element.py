@@ -54,7 +54,7 @@ class Element:
     """Whether it can hold θ2, as a stop against which the body rests. Then it has no own states.
     Its methods `wrench` and `guards` get the hold as `own`: [τ, α], the couple on θ2 that keeps θ̇2
     constant, N m, and the acceleration of θ2 that all other elements cause, rad/s². The system
-    computes them (`systems.holding`; beside elements that slide `systems.surface_forces`). At most
+    computes them (`systems.surface_forces`). At most
     one element of a system may hold."""
 
     supplies: ClassVar[bool] = False
@@ -133,7 +133,7 @@ class Element:
 
         Their rates must be continuous at a switch; so the motion goes through it, and cannot slide
         along it. They must not depend on `mode`, except those of an element that `holds`: such an
-        element decides by an impact what follows its event (`integrate.switching.impacts`).
+        element decides by an impact what follows its event (`integrate.switching.driver`).
         """
         return NO_STATE
 

@@ -2,18 +2,17 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.impact_trace import ImpactTrace
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.step_ends import StepEnds
-from rbstab.integrate.switch_trace import SwitchTrace
+from rbstab.integrate.traces import ImpactTrace, SwitchTrace
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.schedule import Schedule
-from rbstab.systems.system import CONTACT_WORK, LYAPUNOV_CHANGE, System
+from rbstab.systems.system import System
 
 Progress = Callable[[float], None]
 """Called after every step with the current time, s."""
@@ -169,69 +168,22 @@ class Engine(Protocol):
 def first_samples(whole: Trajectory, count: int, deadline: Deadline) -> Trajectory:
     """Return the first samples of a trajectory of which no more could be recorded in time."""
     last = float(whole.times[count - 1])
-    switches, impacts = whole.switches, whole.impacts
+    sampled = "times", "states", "lyapunov_change", "contact_work", "systems", "supplied_energy"
+    rows: dict[str, Any] = {name: getattr(whole, name) for name in sampled}
+    cut: dict[str, Any] = {
+        name: value if value is None else value[:count] for name, value in rows.items()
+    }
+    switches, impacts, trusted, ends = (
+        getattr(whole, name) for name in ("switches", "impacts", "trusted_until", "ends")
+    )
     return replace(
         whole,
-        times=whole.times[:count],
-        states=whole.states[:count],
-        lyapunov_change=whole.lyapunov_change[:count],
-        contact_work=whole.contact_work[:count],
+        **cut,
         status=RunStatus.TIME_LIMIT,
         detail=f"{deadline.reason} at t = {last:.9g} s",
-        switches=switches.until(last, count) if switches is not None else None,
-        systems=whole.systems[:count],
-        impacts=impacts.until(last, count) if impacts is not None else None,
-        supplied_energy=whole.supplied_energy[:count]
-        if whole.supplied_energy is not None
-        else None,
+        switches=switches and switches.until(last, count),
+        impacts=impacts and impacts.until(last, count),
         breakpoints=whole.breakpoints[whole.breakpoints <= last],
-        trusted_until=None
-        if whole.trusted_until is None
-        else float(np.minimum(whole.trusted_until, last)),
-        ends=None if whole.ends is None else whole.ends.until(last),
-    )
-
-
-def trajectory(  # noqa: PLR0913, PLR0917 (all that is known of a run)
-    problem: Problem,
-    samples: list[tuple[float, Array]],
-    status: RunStatus,
-    detail: str,
-    steps: int,
-    evaluations: int,
-    systems: tuple[System, ...] = (),
-    breakpoints: list[float] | None = None,
-    ends: StepEnds | None = None,
-) -> Trajectory:
-    """Return the trajectory of audited state vectors (states, then audit states).
-
-    Args:
-        problem: The problem.
-        samples: The times and the audited states.
-        status: The status of the run.
-        detail: Why and when the run stopped early.
-        steps: Accepted steps.
-        evaluations: Evaluations of the rates.
-        systems: The system in the modes of each sample; empty if there are no modes.
-        breakpoints: The breakpoints on which a step ended.
-        ends: The ends of the steps.
-    """
-    table = np.array([state for _, state in samples])
-    times, size = np.array([time for time, _ in samples]), problem.system.size
-    if problem.schedule is not None:
-        systems = systems or (problem.system,) * len(times)
-        systems = problem.schedule.systems_at(systems, times)
-    return Trajectory(
-        times,
-        table[:, :size],
-        table[:, LYAPUNOV_CHANGE],
-        table[:, CONTACT_WORK],
-        status,
-        detail,
-        steps,
-        evaluations,
-        systems=systems,
-        supplied_energy=table[:, size] if problem.system.supplies else None,
-        breakpoints=np.array(breakpoints or ()),
-        ends=ends,
+        trusted_until=None if trusted is None else float(np.minimum(trusted, last)),
+        ends=ends and ends.until(last),
     )

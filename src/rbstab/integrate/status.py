@@ -39,6 +39,14 @@ class RunStatus(StrEnum):
         return self is RunStatus.TIME_LIMIT
 
 
+class StopRun(Exception):
+    """Ends a run, with its status and reason."""
+
+    def __init__(self, status: RunStatus, reason: str) -> None:
+        super().__init__(reason)
+        self.status = status
+
+
 class UnfinishedRunError(RuntimeError):
     """A run stopped early, but its complete trajectory is needed.
 

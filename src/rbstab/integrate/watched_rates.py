@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.status import RunStatus
+from rbstab.integrate.status import RunStatus, StopRun
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array
@@ -16,14 +16,6 @@ from rbstab.systems.system import System
 MAX_NON_FINITE_IN_A_ROW = 1000
 """A run stops after this many evaluations in a row without finite rates. A step that shrinks from
 1 s to round-off makes about 300."""
-
-
-class StopRun(Exception):
-    """Ends a run, with its status and reason."""
-
-    def __init__(self, status: RunStatus, reason: str) -> None:
-        super().__init__(reason)
-        self.status = status
 
 
 class EquationsInTime:
@@ -100,17 +92,16 @@ class WatchedRates:
     SciPy can repeat a step for ever. So the deadline is checked at every evaluation.
 
     Args:
-        system: The system.
+        audited_rates: The rates; those of another system may be set between two steps.
         deadline: The deadline of the run.
 
     Attributes:
-        audited_rates: The rates; those of another system may be set between two steps.
         evaluations: Evaluations so far.
         non_finite_count: How many of the last evaluations in a row were not finite.
     """
 
-    def __init__(self, system: System, deadline: Deadline) -> None:
-        self.audited_rates = audited_rates_of(system)
+    def __init__(self, audited_rates: EquationsInTime, deadline: Deadline) -> None:
+        self.audited_rates = audited_rates
         self.evaluations = 0
         self.non_finite_count = 0
         self._deadline = deadline

@@ -46,30 +46,6 @@ def constraint_force(body: Body, c: Array, applied: Array, demand: Array) -> Arr
     return -inverse(mobility(body, c)) @ (c.T @ body.mass_matrix_inverse @ applied + demand)
 
 
-def partial_constraint_force(
-    body: Body, c: Array, applied: Array, demand: Array, held: Array
-) -> Array:
-    """Return the Λ that gives the held axes c'Ż = -γ, and is 0 on the other axes.
-
-    With S the held axes, Λ_S = -(W_SS)⁻¹(c'𝒥⁻¹𝓔 + γ)_S. If all three axes are held this is eq. 15.
-    The code has no branches: it selects the axes by M = diag(held), and computes
-    Λ = -(MWM + I - M)⁻¹ M (c'𝒥⁻¹𝓔 + γ). The inverted matrix has the blocks W_SS and identity.
-
-    Args:
-        body: The body.
-        c: c of eq. 10, shape (12, 3).
-        applied: All other forces, shape (12,): 𝓔 of eq. 9 plus c times the force on the axes that
-            are not held.
-        demand: γ, shape (3,), m/s².
-        held: 1 for each held axis, 0 for each other axis, shape (3,).
-
-    Returns:
-        Λ, shape (3,), N, inertial.
-    """
-    picked = np.outer(held, held) * mobility(body, c) + np.diag(1.0 - held)
-    return -(inverse(picked) @ (held * (c.T @ (body.mass_matrix_inverse @ applied) + demand)))
-
-
 def projected(body: Body, c: Array, forces: Array) -> Array:
     """Return P x with P = c[c'𝒥⁻¹c]⁻¹c'𝒥⁻¹, where P² = P and Pc = c (eq. 16).
 

@@ -86,37 +86,6 @@ class ContactCoordinates(Coordinates):
         return _contact_rates(body, motion, rates), wrench.contact_force
 
 
-@dataclass(frozen=True, eq=False)
-class PartlyHeldCoordinates(ContactCoordinates):
-    """W = [Θ, Ω, E, F] with some axes of the contact point held on a surface.
-
-    Each held axis has Ë = -aF - bE. With a = κ and b = 0, s = F + κE stays constant. With a = b = 0
-    an axis at rest keeps its E.
-
-    Args:
-        held: 1 for each held axis and 0 for the others, shape (3,).
-        velocity_gain: a, 1/s.
-        displacement_gain: b, 1/s².
-    """
-
-    name: ClassVar[str] = "W"
-
-    held: Array
-    velocity_gain: Number
-    displacement_gain: Number = 0.0
-
-    def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
-        """Return Ẇ, and the sum of Λ of the elements and the force that holds the held axes."""
-        c = contact_directions(body, motion)
-        applied = applied_forces(body, motion, wrench.force, wrench.couple)
-        applied = applied + c @ wrench.contact_force
-        demand = constraint.centripetal_acceleration(body, motion)
-        demand = demand + self.velocity_gain * motion.F + self.displacement_gain * motion.E
-        force = constraint.partial_constraint_force(body, c, applied, demand, self.held)
-        rates = body.mass_matrix_inverse @ (applied + c @ force)
-        return _contact_rates(body, motion, rates), wrench.contact_force + force
-
-
 def _contact_rates(body: Body, motion: Motion, rates: Array) -> Array:
     """Return Ẇ = (∂W/∂Z)Ż of eq. 8, with Ė = F and Ḟ = c'Ż + AΩ̌²R (eq. 13)."""
     acceleration = point.acceleration(motion, body.contact_point, rates[OMEGA], rates[V_OF_Z])

@@ -29,8 +29,8 @@ import numpy as np
 from rbstab.mechanics import pitch
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import E_OF_W, F_OF_W
-from rbstab.systems.impact import first_stop_mode, side_of, stop_of
-from rbstab.systems.modes import modes_of, with_first_modes, with_modes
+from rbstab.systems.impact import side_of, stop_of
+from rbstab.systems.modes import modes_of, with_contact, with_first_modes, with_modes
 from rbstab.systems.surface_forces import Surfaces, elements_with_rows, impulses, surfaces
 from rbstab.systems.system import System
 
@@ -86,7 +86,7 @@ def alone(system: System) -> frozenset[int]:
         return frozenset()
     sides_, holds = slide_modes(system)
     others = set(range(len(modes_of(system)))) - set(sides_.tolist()) - set(holds.tolist())
-    return frozenset(others | set(sides_[_sticky_rows(system)].tolist()))
+    return frozenset(others | set(sides_[sticky_rows(system)].tolist()))
 
 
 def idle_holds(system: System) -> tuple[int, ...]:
@@ -128,15 +128,8 @@ def at_start(system: System, y: Array, time: float = 0.0) -> System:
 def near(system: System, y: Array) -> Array:
     """Return the axes on their surfaces at a state, up to `START_TOLERANCE`."""
     motion = system.motion(y)
-    distance = np.concatenate([tie.distance(motion) for tie in ties_of(system)])
-    return np.flatnonzero(distance <= START_TOLERANCE)
-
-
-def with_contact(system: System, side: int) -> System:
-    """Return a system whose body rests on a side of its stop, 1 or -1; not at all if it is 0."""
-    modes, first = list(modes_of(system)), first_stop_mode(system)
-    modes[first : first + 2] = [float(side > 0), float(side < 0)]
-    return with_modes(system, tuple(modes))
+    distances = [tie.distance(motion) for tie in ties_of(system)]
+    return np.flatnonzero(np.concatenate([np.zeros(0), *distances]) <= START_TOLERANCE)
 
 
 def after_events(
@@ -160,7 +153,7 @@ def after_events(
     now = np.array(modes_of(system))
     crossed, released = np.isin(places, modes)
     # An axis on s = E has arrived with a rate, and crosses.
-    arrived = released | (crossed & ~_sticky_rows(system))
+    arrived = released | (crossed & ~sticky_rows(system))
     rows = np.flatnonzero(arrived | (now[places[1]] > 0))
     return chosen(system, y, rows, time)
 
@@ -205,12 +198,9 @@ def chosen(system: System, y: Array, rows: Array, time: float = 0.0) -> tuple[Sy
 
 def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
     """Return Filippov's choice for axes on their surfaces; see `chosen`."""
+    system, found = with_held(system, y, rows, time)
     places, modes = slide_modes(system), np.array(modes_of(system))
-    modes[places[:, rows]] = 1.0
-    system = with_modes(system, tuple(modes.tolist()))
-    motion, pairs = system.loads(y, time)
-    found = surfaces(system.body, system.coordinates, motion, pairs)
-    bounds = np.concatenate([e.K_s for e in ties_of(system)])[rows]
+    bounds = bounds_of_axes(system)[rows]
     contact, count = resting(system), len(rows)
     if contact:
         rows = np.append(rows, len(found.rates) - 1)
@@ -228,6 +218,28 @@ def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
     if contact and not is_held[-1]:
         system = with_contact(system, 0)
     return Choice(system, found, rows, side)
+
+
+def with_held(system: System, y: Array, rows: Array, time: float) -> tuple[System, Surfaces]:
+    """Return a system in which some axes are held, and its surfaces."""
+    modes = np.array(modes_of(system))
+    modes[slide_modes(system)[:, rows]] = 1.0
+    system = with_modes(system, tuple(modes.tolist()))
+    motion, pairs = system.loads(y, time)
+    return system, surfaces(system.body, system.coordinates, motion, pairs)
+
+
+def held_at_rest(system: System, y: Array, rows: Array, time: float = 0.0) -> tuple[System, Array]:
+    """Return a system in which some axes are held, and the state in which they are at rest.
+
+    Args:
+        system: The system.
+        y: The state, or the audited state.
+        rows: The axes, among those of all ties.
+        time: The time, s.
+    """
+    system, found = with_held(system, y, rows, time)
+    return system, moved(Choice(system, found, rows, np.zeros(len(rows))), y)
 
 
 def resting(system: System) -> int:
@@ -249,7 +261,7 @@ def largest_couple(W: Array, b: Array, bounds: Array) -> float:
     return most or 1.0
 
 
-def _sticky_rows(system: System) -> Array:
+def sticky_rows(system: System) -> Array:
     """Return which axes stick on s = E, and do not slide on s = F + κE, shape (rows,)."""
     return np.repeat(np.array([tie.sticks for tie in ties_of(system)], dtype=bool), 3)
 
@@ -257,9 +269,7 @@ def _sticky_rows(system: System) -> Array:
 def sides(W: Array, b: Array, bounds: Array, tolerance: float = -BOUND_TOLERANCE) -> Array:
     """Return Filippov's choice for axes on their surfaces: 0 if it is held, else its side, ±1.
 
-    The choice is that of Λ with the least ½ Λ'WΛ + b'Λ in the box. It is found by principal pivots:
-    of the axes that break a condition, the first one is changed, until none does. For a positive
-    definite W this ends with the only choice that breaks none.
+    The choice is that of Λ with the least ½ Λ'WΛ + b'Λ in the box.
 
     Args:
         W: The mobility of the axes, positive semidefinite, shape (n, n).
@@ -269,26 +279,42 @@ def sides(W: Array, b: Array, bounds: Array, tolerance: float = -BOUND_TOLERANCE
 
     Returns:
         Shape (n,).
-
-    Source: J. J. Júdice and F. M. Pires, J. Optim. Theory Appl. 74 (1992) 391-411.
     """
     # In units of the bounds all forces have one size.
     mobility, rates = _definite(np.outer(bounds, bounds) * W), bounds * b
-    least = 2.0 * BOUND_TOLERANCE * np.diag(mobility)
-    chosen = np.zeros(len(b))
+    return pivoted(mobility, rates, np.zeros(len(b)), tolerance)[0]
+
+
+def pivoted(
+    mobility: Array, rates: Array, first: Array, tolerance: float = -BOUND_TOLERANCE
+) -> tuple[Array, Array]:
+    """Return the choice of `sides`, and Λ, in units of the bounds, by principal pivots.
+
+    Of the axes that break a condition, the first one is changed, until none does. For a positive
+    definite W this ends with the only choice that breaks none.
+
+    Args:
+        mobility: W in units of the bounds, positive definite, shape (n, n).
+        rates: b in units of the bounds, shape (n,).
+        first: The choice with which to begin, shape (n,).
+        tolerance: As for `sides`.
+
+    Source: J. J. Júdice and F. M. Pires, J. Optim. Theory Appl. 74 (1992) 391-411.
+    """
+    chosen, least = first.copy(), 2.0 * BOUND_TOLERANCE * mobility.diagonal()
+    force = -chosen
     for _ in range(MAX_PIVOTS):
-        held = chosen == 0
-        force = -chosen
-        force[held] = np.linalg.solve(
-            mobility[np.ix_(held, held)], -(rates + mobility @ force)[held]
-        )
+        held, force = chosen == 0, -chosen
+        if held.any():
+            wanted = -(rates + mobility @ force)[held]
+            force[held] = np.linalg.solve(mobility[held][:, held], wanted)
         inward = -chosen * (mobility @ force + rates)
-        wrong = np.where(held, np.abs(force) > 1.0 + tolerance, inward > least)
+        wrong = (inward > least) | (np.abs(force) > 1.0 + tolerance) & held
         if not wrong.any():
             break
         axis = int(wrong.argmax())
         chosen[axis] = -np.sign(force[axis]) if held[axis] else 0.0
-    return chosen
+    return chosen, force
 
 
 def _definite(W: Array) -> Array:
@@ -312,7 +338,7 @@ def moved(found: Choice, y: Array) -> Array:
     elements = elements_with_rows(system.elements)
     is_axis = rows < 3 * len(ties_of(system))
     sticky = np.zeros(len(rows), bool)
-    sticky[is_axis] = _sticky_rows(system)[rows[is_axis]]
+    sticky[is_axis] = sticky_rows(system)[rows[is_axis]]
     targets = found.sides * RELEASE_OFFSET
     sizes = np.zeros(len(found.surfaces.rates))
     W = found.surfaces.mobility[np.ix_(rows, rows)]
@@ -330,3 +356,8 @@ def moved(found: Choice, y: Array) -> Array:
 def ties_of(system: System) -> list[Any]:
     """Return the elements of a system whose axes slide."""
     return [element for element in system.elements if element.slides]
+
+
+def bounds_of_axes(system: System) -> Array:
+    """Return K_s of each axis of each tie, shape (axes,), N."""
+    return np.concatenate([np.zeros(0), *(tie.K_s for tie in ties_of(system))])

@@ -10,9 +10,10 @@ import numpy as np
 
 from rbstab.elements.guards.stop import Stop
 from rbstab.mechanics import pitch
+from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array, Number
-from rbstab.mechanics.states import PITCH
-from rbstab.systems.holding import response
+from rbstab.mechanics.states import OMEGA, PITCH
+from rbstab.systems.surface_forces import impulses
 from rbstab.systems.system import System
 
 HOP_HEIGHT = 1e-12
@@ -69,10 +70,26 @@ def impact(system: System, y: Array) -> Impact:
     """
     stop, motion = stop_of(system), system.motion(y)
     assert stop is not None
-    jump, mobility = response(system.body, system.coordinates, motion)
+    jump, mobility = response(system, motion)
     rate = pitch.rate(motion)
     state = _jumped(y, stop.impulse(rate, mobility) * jump)
     return Impact(state, rate, stop.lost_energy(rate, mobility))
+
+
+def response(system: System, motion: Motion) -> tuple[Array, Number]:
+    """Return what a unit impulse on θ2 does to the body of a system that has a stop.
+
+    Args:
+        system: The system.
+        motion: The motion; only its pose counts.
+
+    Returns:
+        The jump of the coordinates, shape (coordinates.size,), by N m s; and that of θ̇2,
+        μ = b'M⁻¹b, 1/(kg m²).
+    """
+    stop = [stop_of(system)]
+    jump = impulses(system.body, system.coordinates, motion, stop, np.ones(1))
+    return jump, pitch.direction(motion) @ jump[OMEGA]
 
 
 def rests(system: System, y: Array, side: int, time: float = 0.0) -> bool:
@@ -112,7 +129,7 @@ def laid_on_stop(system: System, y: Array) -> Array:
     angle = (stop.mode[0] - stop.mode[1]) * stop.angle
     placed = np.concatenate([y[:PITCH], [angle], y[PITCH + 1 :]])
     motion = system.motion(placed)
-    jump, mobility = response(system.body, system.coordinates, motion)
+    jump, mobility = response(system, motion)
     return _jumped(placed, -pitch.rate(motion) / mobility * jump)
 
 

@@ -130,8 +130,12 @@ def _with_stop_at(system: System, y: Array, time: float) -> System:
     """
     if stop_of(system) is None:
         return system
+    return with_contact(system, resting_side(system, np.array([_real(x) for x in y]), time))
+
+
+def with_contact(system: System, side: int) -> System:
+    """Return a system whose body rests on a side of its stop, 1 or -1; not at all if it is 0."""
     modes, first = list(modes_of(system)), first_stop_mode(system)
-    side = resting_side(system, np.array([_real(number) for number in y]), time)
     modes[first : first + 2] = [float(side > 0), float(side < 0)]
     return with_modes(system, tuple(modes))
 

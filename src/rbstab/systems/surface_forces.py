@@ -1,4 +1,4 @@
-"""The forces that hold axes of sliding ties on their surfaces s = F + κE, also beside a stop.
+"""The forces that hold axes of sliding ties on their surfaces s = F + κE, and θ2 at a stop.
 
 The rates of all surfaces of all ties are ṡ = WΛ + b: W, their mobility, is J M⁻¹ J' with a row of J
 for each axis of each tie, and b is the rate without these forces. The axes S that are held have
@@ -25,9 +25,6 @@ from rbstab.systems.coordinates import Coordinates
 Pair = tuple[Element, Array]
 """An element with its own states, or with its equivalent forces if it `slides`, or its hold."""
 
-UNIT = np.eye(3)
-UNIT.flags.writeable = False
-
 
 class Surfaces(NamedTuple):
     """The surfaces of all sliding ties of a system at a motion, one row for each axis.
@@ -48,7 +45,7 @@ class Surfaces(NamedTuple):
         """Return Λ, shape (rows,), N: -W_SS⁻¹ b_S on the held axes, 0 on the others.
 
         The code has no branches: with M = diag(held), the matrix MWM + I - M has the blocks W_SS
-        and identity (see `constraint.partial_constraint_force`).
+        and identity.
         """
         matrix = np.outer(self.held, self.held) * self.mobility + np.diag(1.0 - self.held)
         return -solved(matrix, self.held * self.rates)
@@ -56,8 +53,8 @@ class Surfaces(NamedTuple):
     def hold(self, forces: Array) -> Array:
         """Return the hold [τ, α] of θ2, N m and rad/s², under the forces of all ties.
 
-        α is θ̈2 under all forces but the couple, and τ = -α/μ (`systems.holding.hold`). While the
-        body rests, this is the τ of `forces`, as the last equation of the held rows is α + μτ = 0.
+        α is θ̈2 under all forces but the couple. Since θ̈2 = α + μτ, the couple that makes it zero is
+        τ = -α/μ. While the body rests, this is the τ of `forces`.
 
         Args:
             forces: Λ, shape (rows,).
@@ -77,12 +74,13 @@ def with_equivalent_forces(
         body: The body.
         coordinates: The coordinates of its motion.
         motion: The motion.
-        pairs: All elements with their own states; those that slide or hold with zero forces. One of
-            them slides.
+        pairs: All elements with their own states; those that slide or hold with zero forces. There
+            is one of them at least.
     """
     found = surfaces(body, coordinates, motion, pairs)
-    forces = found.forces()
     size = 3 * sum(element.slides for element, _ in pairs)
+    # The couple of a stop alone needs no solution of equations.
+    forces = found.forces() if size else np.zeros(1)
     of_ties = iter(forces[:size].reshape(-1, 3))
     hold = found.hold(forces) if any(element.holds for element, _ in pairs) else ZERO
     return [
@@ -104,11 +102,18 @@ def surfaces(body: Body, coordinates: Coordinates, motion: Motion, pairs: list[P
     loads = total_wrench(motion, pairs)
     rates = _rates(body, coordinates, motion, loads, rows)
     # Loads change the accelerations of a body at rest as they do those of a moving one.
-    still = motion._replace(Omega=ZERO, V=ZERO, E=ZERO, F=ZERO)
-    units = [unit for element in rows for unit in _unit_loads(body, still, element)]
+    still = at_rest(motion)
+    units = [
+        _load(body, still, element, unit) for element in rows for unit in np.eye(_count(element))
+    ]
     columns = [_rates(body, coordinates, still, unit, rows) for unit in units]
     held = np.concatenate([_held(element) for element in rows])
     return Surfaces(rates, np.array(columns).T, held)
+
+
+def at_rest(motion: Motion) -> Motion:
+    """Return a motion without velocities."""
+    return motion._replace(Omega=ZERO, V=ZERO, E=ZERO, F=ZERO)
 
 
 def impulses(
@@ -123,14 +128,12 @@ def impulses(
         rows: The elements of the rows (`elements_with_rows`).
         sizes: The impulse along each axis of each tie, N s, inertial, then on θ2, N m s.
     """
-    still = motion._replace(Omega=ZERO, V=ZERO, E=ZERO, F=ZERO)
-    wrenches, begin = [], 0
-    for element in rows:
-        end = begin + (3 if element.slides else 1)
-        wrenches.append(_load(body, still, element, sizes[begin:end]))
-        begin = end
-    # An impulse does to velocities at rest what the same force does to accelerations.
-    jump, _ = coordinates.dynamics(body, still, _sum(wrenches))
+    still = at_rest(motion)
+    parts = np.split(sizes, np.cumsum([_count(element) for element in rows])[:-1])
+    loads = [_load(body, still, element, part) for element, part in zip(rows, parts, strict=True)]
+    # An impulse does to velocities at rest what the same force does to accelerations: gyroscopic
+    # and centripetal terms have no time to act.
+    jump, _ = coordinates.dynamics(body, still, _sum(loads))
     return jump
 
 
@@ -153,11 +156,9 @@ def _sum(wrenches: list[Wrench]) -> Wrench:
     return Wrench(force, couple, contact_force)
 
 
-def _unit_loads(body: Body, still: Motion, element: Any) -> list[Wrench]:
-    """Return the wrenches of a unit force along each axis of a tie, or of a unit couple on θ2."""
-    if element.slides:
-        return [_load(body, still, element, unit) for unit in UNIT]
-    return [_load(body, still, element, np.ones(1))]
+def _count(element: Any) -> int:
+    """Return the number of rows of an element."""
+    return 3 if element.slides else 1
 
 
 def _load(body: Body, still: Motion, element: Any, force: Array) -> Wrench:

@@ -12,7 +12,6 @@ from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.coordinates import Coordinates
-from rbstab.systems.holding import hold
 from rbstab.systems.surface_forces import total_wrench, with_equivalent_forces
 
 NO_HOLD = np.zeros(2)
@@ -172,12 +171,8 @@ class System:
         One that `holds` has its hold instead, and one that `slides` its equivalent forces.
         """
         motion, pairs = self.loads(y, time)
-        if any(element.slides for element in self.elements):
-            return motion, with_equivalent_forces(self.body, self.coordinates, motion, pairs)
-        for number, (element, _) in enumerate(pairs):
-            if element.holds:
-                loads = total_wrench(motion, pairs[:number] + pairs[number + 1 :])
-                pairs[number] = element, hold(self.body, self.coordinates, motion, loads)
+        if any(element.slides or element.holds for element in self.elements):
+            pairs = with_equivalent_forces(self.body, self.coordinates, motion, pairs)
         return motion, pairs
 
     @property

@@ -19,8 +19,7 @@ from support.systems import random_body, random_state, random_system
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.elements.registry import CONNECTORS
-from rbstab.integrate.implicit.axis_modes import Modes
-from rbstab.integrate.implicit.steps import python_stepper, step, system_for_step
+from rbstab.integrate.implicit import after_step, end_of_step, with_sides
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import audited_rates_of
 from rbstab.mechanics.derivatives import jacobian
@@ -28,7 +27,6 @@ from rbstab.systems.coordinates import (
     CentreCoordinates,
     ContactCoordinates,
     ManifoldCoordinates,
-    PartlyHeldCoordinates,
     ReducedCoordinates,
 )
 from rbstab.systems.parameters import map_parameters, parameters
@@ -43,11 +41,6 @@ COORDINATES = {
     **{variant: (CentreCoordinates(), ContactCoordinates()) for variant in CONNECTORS},
 }
 EVERY = [(variant, chosen) for variant, every in COORDINATES.items() for chosen in every]
-EVERY += [
-    ("sliding", PartlyHeldCoordinates(np.array(held, dtype=float), 3.0, gain))
-    for held in ([1, 0, 0], [0, 1, 1], [1, 1, 1])
-    for gain in (0.0, 40.0)
-]
 
 
 def audited(system, y):
@@ -102,17 +95,12 @@ def test_every_config_with_its_zeros(path):
         check(System.audited_rates, problem.system, audited(problem.system, state))
 
 
-@pytest.mark.parametrize("modes", [Modes((1.0, -1.0, 1.0)), Modes((0.0,) * 3, held=(1.0,) * 3)])
 @pytest.mark.parametrize("h", [1e-4, 0.1])
-def test_the_implicit_step(rng, modes, h):
-    system = random_system(rng, "sliding", ContactCoordinates())
+def test_the_implicit_step(rng, h):
+    system = with_sides(random_system(rng, "sliding", ContactCoordinates()), np.zeros(3))
     y = audited(system, random_state(rng, system))
-    found = python_stepper(system)(y, modes, h)
-    expected = step(system_for_step(system, modes, h), y, h)
-    for part, reference in zip(found, expected, strict=True):
-        # s⁺ of a held axis is zero, but for the round-off of F and E.
-        scale = max(np.abs(reference).max(), np.abs(y).max())
-        assert relative_error(part, reference, scale) < 1e-14
+    check(end_of_step, system, np.append(y, h))
+    check(after_step, system, np.concatenate([y, [h], rng.uniform(-1.0, 1.0, 3)]))
 
 
 def test_a_state_or_a_parameter_that_changes_alone_changes_the_rates_alike(rng):

@@ -8,9 +8,7 @@ from support.problems import problem, solve
 from support.springs import with_spring
 from support.systems import random_state, random_system
 
-from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import audited_rates_of
-from rbstab.systems.system import System
 
 
 def branch(E):
@@ -149,51 +147,3 @@ def test_a_division_by_zero_is_that_of_numpy(rng):
         assert not np.isfinite(expected).all()
         away = state_of(rng, system)
         assert audited_rates_of(system).finite_value(away) is not None
-
-
-def test_a_body_that_cannot_be_inverted_is_left_to_numpy(rng):
-    system = random_system(rng, "free")
-    system = replace(system, body=replace(system.body, inertia=np.zeros((3, 3))))
-    y = state_of(rng, system)
-    with np.errstate(all="ignore"):
-        np.testing.assert_array_equal(audited_rates_of(system)(y), system.audited_rates(y))
-
-
-def test_a_vector_that_is_not_finite_is_left_to_numpy_even_where_the_code_would_not_read_it(rng):
-    """With s = E numpy's 0·F is NaN where F overflows; then there is no event."""
-    system = with_spring(rng, lambda E: E)
-    line = StraightLine(lambda _, y: 0.0 * y[:3] + y[3:6], system, 14)
-    y = state_of(rng, system)
-    found = line.finite_value(y)
-    np.testing.assert_array_equal(found, y[3:6])
-    y[1] = np.inf
-    assert line.finite_value(y) is None
-    with np.errstate(all="ignore"):
-        np.testing.assert_array_equal(line(y), [y[3], np.nan, y[5]])
-
-
-def test_two_elements_of_one_name_are_left_to_numpy(rng):
-    system = with_spring(rng, lambda E: E)
-    twice = replace(system, elements=(*system.elements, system.elements[-1]))
-    y = state_of(rng, twice)
-    np.testing.assert_array_equal(audited_rates_of(twice)(y), twice.audited_rates(y))
-
-
-def test_complex_parameters_are_left_to_numpy(rng):
-    system = random_system(rng, "free")
-    system = replace(system, body=replace(system.body, mass=system.body.mass + 1e-200j))
-    y = state_of(rng, system)
-    line = audited_rates_of(system)
-    assert line.finite_value(y) is None
-    np.testing.assert_array_equal(line(y), system.audited_rates(y))
-
-
-def test_other_kinds_of_vector_are_left_to_numpy(rng):
-    system = random_system(rng, "free")
-    y = state_of(rng, system)
-    line = StraightLine(System.audited_rates, system, len(y))
-    single = y.astype(np.float32)
-    assert line.finite_value(single) is None
-    np.testing.assert_array_equal(line(single), system.audited_rates(single))
-    longer = np.append(y, 0.0)
-    assert line.finite_value(longer) is None

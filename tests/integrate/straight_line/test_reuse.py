@@ -1,6 +1,5 @@
 """Code is made once for a structure, and never used for another one."""
 
-import threading
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +9,8 @@ from support.systems import random_state, random_system
 
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.integrate.straight_line import equations as module
-from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.watched_rates import audited_rates_of
-from rbstab.systems.coordinates import ContactCoordinates, PartlyHeldCoordinates
-from rbstab.systems.system import System
+from rbstab.systems.coordinates import ContactCoordinates
 
 
 @pytest.fixture(autouse=True)
@@ -64,24 +61,12 @@ def test_coordinates_elements_and_order_make_other_code(rng):
     others = [
         system,
         replace(system, coordinates=ContactCoordinates()),
-        replace(system, coordinates=PartlyHeldCoordinates(np.array([1.0, 0, 0]), 2.0, 3.0)),
-        replace(system, coordinates=PartlyHeldCoordinates(np.array([0, 1.0, 0]), 2.0, 3.0)),
         replace(system, elements=(g, H, N)),
         replace(system, elements=(g, N, H, connector)),
     ]
     for count, other in enumerate(others, 1):
         close(other, y)
         assert codes_made() == count
-
-
-def test_other_equations_of_a_system_make_other_code(rng):
-    system = random_system(rng, "free")
-    y = random_state(rng, system)
-    rates = StraightLine(System.rates, system, 12).finite_value(y)
-    audited = StraightLine(System.audited_rates, system, 12).finite_value(y)
-    assert rates is not None
-    assert audited is not None
-    assert (len(rates), len(audited)) == (12, 14)
 
 
 def test_elements_with_other_functions_share_no_code(rng):
@@ -91,31 +76,3 @@ def test_elements_with_other_functions_share_no_code(rng):
     double = replace(single, elements=(*single.elements[:-1], Spring(700.0, lambda E: 2.0 * E)))
     close(single, y)
     close(double, y)
-
-
-def test_bits_do_not_depend_on_what_ran_before(rng):
-    system, other = random_system(rng, "embedded"), random_system(rng, "embedded")
-    y = np.concatenate([random_state(rng, system), np.zeros(2)])
-    first = audited_rates_of(system)(y)
-    module.forget_codes()
-    audited_rates_of(other)(y)
-    np.testing.assert_array_equal(audited_rates_of(system)(y), first)
-
-
-def test_threads_share_code(rng):
-    systems = [random_system(rng, "embedded") for _ in range(8)]
-    y = np.concatenate([random_state(rng, systems[0]), np.zeros(2)])
-    found: dict[int, np.ndarray] = {}
-
-    def evaluate(index):
-        line = audited_rates_of(systems[index])
-        for _ in range(200):
-            found[index] = line(y)
-
-    threads = [threading.Thread(target=evaluate, args=(index,)) for index in range(8)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    for index, system in enumerate(systems):
-        np.testing.assert_array_equal(found[index], audited_rates_of(system)(y))

@@ -1,19 +1,14 @@
 """Runs with the code are those with numpy: same steps and events, same motion but for round-off."""
 
-from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from support.configs import BY_VARIANT, plain
 from support.problems import solve
-from support.sliding import paper_problem
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.integrate.straight_line.equations import StraightLine
-
-CONFIGS = Path(__file__).parents[3] / "configs"
 
 PROBLEMS: dict[str, dict[str, Any]] = {
     "s = E, with sticking": {"K_s": 20000, "duration": 0.05, "stick_energy": 10.0},
@@ -35,55 +30,6 @@ def by_numpy(monkeypatch):
             return solve("scipy", problem)
 
     return solved
-
-
-def check(found, expected, tolerance):
-    assert (found.status, found.detail) == (expected.status, expected.detail)
-    np.testing.assert_array_equal(found.times, expected.times)
-    vectors = [*np.split(expected.states, expected.states.shape[1] // 3, axis=1)]
-    for first, vector in enumerate(vectors):
-        scale = np.abs(vector).max()
-        difference = np.abs(found.states[:, 3 * first : 3 * first + 3] - vector).max()
-        assert difference <= tolerance * scale
-    for name in ("lyapunov_change", "contact_work"):
-        value = getattr(expected, name)
-        scale = max(np.abs(value).max(), np.abs(expected.lyapunov_change).max())
-        assert np.abs(getattr(found, name) - value).max() <= tolerance * scale
-
-
-@pytest.mark.parametrize("method", ["DOP853", "RK45", "Radau", "LSODA"])
-@pytest.mark.parametrize("variant", BY_VARIANT)
-def test_motions_by_every_method(by_numpy, variant, method):
-    changes = [f"integration.method={method}", "integration.duration=0.3", "integration.samples=7"]
-    if method != "DOP853":
-        changes += ["integration.rtol=1e-7", "integration.atol=1e-9"]
-    problem = problem_of(load_config(plain(BY_VARIANT[variant]), changes))
-    # LSODA chooses its order by comparing numbers that differ by round-off.
-    tolerance = 1e-6 if method == "LSODA" else 1e-13
-    check(solve("scipy", problem), by_numpy(problem), tolerance)
-
-
-@pytest.mark.parametrize("name", ["manifold", "manifold_baumgarte", "contact_coordinates"])
-def test_motions_in_other_coordinates(by_numpy, name):
-    changes = ["integration.duration=0.3", "integration.samples=7"]
-    problem = problem_of(load_config(CONFIGS / "examples" / f"{name}.yaml", changes))
-    check(solve("scipy", problem), by_numpy(problem), 1e-13)
-
-
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_sliding_motions(by_numpy, name):
-    problem = paper_problem(**PROBLEMS[name], samples=6)
-    found, expected = solve("scipy", problem), by_numpy(problem)
-    # Each bounce multiplies an error.
-    check(found, expected, 1e-10)
-    assert found.switches is not None
-    assert expected.switches is not None
-    np.testing.assert_array_equal(found.switches.modes, expected.switches.modes)
-    np.testing.assert_array_equal(found.switches.counts, expected.switches.counts)
-    assert found.switches.counts[-1].sum() > 0
-    np.testing.assert_allclose(
-        found.switches.switch_times, expected.switches.switch_times, rtol=0, atol=1e-12
-    )
 
 
 def test_a_run_evaluates_by_its_code(monkeypatch):

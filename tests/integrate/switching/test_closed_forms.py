@@ -13,7 +13,6 @@ import pytest
 from support.switching import (
     ENGINES,
     INERTIA,
-    MASS,
     TIGHT,
     data,
     guard,
@@ -25,12 +24,12 @@ from support.switching import (
 
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
-from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
-from rbstab.integrate.switching.current_phase import CurrentPhase
-from rbstab.integrate.switching.scipy_modes import ModeRun
+from rbstab.integrate.heyoka.run import HeyokaRun
+from rbstab.integrate.scipy_engine import ScipyRun
+from rbstab.integrate.switching.driver import Driver
 from rbstab.systems.modes import modes_of
 
-RUNS: dict[str, Any] = {"scipy": ModeRun, "heyoka": HeyokaModeRun}
+RUNS: dict[str, Any] = {"scipy": ScipyRun, "heyoka": HeyokaRun}
 
 SPIN, SOFT, K = 1.3, 0.3, 40.0
 
@@ -42,7 +41,7 @@ def switch_times(config, engine_name):
     found: list[tuple[float, list[int]]] = []
     kind: Any = RUNS[engine_name]
 
-    class Recording(CurrentPhase):
+    class Recording(Driver):
         def cross(self, modes, t, y):
             found.append((t, modes))
             return super().cross(modes, t, y)
@@ -54,7 +53,7 @@ def switch_times(config, engine_name):
     settings = config["integration"] | TIGHT[engine_name] | {"engine": engine_name}
     changed = config | {"integration": settings}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(f"{kind.__module__}.CurrentPhase", Recording)
+        patch.setattr(f"{kind.__module__}.Driver", Recording)
         trajectory = kind(problem(changed), None, Deadline(60.0)).result()
     assert trajectory.status == "completed"
     return found
@@ -73,24 +72,6 @@ def bounces(inside, flight, first, duration):
         t += inside if is_inside else flight
         is_inside = not is_inside
     return np.array(times)
-
-
-@EACH
-@pytest.mark.parametrize(
-    ("method", "size", "inside"),
-    [
-        ("stiff", K, np.pi * np.sqrt(INERTIA / K)),
-        ("repelling", 2.0, 2 * SPIN * INERTIA / 2.0),
-    ],
-)
-def test_a_body_bounces_between_its_guards(engine_name, method, size, inside):
-    found = switch_times(turning(method, size, duration=20.0), engine_name)
-    expected = bounces(inside, 2 * SOFT / SPIN, SOFT / SPIN, 20.0)
-    assert len(found) == len(expected) > 10
-    np.testing.assert_allclose([t for t, _ in found], expected, rtol=0, atol=1e-11)
-    # Two switches at the upper angle, then two at the lower one.
-    sides = [modes for _, modes in found]
-    assert sides == [[0], [0], [1], [1]] * (len(sides) // 4) + [[0], [0], [1]][: len(sides) % 4]
 
 
 def angle_at(t):
@@ -155,10 +136,10 @@ def test_a_step_ends_exactly_on_a_switch_at_any_tolerance(method):
     """Dense output would be too inaccurate: the margin is zero up to round-off at each switch."""
     margins = []
 
-    class Recording(ModeRun):
-        def _switch(self, mode):
-            margins.append(self.phase.margins(self.y, self.t)[mode])
-            super()._switch(mode)
+    class Recording(ScipyRun):
+        def _step_to(self, event):
+            super()._step_to(event)
+            margins.append(self.phase.margins(self.y, self.t)[event.number])
 
     settings = {"rtol": 1e-4, "atol": 1e-4, "method": method, "duration": 5.0}
     given = problem(turning("stiff", K, **settings))
@@ -183,7 +164,3 @@ def test_modes_are_those_of_the_start_of_a_problem_not_of_its_system(engine_name
     beyond = found.times < 0.5 * np.pi * np.sqrt(INERTIA / K)
     np.testing.assert_allclose((found.states[:, 1] - expected)[beyond], 0, atol=1e-11)
     assert modes_of(found.systems[0]) == (float(angle > SOFT), float(angle < -SOFT))
-
-
-def test_mass_of_the_closed_form_is_that_of_the_config():
-    assert problem(turning("stiff", K)).system.body.mass == MASS

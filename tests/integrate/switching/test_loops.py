@@ -8,8 +8,7 @@ from support.switching import TIGHT, data, guard, ligament, problem
 
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.inner_switches import InnerSwitches
-from rbstab.integrate.heyoka.integrator_state import STEP_REDUCTION
-from rbstab.integrate.heyoka.mode_run import MUTED, HeyokaModeRun
+from rbstab.integrate.heyoka.run import MUTED, STEP_REDUCTION, HeyokaRun
 from rbstab.systems.modes import modes_of
 
 LOAD = {
@@ -44,21 +43,27 @@ CASES = {
 def run(config, steps, monkeypatch, muted=False):
     """Return a run in heyoka's loop, or step by step, and how often the loop began."""
     settings = config["integration"] | TIGHT["heyoka"] | {"engine": "heyoka"}
-    one = HeyokaModeRun(problem(config | {"integration": settings}), None, Deadline(60.0))
+    one = HeyokaRun(problem(config | {"integration": settings}), None, Deadline(60.0))
     begun = []
     with monkeypatch.context() as patch:
         if steps == "single":
-            patch.setattr(HeyokaModeRun, "_takes_many_steps", lambda *_: False)
+            patch.setattr(HeyokaRun, "_steps_to", HeyokaRun._one_step_to)
         else:
-            loop = HeyokaModeRun._steps_to
+            loop = HeyokaRun._steps_to
 
             def counted(self, last):
                 begun.append(self.integrator.time)
                 return loop(self, last)
 
-            patch.setattr(HeyokaModeRun, "_steps_to", counted)
+            patch.setattr(HeyokaRun, "_steps_to", counted)
         if muted:
-            one.integrator.pars[-len(one.offsets) :] = MUTED
+            begin = HeyokaRun.begin
+
+            def hidden(self):
+                begin(self)
+                self.integrator.pars[-len(self.offsets) :] = MUTED
+
+            patch.setattr(HeyokaRun, "begin", hidden)
         return one, one.result(), len(begun)
 
 
@@ -70,8 +75,8 @@ def test_the_loop_makes_the_same_steps(name, monkeypatch):
     assert none == 0
     assert begun > 0
     # Each phase begins once in the loop; after a switch, a step of no length may come first.
-    assert begun <= 2 * (looped.current.count + len(found.breakpoints) + 1)
-    assert looped.current.count == single.current.count > 0
+    assert begun <= 2 * (looped.driver.count + len(found.breakpoints) + 1)
+    assert looped.driver.count == single.driver.count > 0
     # A single step may end a last digit before the end, and then another one follows.
     assert 0 <= expected.steps - found.steps <= 1
     assert found.times.tolist() == expected.times.tolist()
@@ -97,7 +102,7 @@ def test_the_loop_ends_with_the_deadline(monkeypatch):
     ticks = iter(range(10**6))
     config = CASES["ligaments"]
     given = problem(config | {"integration": config["integration"] | {"engine": "heyoka"}})
-    one = HeyokaModeRun(given, None, Deadline(8.0, clock=lambda: float(next(ticks))))
+    one = HeyokaRun(given, None, Deadline(8.0, clock=lambda: float(next(ticks))))
     told: list[float] = []
     one.progress = told.append
     found = one.result()
@@ -105,38 +110,6 @@ def test_the_loop_ends_with_the_deadline(monkeypatch):
     # The clock ticks once a step.
     assert len(told) <= 8
     assert found.times[-1] == told[-1]
-
-
-def test_a_state_that_is_not_finite_keeps_the_samples_before(monkeypatch):
-    config = CASES["ligaments"]
-    whole = run(config, "loop", monkeypatch)[1]
-    given = problem(config | {"integration": config["integration"] | {"engine": "heyoka"}})
-    one = HeyokaModeRun(given, None, Deadline(60.0))
-    steps = []
-
-    def spoil(t):
-        steps.append(t)
-        if len(steps) == 6:
-            one.integrator.state[0] = np.nan
-
-    one.progress = spoil
-    found = one.result()
-    assert found.status == "diverged"
-    shared = int((found.times < steps[4]).sum())
-    assert shared > 3
-    np.testing.assert_allclose(found.states[:shared], whole.states[:shared], rtol=0, atol=1e-9)
-
-
-def test_a_sample_where_the_loop_begins_is_not_lost():
-    """It is still to come after a breakpoint that the steps before have reached by rounding."""
-    config = CASES["ligaments"]
-    given = problem(config | {"integration": config["integration"] | {"engine": "heyoka"}})
-    one = HeyokaModeRun(given, None, Deadline(60.0))
-    one.samples.rows.clear()
-    one.samples.systems.clear()
-    one._steps_to(0.1)
-    assert [t for t, _ in one.samples.rows] == given.times[:3].tolist()
-    assert one.samples.rows[0][1].tolist() == given.audited_start().tolist()
 
 
 def test_a_sample_at_a_switch_is_not_lost(monkeypatch):
@@ -152,13 +125,13 @@ def test_a_sample_at_a_switch_is_not_lost(monkeypatch):
         return at_switch(self, integrator, mode, direction)
 
     monkeypatch.setattr(InnerSwitches, "at_switch", told)
-    HeyokaModeRun(given, None, Deadline(60.0)).result()
+    HeyokaRun(given, None, Deadline(60.0)).result()
     switches = [t for t, _ in parts if t < 4.0]
     # Both kinds are among them, or this test says nothing.
     assert min(part for _, part in parts) < 0 < max(part for _, part in parts)
     for switch in switches:
         times = np.array([0.0, switch - 1e-3, switch, 4.0])
-        found = HeyokaModeRun(replace(given, times=times), None, Deadline(60.0)).result()
+        found = HeyokaRun(replace(given, times=times), None, Deadline(60.0)).result()
         assert found.times.tolist() == times.tolist()
         # It belongs to the phase before the switch.
         assert modes_of(found.systems[2]) == modes_of(found.systems[1])

@@ -6,9 +6,9 @@ import numpy as np
 from support.switching import INERTIA, TIGHT, data, guard, ligament, problem
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.heyoka.mode_run import MUTED, HeyokaModeRun
+from rbstab.integrate.heyoka.run import MUTED, HeyokaRun
 from rbstab.integrate.straight_line.equations import _code, forget_codes
-from rbstab.integrate.switching.phases import Phases
+from rbstab.integrate.switching.phase import Phases
 
 
 def test_one_code_serves_all_modes():
@@ -36,7 +36,7 @@ def test_code_of_each_mode_is_the_equations():
         assert phase.signs.tolist() == [2 * mode - 1 for mode in modes]
 
 
-def test_a_switch_that_heyoka_misses_is_found_by_its_margin():
+def test_a_switch_that_heyoka_misses_is_found_by_its_margin(monkeypatch):
     """Its first event is hidden: the step is repeated with shorter steps, up to the switch."""
     spin, soft, k = 1.3, 0.3, 40.0
     config = data(
@@ -44,12 +44,18 @@ def test_a_switch_that_heyoka_misses_is_found_by_its_margin():
         {"angular_velocity": [0, spin, 0]},
         {"duration": 0.6, "samples": 7, "engine": "heyoka"} | TIGHT["heyoka"],
     )
-    run = HeyokaModeRun(problem(config), None, Deadline(60.0))
-    run.integrator.pars[-2:] = MUTED
+    begin = HeyokaRun.begin
+
+    def hidden(self):
+        begin(self)
+        self.integrator.pars[-2:] = MUTED
+
+    monkeypatch.setattr(HeyokaRun, "begin", hidden)
+    run = HeyokaRun(problem(config), None, Deadline(60.0))
     found = run.result()
     assert found.status == "completed"
     w, t = np.sqrt(k / INERTIA), found.times
     inside = soft + spin / w * np.sin(w * (t - soft / spin))
     expected = np.where(t < soft / spin, spin * t, inside)
     np.testing.assert_allclose(found.states[:, 1], expected, atol=1e-11)
-    assert run.current.count == 1
+    assert run.driver.count == 1

@@ -4,18 +4,16 @@ Independent facts: equivalent forces solve the equations of the body with multip
 choice is the only consistent one of all, and the least in the box.
 """
 
-from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
 from support.pose import attitude
 from support.sliding_ties import BODY, CONTROLLER, TWO, several, tie
-from support.switching import ENGINES, problem
+from support.switching import problem
 from support.systems import random_state
 
 import rbstab
-from rbstab.mechanics.algebra import solved as solution
 from rbstab.systems.filippov import chosen, sides, slide_modes
 from rbstab.systems.modes import modes_of, with_modes
 
@@ -72,25 +70,6 @@ def test_equivalent_forces_solve_the_equations_with_multipliers(variant, rng):
     np.testing.assert_array_equal(np.delete(found, rows), 0)
 
 
-def test_filippov_has_one_consistent_choice_of_all(rng):
-    """Of the 3ⁿ choices of held axes and sides, in the box, with rates to the right sides."""
-    for _ in range(20):
-        n = int(rng.integers(1, 5))
-        root = rng.normal(size=(n, n))
-        W, b = root @ root.T + 0.1 * np.eye(n), 3 * rng.normal(size=n)
-        K_s = rng.uniform(0.5, 2, size=n)
-        consistent = []
-        for given in map(np.array, product([0.0, 1.0, -1.0], repeat=n)):
-            held, force = given == 0, -K_s * given
-            right = -(b + W @ force)[held]
-            force[held] = np.linalg.solve(W[np.ix_(held, held)], right) if held.any() else []
-            rate = W @ force + b
-            if np.all(np.abs(force) <= K_s) and np.all(given[~held] * rate[~held] >= 0):
-                consistent.append(given)
-        assert len(consistent) == 1
-        np.testing.assert_array_equal(sides(W, b, K_s), consistent[0])
-
-
 @pytest.mark.parametrize("rank", [3, 5, 9])
 def test_filippov_s_choice_is_the_least_in_the_box(rng, rank):
     """Nine axes, also of a mobility without full rank: another program finds the same least."""
@@ -129,49 +108,6 @@ def test_the_choice_lands_on_the_surfaces(rng):
     np.testing.assert_array_equal(moved[[0, 1, 2, 6, 7, 8]], y[[0, 1, 2, 6, 7, 8]])
 
 
-def test_two_ties_slide_together_and_the_audit_closes():
-    result = rbstab.simulate(several(TWO))
-    assert result.status == "completed"
-    v = result["lyapunov"]
-    assert np.abs(result["energy_residual"]).max() < 1e-12 * v[0]
-    forces = np.abs(result["element_force"])
-    assert (forces[:, 0] <= 3000 * (1 + 1e-9)).all()
-    assert (forces[:, 1] <= 2000 * (1 + 1e-9)).all()
-    # At least three axes slide at the end: their forces are neither of the bounds.
-    bounds = np.array([3000.0, 2000.0])[:, np.newaxis]
-    assert (forces[-1] < 0.99 * bounds).sum() >= 3
-    # v' has no sign: the certificate says so.
-    assert result.attributes["verdict"] == "violated"
-
-
-@pytest.mark.heavy
-def test_engines_agree_on_two_ties_beside_a_ligament():
-    pull = {
-        "kind": "ligament",
-        "point": [0, 0, -0.3],
-        "anchor": [0, 0, 0.5],
-        "stiffness": 5000.0,
-        "slack_length": 0.75,
-        "toe_strain": 0.05,
-        "damping": 5.0,
-    }
-    runs = [rbstab.simulate(several(TWO | {"pull": pull}, engine=name)) for name in ENGINES]
-    for name in ("orientation", "position", "velocity", "angular_velocity"):
-        assert np.abs(runs[0][name] - runs[1][name]).max() < 1e-9, name
-
-
-@pytest.mark.heavy
-def test_all_laws_together_beside_each_other():
-    elements = {
-        "cross": tie([0.15, 0.1, -0.42], 500.0),
-        "layer": tie([0.0, 0.0, 0.3], 1000.0, law={"boundary_layer": 0.01}),
-        "slide": TWO["b"],
-    }
-    result = rbstab.simulate(several(elements, duration=0.2, samples=11))
-    assert result.status == "completed"
-    assert np.abs(result["energy_residual"]).max() < 1e-11 * result["lyapunov"][0]
-
-
 def test_v_falls_with_ties_on_position():
     """They store Σ K_s|E| and dissipate nothing, so v' is that of the stabilizers alone."""
     elements = {
@@ -183,10 +119,3 @@ def test_v_falls_with_ties_on_position():
     assert (np.diff(v) < 0).all()
     assert np.abs(result["energy_residual"]).max() < 1e-11 * v[0]
     assert (result["dissipation"][:, [parts.index("one"), parts.index("two")]] == 0).all()
-
-
-@pytest.mark.parametrize("size", [1, 2, 3, 6, 9])
-def test_systems_of_equations_of_any_size(size, rng):
-    root = rng.normal(size=(size, size))
-    matrix, right = root @ root.T + np.eye(size), rng.normal(size=size)
-    np.testing.assert_allclose(solution(matrix, right), np.linalg.solve(matrix, right), rtol=1e-10)

@@ -5,7 +5,6 @@ consistent choice of all combinations; ties with thin boundary layers, which no 
 follows; both engines.
 """
 
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -15,21 +14,13 @@ from support.switching import ENGINES, MASS, data, problem, solved
 
 import rbstab
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.switching import current_phase
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array
-from rbstab.systems import sliding_impact
-from rbstab.systems.filippov import (
-    choice,
-    moved,
-    residuals,
-    resting,
-    slide_modes,
-    with_contact,
-)
+from rbstab.systems import landing
+from rbstab.systems.filippov import residuals, slide_modes
 from rbstab.systems.impact import impact
-from rbstab.systems.modes import modes_of, with_modes
-from rbstab.systems.sliding_impact import after_impact
+from rbstab.systems.landing import after_impact
+from rbstab.systems.modes import modes_of, with_contact, with_modes
 from rbstab.systems.system import System
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
@@ -192,28 +183,6 @@ def consistent(system: System, y: Array, given: Array, contact: bool, side: int)
     )
 
 
-def test_one_of_all_combinations_is_consistent(rng):
-    """Of the 27 choices of sides and holds, with and without contact; and it is the chosen one."""
-    contacts = set()
-    for size, side in product((100.0, 100.0, 400.0, 400.0, 1600.0), (1, -1)):
-        system, y = against_stop(rng, {"a": ONE["a"] | {"K_s": [size] * 3}}, side)
-        # All axes are on their surfaces: F = -κE by the velocity of the body.
-        motion = system.motion(y)
-        y[9:12] -= motion.F + 20.0 * motion.E
-        found = choice(system, y, np.arange(3))
-        kept = [
-            (*given, contact)
-            for given in product([0.0, 1.0, -1.0], repeat=3)
-            for contact in (True, False)
-            if consistent(system, y, np.array(given), contact, side)
-        ]
-        assert len(kept) == 1
-        assert (*found.sides[:3], found.sides[3] == 0) == kept[0]
-        assert resting(found.system) == (side if kept[0][3] else 0)
-        contacts.add(kept[0][3])
-    assert contacts == {True, False}
-
-
 # --- Impacts.
 
 
@@ -284,44 +253,6 @@ def test_engines_agree_and_the_audit_closes(elements, push, restitution, rests):
         np.testing.assert_allclose(one[name], two[name], rtol=0, atol=1e-9, err_msg=name)
 
 
-@pytest.mark.heavy
-@pytest.mark.parametrize(("elements", "restitution"), [(ONE, 0.5), (TWO, 0.0)])
-def test_thin_layers_converge_to_the_joint_solution(elements, restitution):
-    """In a layer the force is a function of s: the stop alone holds then, as beside any element."""
-
-    def final(**changes: Any) -> Any:
-        changed = {name: one | changes for name, one in elements.items()}
-        given = changed | {"push": PUSH, "end": stop(restitution, 0.15)}
-        found = solved(several(given), "heyoka", rtol=1e-14)
-        assert found.status == "completed"
-        assert found.impacts.resting.any()
-        return found.states[-1]
-
-    exact = final()
-    errors = [np.abs(final(law={"boundary_layer": d}) - exact).max() for d in (1e-2, 1e-3)]
-    assert errors[0] < 0.1
-    assert 0.05 * errors[0] < errors[1] < 0.15 * errors[0]
-
-
-def test_the_energy_of_hops_is_that_of_the_way_to_rest(rng):
-    """T = ½ Δv'MΔv for the velocities that an impulse takes away when the body comes to rest."""
-    pressed_ones = 0
-    for _ in range(12):
-        system, y = against_stop(rng, {"a": ONE["a"] | {"K_s": [1e6] * 3}}, 1)
-        y[3:6] *= 1e-3
-        found = choice(system, y, np.arange(3))
-        assert not found.sides[:3].any()
-        if found.sides[3]:
-            continue
-        pressed_ones += 1
-        lost = y - moved(found, y)
-        energy = 0.5 * BODY["mass"] * lost[9:12] @ lost[9:12]
-        energy += 0.5 * lost[3:6] @ np.array(BODY["inertia"]) @ lost[3:6]
-        height = energy / abs(couple_of(found.system, y))
-        assert sliding_impact._hop_height(found, y, 0.0) == pytest.approx(height, rel=1e-9)
-    assert pressed_ones > 2
-
-
 def test_no_hop_is_higher_than_its_bound(monkeypatch):
     """The bound of `landed`, with all axes that may be held, at each impact of a body that hops."""
     elements = {"a": ONE["a"] | {"K_s": [600.0] * 3}, "push": PUSH, "end": stop(0.95, 0.15)}
@@ -329,15 +260,15 @@ def test_no_hop_is_higher_than_its_bound(monkeypatch):
     config = several(elements) | {"initial": start | {"attached": True}}
     config |= {"integration": settings("scipy", duration=0.012, samples=601)}
     bounds: dict[float, float] = {}
-    original = sliding_impact._hop_height
+    original = landing._hop_height
 
     def recorded(found: Any, y: Array, time: float) -> float:
         bound = original(found, y, time)
         bounds.setdefault(time, bound)
         return bound if bound <= 1e-12 else np.inf
 
-    monkeypatch.setattr(sliding_impact, "_hop_height", recorded)
-    monkeypatch.setattr(sliding_impact, "HOP_HEIGHT", 1e-3)
+    monkeypatch.setattr(landing, "_hop_height", recorded)
+    monkeypatch.setattr(landing, "HOP_HEIGHT", 1e-3)
     found = solved(config, "scipy", rtol=1e-13)
     assert found.impacts.resting[-1] == -1
     heights = 0.15 - np.abs(found.states[:, 1])
@@ -346,30 +277,3 @@ def test_no_hop_is_higher_than_its_bound(monkeypatch):
     assert len(seen) > 4
     for bound, height in seen:
         assert height < bound < 20.0 * height
-
-
-@pytest.mark.parametrize("method", ["DOP853", "RK45"])
-def test_order_of_the_method_holds_through_all_events(method):
-    """Impacts, arrivals, rests: the error falls as the tolerance."""
-    elements = ONE | {"push": PUSH, "end": stop(0.5, 0.15)}
-    config = several(elements) | {"integration": {"duration": 0.2, "samples": 2}}
-    exact = solved(config, "heyoka").states[-1]
-    errors = []
-    for rtol in (1e-6, 1e-8, 1e-10):
-        found = solved(config, "scipy", rtol=rtol, atol=rtol, method=method)
-        assert found.impacts.resting[-1] == -1
-        errors.append(np.abs(found.states[-1] - exact).max())
-    assert errors[1] < 0.1 * errors[0]
-    assert errors[2] < 0.1 * errors[1]
-
-
-@EACH
-def test_a_hard_load_on_an_elastic_body_ends_bounded(engine_name, monkeypatch):
-    """Hops of an elastic body never end; the limit of impacts ends the run."""
-    monkeypatch.setattr(current_phase, "IMPACT_LIMIT", 12)
-    elements = ONE | {"push": PUSH | {"amplitude": 5000.0}, "end": stop(1.0, 0.05)}
-    config = several(elements) | {"integration": settings(engine_name, duration=5.0)}
-    found = solved(config, engine_name, rtol=1e-13)
-    assert found.status == "switch limit"
-    assert found.detail.startswith("stopped after 12 impacts at t = ")
-    assert found.impacts.counts[-1] == 12

@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 from support.sliding_ties import as_tie, sliding_example, tie
-from support.switching import ENGINES, MASS, data, ligament, problem, solved
+from support.switching import ENGINES, MASS, data, solved
 
 import rbstab
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config
-from rbstab.elements.sliding_ties import CrossingTie, FilippovTie, LayeredTie
 from rbstab.systems.modes import modes_of
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
@@ -116,76 +115,7 @@ def test_a_mass_arrives_slides_and_decays(engine_name):
     assert np.abs(found.states[:, 7:9]).max() < 1e-12
 
 
-@EACH
-def test_a_mass_is_released_where_the_load_exceeds_the_force(engine_name):
-    """A ligament pulls a mass off its surface: Λ reaches K_s there, and the mass leaves.
-
-    On the surface E = -½ exp(-2t) and Λ = T + mκ²E, with the tension T = 300 (E + 0.2 - 0.05).
-    """
-    pull = ligament(stiffness=300.0) | {"anchor": [-1.2, 0.0, 0.0]}
-    config = data(
-        {"tie": tie(force=20.0, surface={"slope": 2.0}), "pull": pull},
-        {"velocity": [1.0, 0.0, 0.0], "position": [-0.5, 0, 0]},
-        {"duration": 1.2, "samples": 401},
-    )
-    found = solved(config, engine_name)
-    is_held = np.array([modes_of(system)[-3] for system in found.systems])
-    forces = []
-    for system, y in zip(found.systems, found.states, strict=True):
-        motion, pairs = system.acting(y)
-        forces.append(next(e.wrench(motion, own).force[0] for e, own in pairs if e.slides))
-    assert is_held[0] == 1.0
-    released = int(np.argmin(is_held))
-    E = (20.0 - 45.0) / (300.0 + 4.0 * MASS)
-    assert found.times[released - 1] < np.log(-0.5 / E) / 2 <= found.times[released]
-    assert abs(forces[released - 1]) == pytest.approx(20.0, rel=0.05)
-    assert np.abs(forces).max() < 20.0 * (1 + 1e-9)
-    assert np.abs(np.diff(forces[: released + 1])).max() < 1.0  # continuous at the release
-
-
-@EACH
-def test_a_mass_is_released_where_another_force_jumps(engine_name):
-    """A second tie on s = E pulls to x = 0.2: beyond it, both of its and the load's force is 55."""
-    slope = 2.0
-    second = tie(force=30.0) | {"anchor": [0.2, -1.0, 1.0]}
-    config = data(
-        {"cross": second, "slide": tie(force=20.0, surface={"slope": slope})},
-        {"position": [0.5, 0.0, 0.0], "velocity": [-1.0, 0.0, 0.0]},
-        {"duration": 0.48, "samples": 241},
-        gravity=[25.0 / MASS, 0.0, 0.0],
-    )
-    found = solved(config, engine_name)
-    assert found.status == "completed"
-    crossing = np.log(0.5 / 0.2) / slope
-    forces = []
-    for system, y in zip(found.systems, found.states, strict=True):
-        motion, pairs = system.acting(y)
-        forces.append(next(e.wrench(motion, own).force[0] for e, own in pairs if e.slides))
-    before = found.times < crossing
-    x = 0.5 * np.exp(-slope * found.times)
-    expected = np.where(before, MASS * slope**2 * x + 30.0 - 25.0, -20.0)
-    np.testing.assert_allclose(forces, expected, rtol=1e-9)
-    # Then 30 + 25 - 20 N push it back.
-    t = found.times[~before] - crossing
-    thrown = 0.2 - 0.2 * slope * t + 35.0 / MASS * t**2 / 2
-    np.testing.assert_allclose(found.states[~before, 6], thrown, rtol=0, atol=1e-9)
-
-
 # Its config.
-
-
-def test_forms():
-    slope = {"surface": {"slope": 2.0}}
-    for kind, changes in (
-        (CrossingTie, {}),
-        (FilippovTie, slope),
-        (LayeredTie, {"law": {"boundary_layer": 0.1}}),
-        (LayeredTie, slope | {"law": {"boundary_layer": 0.1}}),
-    ):
-        *_, element = problem(data({"one": tie() | changes})).system.elements
-        assert type(element) is kind
-        assert element.rate_weight == float("surface" in changes)
-        assert element.slope == (2.0 if "surface" in changes else 1.0)
 
 
 def refusal(elements):

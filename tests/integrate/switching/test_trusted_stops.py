@@ -1,14 +1,11 @@
 """Protects how far a motion with impacts against a stop is trusted."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from support.stops import ANGLE, stop, stopped
-from support.switching import ENGINES, data, problem, solved
+from support.switching import ENGINES, data, solved
 
-from rbstab.integrate.engines import engine
-from rbstab.integrate.switching import sliding_connector
+from rbstab.integrate.switching import trust
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
 
@@ -79,21 +76,8 @@ def test_the_second_run_does_not_start_beyond_the_stop(engine_name, spin, side):
     assert found.trusted_until == 5.0
 
 
-def test_one_sample_at_the_end_is_enough_to_tell():
-    """The counts of both runs differ there, but they are not beside the same impact."""
-    config = CHAOTIC | {"integration": {"duration": 60.0, "samples": 2}}
-    assert solved(config, "heyoka").trusted_until == 0.0
-
-
 def test_one_impact_needs_no_second_run(monkeypatch):
-    monkeypatch.setattr(sliding_connector, "_trusted_until", None)
+    monkeypatch.setattr(trust, "_trusted_until", None)
     found = solved(stopped(1.0, 1.3, duration=0.5, samples=4), "heyoka")
     assert found.impacts.counts[-1] == 1
     assert found.trusted_until == 0.5
-
-
-def test_members_of_sweeps_have_no_second_run():
-    """Their columns do not contain `trusted_until`."""
-    settings = CHAOTIC["integration"] | {"engine": "heyoka", "duration": 1.0, "samples": 3}
-    given = replace(problem(CHAOTIC | {"integration": settings}), diagnosed=False)
-    assert engine("heyoka")(given).trusted_until is None

@@ -122,7 +122,7 @@ def ball_problems(code: UserCode, sample: Sample) -> Iterator[str]:
 
 def heyoka_problems(samples: Sequence[Sample], code: UserCode) -> Iterator[str]:
     """Yield where heyoka's expressions fail, give other values, or cannot start at a zero."""
-    from rbstab.integrate.heyoka.probe import Probe
+    from rbstab.integrate.heyoka.compiled_map import Probe
 
     probe: Probe | None = None
 

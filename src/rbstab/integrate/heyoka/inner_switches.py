@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.integrate.heyoka.compiled_modes import CompiledModes
-from rbstab.integrate.switching.current_phase import CurrentPhase, SoFar
+from rbstab.integrate.heyoka.equations import CompiledEquations
+from rbstab.integrate.switching.connector_switches import SoFar
+from rbstab.integrate.switching.driver import Driver
 from rbstab.systems.modes import NO_STATE
 
 EVENT_OFFSET = 1e-12
@@ -28,10 +29,10 @@ NEAR_TIME = 1e-14
 
 
 class InnerSwitches:
-    """The switches inside heyoka's loop, of one run (an `EventHandler`).
+    """The switches inside heyoka's loop, of one run.
 
     Args:
-        current: The current phase of the run.
+        driver: What follows each event of the run.
 
     Attributes:
         floors: The values below which a margin tells that its switch was missed (`Phase.floors`).
@@ -41,22 +42,24 @@ class InnerSwitches:
         before: What samples within the last step store, if a mode has switched at its end.
     """
 
-    def __init__(self, current: CurrentPhase) -> None:
-        self.current = current
+    def __init__(self, driver: Driver) -> None:
+        self.driver = driver
         self.floors: list[float] = []
         self.missed, self.least_margin = False, np.inf
         self.before: SoFar | None = None
+        self._handlers: list[Any] = []
         self._loops = False
         self._begin = self._crossed_at = -np.inf
 
-    def use(self, compiled: CompiledModes) -> None:
+    def use(self, compiled: CompiledEquations) -> None:
         """Handle the events of an integrator from now on."""
         self._compiled, self._state = compiled, compiled.integrator.state
-        compiled.dispatcher.handler = self
+        self._handlers = compiled.handlers
+        self._handlers.append(self.at_switch)
 
     def release(self) -> None:
         """Handle no more events of the integrator."""
-        del self._compiled.dispatcher.handler
+        self._handlers.clear()
 
     @contextmanager
     def loop(self, t: float) -> Iterator[None]:
@@ -70,7 +73,7 @@ class InnerSwitches:
 
     def at_switch(self, integrator: Any, mode: int, direction: int) -> bool:
         """Switch a mode if it switches alone; return whether heyoka's loop goes on."""
-        phase, t = self.current.phase, integrator.time
+        phase, t = self.driver.phase, integrator.time
         if not self._loops or t == self._begin:
             # A step of no length began on a zero, which may be a double one.
             return False
@@ -82,10 +85,10 @@ class InnerSwitches:
             # Another mode switches now as well, or the step has missed its switch.
             self.missed = self.is_missed(margins)
             return False
-        if not self.current.crosses(mode, t, self._state):
+        if not self.driver.crosses(mode, t, self._state):
             return False
-        self.before = self.current.so_far()
-        self.current.cross_alone(mode, t)
+        self.before = self.driver.so_far()
+        self.driver.cross_alone(mode, t)
         pars, compiled = integrator.pars, self._compiled
         pars[compiled.modes[mode]] = float(direction > 0)
         if phase.rate_places[mode] != NO_STATE:
@@ -101,7 +104,7 @@ class InnerSwitches:
         self._begin = t
         # `at_switch` has looked at the margins where a mode has switched.
         if t != self._crossed_at:
-            margins = self.current.phase.margin_list(self._state, t)
+            margins = self.driver.phase.margin_list(self._state, t)
             self.least_margin = min(margins)
             self.missed = self.least_margin < 0 and self.is_missed(margins)
         return self.missed
@@ -115,5 +118,5 @@ class InnerSwitches:
         state, resolution = self._state, NEAR_TIME * t
         return any(
             margin < (NEAR if place == NO_STATE else resolution * abs(state[place]))
-            for margin, place in zip(margins, self.current.phase.rate_places, strict=True)
+            for margin, place in zip(margins, self.driver.phase.rate_places, strict=True)
         )

@@ -103,6 +103,27 @@ def parameters_and_start(system: System, start: Array) -> Array:
     return np.concatenate([parameter_values(system), start])
 
 
+def set_parameters(integrator: Any, values: Array) -> None:
+    """Set the `par[]` of an integrator to the values of all parameters of its equations."""
+    # heyoka has no `par[]` after the last one that the equations use.
+    integrator.pars[:] = values[: len(integrator.pars)]
+
+
+def set_motion(integrator: Any, time: float, state: Array) -> None:
+    """Set the time, s, and the state of an integrator; it forgets the events before.
+
+    heyoka takes an event soon after the last one of its function for the same event.
+    """
+    integrator.time = time
+    set_state(integrator, state)
+
+
+def set_state(integrator: Any, state: Array) -> None:
+    """Set the state of an integrator at its time; see `set_motion`."""
+    integrator.state[:] = state
+    integrator.reset_cooldowns()
+
+
 def scaled_audit(rates: Array, size: int, scale: Any) -> Array:
     """Return audited rates in which the rates of the audit states are divided by an energy scale.
 

@@ -1,7 +1,6 @@
 """The chatter of a sliding connector on the surface s = E: its energy, and its end by sticking."""
 
 import operator
-from collections.abc import Callable
 from itertools import combinations
 from typing import NamedTuple
 
@@ -12,8 +11,10 @@ from rbstab.mechanics.algebra import inverse, quadratic_form
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
 from rbstab.mechanics.numbers import Array, Number
-from rbstab.mechanics.states import BODY, E_OF_W, OMEGA
+from rbstab.mechanics.states import BODY, E_OF_W
 from rbstab.systems.connector import connector_of
+from rbstab.systems.filippov import held_at_rest, slide_modes, sticky_rows
+from rbstab.systems.modes import modes_of
 from rbstab.systems.system import System
 
 
@@ -63,13 +64,7 @@ class Stick(NamedTuple):
     discarded: float
 
 
-def most_axes_stick(
-    system: System,
-    y: Array,
-    held: list[int],
-    holding: Callable[[tuple[int, ...]], System],
-    time: float = 0.0,
-) -> Stick | None:
+def most_axes_stick(system: System, y: Array, time: float = 0.0) -> Stick | None:
     """Make as many axes as possible stick, to end a weak chatter; return None if no axis may.
 
     The caller must have tested that the chatter energy is below its bound. A set S of axes may
@@ -79,36 +74,21 @@ def most_axes_stick(
     little, because the shift of E also changes the energy of the stabilizers.
 
     Args:
-        system: The system, in coordinates W.
+        system: The system, in coordinates W, whose connector sticks. An axis of it that is held
+            already takes part.
         y: The audited state.
-        held: The axes that are held already.
-        holding: Returns the system in which some more axes are held.
         time: The time, s.
     """
-    free = [axis for axis in range(3) if axis not in held]
+    of_connector = np.flatnonzero(sticky_rows(system))
+    held = np.array(modes_of(system))[slide_modes(system)[1, of_connector]] > 0
+    free, K_s = np.flatnonzero(~held).tolist(), connector_of(system).K_s
     for size in range(len(free), 0, -1):
         for axes in combinations(free, size):
-            after_it = holding(axes)
-            # An axis that is already held takes part in the impulse.
-            all_held = sorted({*held, *axes})
-            after = _state_without_chatter(system, y, all_held)
+            all_held = sorted({*np.flatnonzero(held).tolist(), *axes})
+            after_it, after = held_at_rest(system, y, of_connector[all_held], time)
             force = after_it.observe(after, time).contact_force
-            if all(abs(force[axis]) <= connector_of(system).K_s[axis] for axis in all_held):
+            if all(abs(force[axis]) <= K_s[axis] for axis in all_held):
                 before = system.observe(y, time).energy.sum()
                 discarded = float(before - after_it.observe(after, time).energy.sum())
                 return Stick(axes, after, after_it, discarded)
     return None
-
-
-def _state_without_chatter(system: System, y: Array, axes: list[int]) -> Array:
-    """Return the state with E_S = 0 for the axes S, after the impulse at C that makes F_S = 0."""
-    motion, body = system.motion(y), system.body
-    c = contact_directions(body, motion)
-    mobility_of_axes = mobility(body, c)[np.ix_(axes, axes)]
-    impulse = np.zeros(3)
-    impulse[axes] = -np.linalg.solve(mobility_of_axes, motion.F[axes])
-    jump = body.mass_matrix_inverse @ (c @ impulse)
-    Omega, F = motion.Omega + jump[OMEGA], motion.F + c.T @ jump
-    E = motion.E.copy()
-    E[axes], F[axes] = 0.0, 0.0
-    return np.concatenate([motion.Theta, Omega, E, F, y[BODY.stop :]])

@@ -8,7 +8,7 @@ from rbstab.analysis.approached_state import SAME_STATE, is_lower
 from rbstab.analysis.configuration import ORIENTATION, POSITION, Configurations, configurations
 from rbstab.analysis.descents.descent import descend
 from rbstab.analysis.rest_state import gradient_tolerance
-from rbstab.integrate.heyoka.compiled_scalar import CompiledScalar, ScalarAt
+from rbstab.integrate.heyoka.compiled_map import CompiledScalar, ScalarAt
 from rbstab.integrate.heyoka.symbols import symbols_of
 from rbstab.mechanics.attitude import is_upright
 from rbstab.mechanics.numbers import Array

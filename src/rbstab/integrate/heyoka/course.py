@@ -5,16 +5,15 @@ from dataclasses import replace
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
-from rbstab.integrate.heyoka.engine import initial_status, stop_reason
-from rbstab.integrate.heyoka.mode_run import HeyokaModeRun
-from rbstab.integrate.heyoka.symbols import energy_scale
+from rbstab.integrate.heyoka.run import HeyokaRun
 from rbstab.integrate.problem import Problem, Progress, Trajectory
-from rbstab.integrate.status import RunStatus, UnfinishedRunError
+from rbstab.integrate.run import check_start
+from rbstab.integrate.status import RunStatus, StopRun, UnfinishedRunError
 from rbstab.integrate.switching.course import Course, Transition
-from rbstab.integrate.switching.phases import switches
 from rbstab.integrate.switching.saltation import NotDifferentiableError
-from rbstab.integrate.switching.sliding_connector import drive_by_modes, follows_modes
+from rbstab.integrate.switching.trust import integrate_trusted
 from rbstab.systems.impact import side_of, stop_of
+from rbstab.systems.modes import has_modes
 
 
 def course_of(problem: Problem, tolerance: float) -> Course:
@@ -28,36 +27,33 @@ def course_of(problem: Problem, tolerance: float) -> Course:
         UnfinishedRunError: The run did not complete.
         NotDifferentiableError: The motion is chaotic.
     """
-    if not follows_modes(problem) and not switches(problem):
+    if problem.switching is None and not has_modes(problem.system):
         return _scheduled(problem)
-    status = initial_status(problem)
-    if status is not None:
-        detail = f"{stop_reason(status, problem, problem.start)} at t = {problem.times[0]:.9g} s"
-        raise UnfinishedRunError(status, detail)
+    try:
+        check_start(problem)
+    except StopRun as stop:
+        detail = f"{stop} at t = {problem.times[0]:.9g} s"
+        raise UnfinishedRunError(stop.status, detail) from stop
     _check_stop(problem)
     deadline = Deadline(problem.time_limit)
-    runs: list[HeyokaModeRun] = []
+    runs: list[HeyokaRun] = []
 
     def integrate(given: Problem, told: Progress | None) -> Trajectory:
-        run = HeyokaModeRun(given, told, deadline, scale=energy_scale(given))
-        run.current.transitions = []
+        run = HeyokaRun(given, told, deadline)
+        run.driver.transitions = []
         runs.append(run)
         return run.result()
 
-    exact = replace(problem, rtol=tolerance)
     with np.errstate(all="ignore"):
-        if follows_modes(problem):
-            found = drive_by_modes(exact, integrate, None, deadline)
-        else:
-            found = integrate(exact, None)
+        found = integrate_trusted(replace(problem, rtol=tolerance), integrate, None, deadline)
     if found.status is not RunStatus.COMPLETED:
         raise UnfinishedRunError(found.status, found.detail)
     _check_trusted(found, deadline)
     # A second run only shows how far the first one is trusted.
-    current = runs[0].current
-    assert current.transitions is not None
-    transitions = tuple(current.transitions)
-    first = transitions[0].before if transitions else current.phase.system
+    driver = runs[0].driver
+    assert driver.transitions is not None
+    transitions = tuple(driver.transitions)
+    first = transitions[0].before if transitions else driver.phase.system
     return Course(first, transitions)
 
 

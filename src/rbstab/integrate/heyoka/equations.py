@@ -1,6 +1,7 @@
-"""The compiled equations of systems whose elements switch: the modes are `par[]` of them."""
+"""The compiled equations of systems: parameters, modes and legs of inputs are `par[]` of them."""
 
-from typing import Any, Protocol
+from collections.abc import Callable
+from typing import Any
 
 import heyoka as hy
 import numpy as np
@@ -32,42 +33,8 @@ COOLDOWN = 1e-10
 default is longer than the bounces of a chatter."""
 
 
-class EventHandler(Protocol):
-    """The interface of the run that handles the switches of a compiled integrator."""
-
-    def at_switch(self, integrator: Any, mode: int, direction: int) -> bool:
-        """Handle a zero of an event function; return whether heyoka's loop goes on.
-
-        Args:
-            integrator: heyoka's integrator, at the zero.
-            mode: The index of the mode.
-            direction: 1 if the event function rises, -1 if it falls.
-        """
-        ...
-
-
-class _EventDispatcher:
-    """Passes the switches of an integrator to its current run."""
-
-    handler: EventHandler
-
-
-class _Callback:
-    """The callback of an event. heyoka copies its callbacks; the copies share the dispatcher."""
-
-    def __init__(self, dispatcher: _EventDispatcher, mode: int) -> None:
-        self.dispatcher = dispatcher
-        self.mode = mode
-
-    def __deepcopy__(self, _memo: Any) -> "_Callback":
-        return self
-
-    def __call__(self, integrator: Any, direction: int) -> bool:
-        return self.dispatcher.handler.at_switch(integrator, self.mode, direction)
-
-
-class CompiledModes:
-    """The compiled audited equations of one structure, in all modes.
+class CompiledEquations:
+    """The compiled audited equations of one structure, in all modes. Each run sets the parameters.
 
     Its `par[]` are the parameters of the system, the range bound, the energy scale, and an offset
     of each event function.
@@ -75,7 +42,7 @@ class CompiledModes:
     Args:
         system: Any system of the structure with the same zeros (`compiled_zeros`). If it holds no
             axis on a surface, no system in which one is held.
-        tolerance: heyoka's tolerance.
+        tolerance: heyoka's tolerance: relative or absolute, whichever is larger for a state.
 
     Attributes:
         integrator: heyoka's integrator.
@@ -83,6 +50,8 @@ class CompiledModes:
         offsets: The index of the `par[]` of the offset of the first event function.
         event_modes: The modes whose event functions can reach zero, in the order of the events.
         names: The index of the first `par[]` of each parameter.
+        handlers: Called with heyoka's integrator at a zero of an event function, the mode, and 1 if
+            the function rises, -1 if it falls; returns whether heyoka's loop goes on. One at most.
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
@@ -92,7 +61,8 @@ class CompiledModes:
             for element in system.elements
             if element.mode_count
         ]
-        self.modes, self.offsets = np.concatenate(places), count + 2
+        self.modes = np.concatenate([np.zeros(0, dtype=int), *places])
+        self.offsets = count + 2
         y = state_symbols(system.audited_size)
         rates = symbolic.audited_rates(y, hy.time)
         rates = scaled_audit(rates, system.size, hy.par[count + 1])
@@ -100,11 +70,11 @@ class CompiledModes:
         leaving = regularity(y[THETA]) - hy.par[count]
         guards = guards_at(symbolic, y, hy.time)
         self.event_modes = [mode for mode, guard in enumerate(guards) if not _is_constant(guard)]
-        self.dispatcher = _EventDispatcher()
+        self.handlers: list[Callable[[Any, int, int], bool]] = []
         switches = [
             hy.t_event(
                 guards[mode] + hy.par[self.offsets + mode],
-                callback=_Callback(self.dispatcher, mode),
+                callback=_passing_on(mode, self.handlers),
                 cooldown=COOLDOWN,
             )
             for mode in self.event_modes
@@ -117,6 +87,17 @@ class CompiledModes:
             # The code grows with the elements: with eight of them LLVM would compile for minutes.
             compact_mode=len(switches) > MAX_UNROLLED or _is_long(system, len(switches)),
         )
+
+
+def _passing_on(
+    mode: int, handlers: list[Callable[[Any, int, int], bool]]
+) -> Callable[[Any, int], bool]:
+    """Return the callback of an event. heyoka copies the callback, and the handlers are shared."""
+
+    def callback(integrator: Any, direction: int) -> bool:
+        return handlers[0](integrator, mode, direction)
+
+    return callback
 
 
 def _zeros(system: System, named: dict[str, Array] | None = None) -> tuple[int, ...]:
@@ -146,8 +127,8 @@ def _is_long(system: System, modes: int) -> bool:
     return has_stop and (modes > 2 or system.coordinates.name == "manifold")
 
 
-def compiled_modes(system: System, tolerance: float) -> CompiledModes:
+def compiled_equations(system: System, tolerance: float) -> CompiledEquations:
     """Return the equations of a system's structure and zeros, compiled once in each thread."""
     named = parameters(system)
-    key = CompiledModes, structure(system, named), _zeros(system, named), tolerance
-    return compiled_once(key, lambda: CompiledModes(system, tolerance))
+    key = CompiledEquations, structure(system, named), _zeros(system, named), tolerance
+    return compiled_once(key, lambda: CompiledEquations(system, tolerance))

@@ -1,4 +1,4 @@
-"""What follows an impact against a stop if axes of ties slide: their modes, and whether it rests.
+"""What follows an impact against a stop: the modes of axes that slide, and whether the body rests.
 
 The forces of ties are bounded, so they do nothing during an impact: the impulse is that on θ2
 alone. It moves the points of the ties, and so each s = F + κE jumps. Axes that were held are thrown
@@ -9,11 +9,10 @@ smaller. With the rates r of some axes and of θ2, which are zero at rest, and t
 hops have the energy T = ½ r'W⁻¹r: that of all velocities beside those at rest, in the metric of the
 kinetic energy. At rest the couple λ presses. Neither the axes nor the impacts add to T + λh, with
 the distance h from the stop: the force of an axis opposes its s more than that which would hold it.
-So no later hop is higher than T/λ. Without axes this is the θ̇2²/(2α) of `impact.rests`.
+So no later hop is higher than T/λ. Without axes this is θ̇2²/(2α).
 """
 
 from contextlib import suppress
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import (
     Choice,
     RedundantTiesError,
+    bounds_of_axes,
     choice,
     chosen,
     largest_couple,
@@ -29,20 +29,11 @@ from rbstab.systems.filippov import (
     residuals,
     resting,
     slide_modes,
-    ties_of,
-    with_contact,
+    with_held,
 )
 from rbstab.systems.impact import HOP_HEIGHT, laid_on_stop
-from rbstab.systems.modes import modes_of, with_modes
-from rbstab.systems.surface_forces import surfaces
+from rbstab.systems.modes import modes_of, with_contact, with_modes
 from rbstab.systems.system import System
-
-
-class Landed(NamedTuple):
-    """A body that rests against its stop, with the axes that slide there: its system and state."""
-
-    system: System
-    state: Array
 
 
 def after_impact(system: System, y: Array, time: float = 0.0) -> tuple[System, Array]:
@@ -64,8 +55,8 @@ def after_impact(system: System, y: Array, time: float = 0.0) -> tuple[System, A
     return chosen(with_modes(system, tuple(modes.tolist())), y, near(system, y), time)
 
 
-def landed(system: System, y: Array, side: int, time: float = 0.0) -> Landed | None:
-    """Return the body at rest against its stop, or None if it goes on hopping.
+def landed(system: System, y: Array, side: int, time: float = 0.0) -> tuple[System, Array] | None:
+    """Return the system and the state of a body at rest against its stop; None if it hops on.
 
     It rests if some axes would be held beside it, or none, and no later hop would be higher than
     `HOP_HEIGHT`. Of all axes that are near enough to their surfaces, as many as possible take part.
@@ -76,7 +67,7 @@ def landed(system: System, y: Array, side: int, time: float = 0.0) -> Landed | N
         side: The side of the stop, 1 or -1.
         time: The time, s.
     """
-    energies, most = _bounds(system, y, time)
+    energies, most = _hops(system, y, time)
     limit = most * HOP_HEIGHT
     if energies[-1] > limit:
         return None
@@ -88,20 +79,15 @@ def landed(system: System, y: Array, side: int, time: float = 0.0) -> Landed | N
         with suppress(RedundantTiesError):
             found = choice(touching, y, np.sort(rows[:count]), time)
             if resting(found.system) and _hop_height(found, y, time) <= HOP_HEIGHT:
-                state = moved(found, y)
-                return Landed(found.system, laid_on_stop(found.system, state))
+                return found.system, laid_on_stop(found.system, moved(found, y))
     return None
 
 
-def _bounds(system: System, y: Array, time: float) -> tuple[Array, float]:
+def _hops(system: System, y: Array, time: float) -> tuple[Array, float]:
     """Return the energy of the rate of each row alone, J, and a bound of the couple, N m."""
-    modes = np.array(modes_of(system))
-    modes[slide_modes(system)] = 1.0
-    free = with_modes(system, tuple(modes.tolist()))
-    motion, pairs = free.loads(y, time)
-    found = surfaces(free.body, free.coordinates, motion, pairs)
-    K_s = np.concatenate([tie.K_s for tie in ties_of(free)])
-    energies = 0.5 * residuals(free, y) ** 2 / np.diag(found.mobility)
+    K_s = bounds_of_axes(system)
+    system, found = with_held(system, y, np.arange(len(K_s)), time)
+    energies = 0.5 * residuals(system, y) ** 2 / np.diag(found.mobility)
     return energies, largest_couple(found.mobility, found.rates, K_s)
 
 

@@ -6,24 +6,15 @@ positive as long as the mode is the right one; where it falls to zero, the mode 
 
 import math
 import operator
-from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.status import RunStatus
 from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.watched_rates import EquationsInTime, StopRun, audited_rates_of
+from rbstab.integrate.watched_rates import EquationsInTime, audited_rates_of
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.filippov import (
-    RedundantTiesError,
-    after_events,
-    alone,
-    at_start,
-    holds_axes,
-    slides,
-)
+from rbstab.systems.filippov import alone, at_start, holds_axes, slides
 from rbstab.systems.impact import laid_on_stop, stop_of
 from rbstab.systems.modes import (
     NO_STATE,
@@ -35,7 +26,6 @@ from rbstab.systems.modes import (
     rate_places,
     with_modes,
 )
-from rbstab.systems.sliding_impact import after_impact
 from rbstab.systems.system import System
 
 MAX_PHASES = 256
@@ -58,7 +48,7 @@ EPSILON = float(np.finfo(float).eps)
 
 
 class Phase:
-    """A system in given modes, between two switches.
+    """A system in given modes, between two switches. One without modes has no margins.
 
     Args:
         system: The system, in these modes.
@@ -91,8 +81,10 @@ class Phase:
             places[:] = NO_STATE
         self.rate_places = places.tolist()
         self._epsilon = np.where(places == NO_STATE, EPSILON, 0.0)
-        self._guards = guards or event_functions(system)
-        self._guards_of_state = self._guards.of_state
+        if len(self.signs):
+            # The code of a system that does not switch would be made in vain.
+            self._guards = guards or event_functions(system)
+            self._guards_of_state = self._guards.of_state
         stop = stop_of(system)
         self.rests = stop is not None and bool(stop.mode.any())
         self.alone = alone(system)
@@ -176,16 +168,15 @@ class Phases:
 
     Attributes:
         first: The phase in which the motion begins.
-        slides: Whether axes of ties slide on surfaces.
     """
 
     def __init__(self, problem: Problem) -> None:
         first = float(problem.times[0])
         self._schedule = problem.schedule
         self._system = at_start(problem.system_at_start(), problem.start, first)
-        self.slides = slides(problem.system)
         same = not depend_on_loads(problem.system)
-        self._guards = event_functions(self._system) if same else None
+        switches = has_modes(self._system)
+        self._guards = event_functions(self._system) if same and switches else None
         self._rates: EquationsInTime | None = None
         self._known: dict[Modes, Phase] = {}
         self._after_one: dict[tuple[Phase, int], Phase] = {}
@@ -233,54 +224,6 @@ class Phases:
         self._forget()
         return self.of(modes_of(phase.system))
 
-    def slid(self, phase: Phase, switched: list[int], t: float, y: Array) -> tuple[Phase, Array]:
-        """Return the phase and the state after Filippov's choice for the axes of sliding ties.
-
-        Args:
-            phase: The phase in which all other modes have switched already.
-            switched: The indices of the modes whose event functions have reached zero.
-            t: The time, s.
-            y: The audited state. Axes are put on their surfaces.
-
-        Raises:
-            StopRun: The forces of the ties are not determined.
-        """
-        try:
-            system, y = after_events(phase.system, y, switched, t)
-        except RedundantTiesError as error:
-            raise StopRun(RunStatus.SOLVER_FAILURE, str(error)) from error
-        return self.of(modes_of(system)), y
-
-    def after_impact(self, phase: Phase, t: float, y: Array) -> tuple[Phase, Array]:
-        """Return the phase and the state after an impact, with the modes of sliding ties.
-
-        Args:
-            phase: The phase in which all other modes have switched already.
-            t: The time, s.
-            y: The audited state after the impact.
-
-        Raises:
-            StopRun: The forces of the ties are not determined.
-        """
-        try:
-            system, y = after_impact(phase.system, y, t)
-        except RedundantTiesError as error:
-            raise StopRun(RunStatus.SOLVER_FAILURE, str(error)) from error
-        return self.of(modes_of(system)), y
-
     def owner(self, mode: int) -> str:
         """Return the name of the element that owns a mode."""
         return mode_owners(self._system)[mode]
-
-
-class Switch(NamedTuple):
-    """A mode that switches within a step: its index, the time, s, and the end of its bracket, s."""
-
-    mode: int
-    time: float
-    latest: float
-
-
-def switches(problem: Problem) -> bool:
-    """Return whether elements of a problem switch."""
-    return has_modes(problem.system)

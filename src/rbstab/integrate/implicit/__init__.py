@@ -1,1 +1,0 @@
-"""The implicit law of a sliding connector: fixed steps, which have no events."""

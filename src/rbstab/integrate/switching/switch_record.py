@@ -1,0 +1,76 @@
+"""The switches of the axes of a sliding controller in one run, as a trajectory stores them."""
+
+from typing import Any
+
+import numpy as np
+
+from rbstab.integrate.problem import Problem
+from rbstab.integrate.switching.chatter import Chatter
+from rbstab.integrate.traces import StickSlip, SwitchTrace
+from rbstab.mechanics.numbers import Array
+
+MAX_TRANSITIONS = 100_000
+"""At most this many sticks and releases are stored. The exact law makes a few; the implicit law may
+make one in every step."""
+
+
+class SwitchRecord:
+    """Counts of all switches, times of the first ones, sticks and releases, and the samples.
+
+    Args:
+        problem: The problem; it has rules for its switches.
+
+    Attributes:
+        counts: The switches of each axis so far.
+        total: All switches so far.
+        transitions: The sticks and releases so far: time (s), axis and kind.
+        discarded: The energy discarded so far, J.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        assert problem.switching is not None
+        self._diagnosed, self._stored = problem.diagnosed, problem.switching.stored_switches
+        self.chatter = Chatter(problem.system)
+        self.counts, self.total, self.discarded = [0, 0, 0], 0, 0.0
+        self.transitions: list[tuple[float, int, StickSlip]] = []
+        self._switches: list[tuple[float, int]] = []
+        self._samples: list[tuple[Any, ...]] = []
+
+    def add_switch(self, t: float, axis: int) -> None:
+        """Count a switch of an axis at a time, s."""
+        self.counts[axis] += 1
+        self.total += 1
+        if self.total <= self._stored:
+            self._switches.append((t, axis))
+
+    def add_transition(self, t: float, axis: int, *, held: bool) -> None:
+        """Keep that an axis is held or released at a time, s; only `add_switch` counts it."""
+        if len(self.transitions) < MAX_TRANSITIONS:
+            kind = StickSlip.STICK if held else StickSlip.RELEASE
+            self.transitions.append((t, axis, kind))
+
+    def add_sample(self, sides: Array, y: Array, counts: tuple[int, ...] | None = None) -> None:
+        """Keep a sample.
+
+        Args:
+            sides: The side of each axis, 0 for one that is held.
+            y: The audited state.
+            counts: The switches of each axis so far; default all.
+        """
+        energy = self.chatter.energy(y) if self._diagnosed else np.nan
+        self._samples.append((sides, counts or tuple(self.counts), energy, self.discarded))
+
+    def trace(self) -> SwitchTrace:
+        """Return the switches of the samples so far, without `trusted_until`."""
+        modes, counts, energies, discarded = map(np.array, zip(*self._samples, strict=True))
+        times, axes = zip(*self._switches, strict=True) if self._switches else ((), ())
+        return SwitchTrace(
+            modes=modes,
+            counts=counts,
+            chatter_energy=energies,
+            discarded_energy=discarded,
+            switch_times=np.array(times),
+            switch_axes=np.array(axes, dtype=int),
+            transitions=self.transitions,
+            trusted_until=np.nan,
+        )

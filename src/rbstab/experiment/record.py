@@ -9,15 +9,11 @@ import numpy as np
 
 from rbstab.analysis.approached_state import LyapunovZero, lyapunov_zero
 from rbstab.analysis.certificate.verdict import Check
-from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.lyapunov import has_no_potential, lyapunov_trace
 from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.analysis.run_extremes import extremes_of, stored_extremes
 from rbstab.analysis.settling import value_round_off
-from rbstab.elements.registry import NAMED_ELEMENTS
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.experiment.convergence.zero_description import no_rest_state_warning
 from rbstab.experiment.run_certificate import certificate_of
 from rbstab.experiment.switching_record import (
@@ -28,11 +24,16 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Trajectory, first_samples
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.watched_rates import EquationsInTime
-from rbstab.mechanics.algebra import ZERO
-from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.store.variables import Variable
-from rbstab.systems.quantities import Quantity, quantities_with, run_dimensions
+from rbstab.systems.quantities import (
+    Quantity,
+    named_elements,
+    observed_in,
+    quantities_with,
+    run_dimensions,
+    values_of,
+)
 from rbstab.systems.system import System
 
 RECORDING_MARGIN = 0.1
@@ -205,7 +206,7 @@ def recorded(
         count = len(arrays["energy"])
         if deadline is not None and count < len(trajectory.times):
             trajectory = first_samples(trajectory, count, deadline)
-        arrays = {"time": trajectory.times, **arrays, **_of_states(system, trajectory, arrays)}
+        arrays = {"time": trajectory.times, **arrays}
         change = trajectory.lyapunov_change
         if trajectory.switches is not None:
             arrays |= switching_arrays(trajectory.switches)
@@ -218,16 +219,11 @@ def recorded(
         if has_no_potential(system):
             # The contact force has no potential, so v - ε replaces v (eq. 28).
             arrays["energy"][:, system.parts.index("connector")] = -trajectory.contact_work
-        # The dissipation only determines v'.
-        dissipation = arrays.get("dissipation", np.full_like(arrays["energy"], np.nan))
-        supplied = arrays.get("supplied_power")
-        trace = lyapunov_trace(arrays["energy"], dissipation, change, rest.energy, supplied)
-    if not only_outcome:
-        arrays["lyapunov_rate"] = trace.rate
+        value, residual = lyapunov_trace(arrays["energy"], change, rest.energy)
     quantities = arrays | {
-        "lyapunov": trace.value,
+        "lyapunov": value,
         "lyapunov_change": trajectory.lyapunov_change,
-        "energy_residual": trace.residual,
+        "energy_residual": residual,
         "contact_work": trajectory.contact_work,
         "energy_at_rest": np.array(rest.energy),
         "energy_round_off": np.array(_round_off(system, trajectory)),
@@ -287,14 +283,12 @@ def _observed(
     system: System, trajectory: Trajectory, deadline: Deadline | None, only_outcome: bool
 ) -> dict[str, Array]:
     """Return the observed quantities of the samples; of fewer if the deadline expires."""
-    parts, named = len(system.parts), len(named_elements(system))
-    shapes: dict[str, tuple[int, ...]] = {**dict.fromkeys(_MOTION, (3,)), "energy": (parts,)}
-    if not only_outcome:
-        shapes |= dict.fromkeys(_FORCES, (3,)) | {"dissipation": (parts,)}
-        if named:
-            shapes |= dict.fromkeys(_OF_ELEMENTS, (named, 3))
-        if system.supplies:
-            shapes["supplied_power"] = (parts,)
+    lengths = run_dimensions(system.declared_states)
+    lengths |= {"part": len(system.parts), "element": len(named_elements(system))}
+    shapes = {
+        name: tuple(lengths[dimension] for dimension in quantity.dimensions[1:])
+        for name, quantity in recorded_in(system, only_outcome).items()
+    }
     ends = np.cumsum([0, *map(math.prod, shapes.values())]).tolist()
     count = len(trajectory.times)
     table = np.empty((count, ends[-1]))
@@ -323,7 +317,7 @@ class _Observer:
     """
 
     def __init__(self, only_outcome: bool) -> None:
-        self._quantities = _outcome_at if only_outcome else _all_at
+        self._quantities = _values_of_outcome if only_outcome else _values
         self._of: dict[int, EquationsInTime] = {}
 
     def __call__(self, system: System, state: Array, t: float) -> Array:
@@ -335,65 +329,23 @@ class _Observer:
         return found(state, t)
 
 
-_MOTION = (
-    *("orientation", "angular_velocity", "position", "velocity"),
-    *("contact_displacement", "contact_velocity"),
-)
-_FORCES = ("contact_force", "stabilizing_force", "stabilizing_couple")
-_OF_ELEMENTS = ("element_force", "element_couple")
+def recorded_in(system: System, only_outcome: bool) -> dict[str, Quantity]:
+    """Return the quantities that are evaluated at samples, in the order of files."""
+    found = observed_in(system)
+    if not only_outcome:
+        return found
+    return {name: one for name, one in found.items() if one.in_outcome}
 
 
-def _all_at(system: System, state: Array, t: Number = 0.0) -> Array:
-    """Return `_MOTION`, energies, `_FORCES` and dissipations at a state, one after the other.
-
-    Then come `_OF_ELEMENTS` if the system has named elements, and the power that each part supplies
-    if an element supplies any.
-    """
-    seen, names = system.observe(state, t), [element.name for element in system.elements]
-    force = couple = ZERO
-    if TranslationalStabilizer.name in names:
-        force = seen.wrenches[names.index(TranslationalStabilizer.name)].force
-        couple = seen.wrenches[names.index(RotationalStabilizer.name)].couple
-    forces = seen.contact_force, force, couple
-    own = [seen.wrenches[names.index(name)] for name in named_elements(system)]
-    rows = [*_motion_rows(seen.motion), seen.energy, *forces, seen.dissipation]
-    rows += [one.force for one in own] + [one.couple for one in own]
-    return np.concatenate([*rows, seen.supplied] if system.supplies else rows)
+def _values(system: System, state: Array, t: Number = 0.0, only_outcome: bool = False) -> Array:
+    """Return the quantities of `recorded_in` at a state, one after the other."""
+    quantities = recorded_in(system, only_outcome).values()
+    return np.array(values_of(quantities, system.observe(state, t)))
 
 
-def named_elements(system: System) -> tuple[str, ...]:
-    """Return the names of the elements that the config names, in their order."""
-    return tuple(
-        element.name
-        for element in system.elements
-        if isinstance(element, NAMED_ELEMENTS) or element.from_user
-    )
-
-
-def _outcome_at(system: System, state: Array, t: Number = 0.0) -> Array:
-    """Return `_MOTION` and the energy of each part at a state, one after the other."""
-    motion = system.motion(state, t)
-    kinetic = system.body.kinetic_energy(motion.Omega, motion.V)
-    stored = stored_energies(system, motion, state[system.coordinates.size :])
-    return np.concatenate([*_motion_rows(motion), np.array([kinetic, *stored])])
-
-
-def _motion_rows(motion: Motion) -> tuple[Array, ...]:
-    return motion.Theta, motion.Omega, motion.X, motion.V, motion.E, motion.F
-
-
-def _of_states(
-    system: System, trajectory: Trajectory, observed: dict[str, Array]
-) -> dict[str, Array]:
-    """Return the own states of elements, and the residuals of a constraint."""
-    arrays = {name: trajectory.states[:, indices] for name, indices in system.own_states.items()}
-    if system.coordinates.name == "manifold":
-        for level, source in (("position", "displacement"), ("velocity", "velocity")):
-            residual = np.linalg.norm(observed[f"contact_{source}"], axis=1)
-            arrays[f"constraint_{level}_residual"] = residual
-    return arrays
+def _values_of_outcome(system: System, state: Array, t: Number = 0.0) -> Array:
+    return _values(system, state, t, only_outcome=True)
 
 
 def _variable(quantity: Quantity, data: Array) -> Variable:
-    long_name = f"{quantity.symbol}: {quantity.meaning}"
-    return Variable(quantity.dimensions, data, quantity.unit, long_name)
+    return Variable(quantity.dimensions, data, quantity.unit, quantity.long_name)

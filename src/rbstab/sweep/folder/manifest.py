@@ -31,7 +31,6 @@ _MAX_COLUMNS = 1000
 _MAX_VERSIONS = 50
 
 FIRST_COLUMNS = (
-    "run_id",
     "status",
     "end_time",
     "final_orientation",

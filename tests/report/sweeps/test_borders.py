@@ -119,7 +119,6 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
     def columns(a):
         return {
             "settling_time": np.where(a["run"] == 13, 2.0, 1.0),
-            "run_id": [f"{k + 7:08d}{0:024d}".encode() for k in a["run"]],
             "lyapunov_start": a["run"],
             "peak_contact_displacement": np.tile([1.0, -9.0, 3.0], (20, 1)),
         }

@@ -160,13 +160,11 @@ class Ensemble:
         run = _Batches(self, self.times if sampled else self.times[[0, -1]])
         run.integrate(parameters, moving, scales, np.arange(starts.shape[1]))
         if self.symbolic.supplies:
-            # The energies at the start do not tell how much inputs supply.
             audits = np.array([np.abs(ends[1 + self.size :, -1]).max() for ends in run.ends])
-            sizes = sizes + audits * scales
-            misfits = (sizes > LARGEST_MISFIT * scales) | (sizes < scales / LARGEST_MISFIT)
-            misfits &= (sizes > 0) & np.isfinite(sizes) & run.done
-            scales[misfits] = sizes[misfits]
-            run.integrate(parameters, moving, scales, np.flatnonzero(misfits))
+            fitting = fitting_scales(sizes, scales, audits)
+            misfits = np.flatnonzero((fitting != scales) & run.done)
+            scales[misfits] = fitting[misfits]
+            run.integrate(parameters, moving, scales, misfits)
         return self._motions(parameters, run, starts[THETA], scales, sampled)
 
     def _motions(
@@ -221,6 +219,21 @@ class Ensemble:
         for view in self._views:
             self._ends.write(view)
         return True
+
+
+def fitting_scales(sizes: Array, scales: Array, audits: Array) -> Array:
+    """Return the scales that fit runs, shape (m,), J; the given ones if those fit.
+
+    The energies at the start do not tell how much inputs supply (see `symbols.fitting_scale`).
+
+    Args:
+        sizes: The sums of the absolute energies at the start, shape (m,), J.
+        scales: The scales of the runs, shape (m,), J.
+        audits: The largest audit state at the end of each run, in units of its scale, shape (m,).
+    """
+    sizes = sizes + audits * scales
+    misfits = (sizes > LARGEST_MISFIT * scales) | (sizes < scales / LARGEST_MISFIT)
+    return np.where(misfits & (sizes > 0) & np.isfinite(sizes), sizes, scales)
 
 
 class _Batches:

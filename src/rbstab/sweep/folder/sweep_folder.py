@@ -204,11 +204,13 @@ class SweepFolder:
             StoreError: The shard cannot be read, or was written by a newer rbstab.
         """
         path, (start, stop) = self.shard_file(number), self.bounds(number)
-        table, columns = read_table(path, SHARD, names), self.columns
+        columns = self.columns
+        wanted = tuple(columns if names is None else names)
+        table = read_table(path, SHARD, wanted)
         ours = table.attributes.get("plan_id") == self.manifest.plan_id
         # The length is compared first: the manifest may be damaged, and shards be said to be huge.
         ours = ours and len(table[RUN]) == stop - start and table[RUN][0] == start
-        ours = ours and set(table.layout) == set(columns if names is None else names)
+        ours = ours and set(table.layout) == set(wanted)
         if not ours or not all(is_older(one, columns[n]) for n, one in table.layout.items()):
             raise NotAResultError(f"{path} is not a shard of this sweep")
         return table

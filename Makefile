@@ -98,6 +98,7 @@ figures: $(READY)  ## make the figures of the documentation, and print its table
 
 docs: $(READY)  ## write the tables of modules into docs/architecture.md; build the site, with warnings as errors
 	$(BIN)/python docs/architecture_tables.py
+	$(BIN)/python docs/quantity_tables.py
 	rm -rf $(SITE)
 	$(BIN)/python -m sphinx -q -W --keep-going -E -d build/doctrees -b html docs $(SITE)
 	$(BIN)/python docs/site_links.py $(SITE)

@@ -191,7 +191,9 @@ PLANS: dict[str, tuple[Callable[[], Plan], set[int]]] = {
         lambda: with_inputs(
             NOISY,
             {"elements.gust.signal.seed": {"member": [5]}},
-            **{"design": "random", "members": 4, "seed": 1},
+            design="random",
+            members=4,
+            seed=1,
         ),
         {0, 1, 2, 3},
     ),

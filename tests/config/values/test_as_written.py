@@ -10,7 +10,7 @@ from support.configs import PERMANENT, PLAN, VISCO_ELASTIC, edited, messages_of,
 from support.leg import held
 
 from rbstab.config.errors import ConfigError
-from rbstab.config.load import load_config, run_id
+from rbstab.config.load import load_config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.simulate import simulate
 from rbstab.mechanics.attitude import quaternions, rotation, rotations

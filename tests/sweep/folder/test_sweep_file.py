@@ -9,7 +9,6 @@ from support.sweeping import run_sweep
 from support.sweeps import FakeEngine, plan_of
 
 import rbstab
-from rbstab.config.load import run_id
 from rbstab.sweep.folder.layout import varied_layout
 from rbstab.sweep.folder.members_file import counts_by_status, sweep_summary
 from rbstab.sweep.folder.sweep_table import read_sweep

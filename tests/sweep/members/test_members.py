@@ -126,11 +126,14 @@ def test_a_member_whose_preparation_fails_fails_alone(monkeypatch):
 
 LOOSER = {
     # The largest at the ends of steps, and of samples.
-    **{"energy_residual": 1e-8, "energy_scale": 0.05},
+    "energy_residual": 1e-8,
+    "energy_scale": 0.05,
     # Where a slope is zero, and at the end of a descent.
-    **{"peak_time": 1e-6, "rest_orientation": 1e-6},
+    "peak_time": 1e-6,
+    "rest_orientation": 1e-6,
     # Near θ2 = ±90°.
-    **{"peak_orientation": 1e-6, "smallest_regularity": 1e-4},
+    "peak_orientation": 1e-6,
+    "smallest_regularity": 1e-4,
 }
 """Bounds of the differences of columns that are no state, for other reasons than the tolerance."""
 

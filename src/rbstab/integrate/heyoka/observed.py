@@ -52,7 +52,7 @@ class Observed:
     Args:
         compiled: Compiles the numbers of an `Observation` of a system (`Ensemble.compiled`).
         system: The system of symbols.
-        quantities: The quantities, vectors of the dimension `axis` or of one of its own, or numbers.
+        quantities: The quantities: numbers, or vectors along `axis` or a dimension of own states.
     """
 
     def __init__(

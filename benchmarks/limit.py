@@ -73,8 +73,7 @@ def _integrate(sweeping: Sweeping) -> None:
         chosen = order[first : first + CHUNK]
         motions = engine.ensemble.run(parameters[:, chosen], starts[:, chosen])
         assert motions.samples is not None
-        for observed in engine.at_ends:
-            observed.along(motions.parameters, motions.samples, engine.problem.times)
+        engine.at_ends.along(motions.parameters, motions.samples, engine.problem.times)
 
 
 def _writer(sweeping: Sweeping) -> Callable[[], None]:

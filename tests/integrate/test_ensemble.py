@@ -1,5 +1,7 @@
 """A batch integrates each member as a single run does, independently of its other members."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from support.problems import problem, solve
@@ -55,7 +57,7 @@ def test_every_member_is_a_single_run_at_its_samples_and_at_the_ends_of_its_step
 def test_each_quantity_is_its_formula_at_the_states_of_a_member(made):
     """Compiled from expressions of heyoka, and evaluated with floats."""
     systems, parameters, _, ensemble, motions = made
-    quantities = {
+    quantities: Any = {
         name: one for name, one in observed_in(systems[0]).items() if "part" not in one.dimensions
     }
     assert len(quantities) >= 9

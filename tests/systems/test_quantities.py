@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from typing import Any
 
 import numpy as np
 import pytest
@@ -108,6 +109,10 @@ def test_names_are_found_and_belong_to_one_quantity():
     assert all(quantity.symbol and quantity.unit and quantity.meaning for quantity in QUANTITIES)
 
 
+def formula(name: str) -> Any:
+    return BY_NAME[name].formula
+
+
 @pytest.mark.parametrize(
     ("name", "rate"),
     [
@@ -120,8 +125,8 @@ def test_rates_are_derivatives(name, rate, rng):
     """By differences along the motion; their units are units over seconds."""
     system = random_system(rng, "embedded")
     y = random_state(rng, system)
-    slope = BY_NAME[rate].formula if rate else PEAKS[name].rate
-    found = along(lambda y: BY_NAME[name].formula(system.observe(y)), y, system.rates(y))
+    slope = formula(rate) if rate else PEAKS[name].rate
+    found = along(lambda y: formula(name)(system.observe(y)), y, system.rates(y))
     assert slope(system.observe(y)) == pytest.approx(found, rel=1e-6, abs=1e-8)
     assert rate is None or BY_NAME[rate].unit == f"{BY_NAME[name].unit}/s"
 
@@ -129,7 +134,7 @@ def test_rates_are_derivatives(name, rate, rng):
 def test_the_rate_of_v_is_what_the_audit_integrates(rng):
     system = random_system(rng, "visco-elastic")
     y = random_state(rng, system)
-    rate = BY_NAME["lyapunov_rate"].formula(system.observe(y))
+    rate = formula("lyapunov_rate")(system.observe(y))
     assert rate == system.audited_rates(y)[-2] < 0
     assert set(observed_in(system)) >= {"energy", "dissipation", "contact_force"}
     assert not named_elements(system)

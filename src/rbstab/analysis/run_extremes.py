@@ -178,21 +178,32 @@ def quaternion_of(system: System) -> QuaternionCoordinates | None:
     return coordinates if isinstance(coordinates, QuaternionCoordinates) else None
 
 
-def leave_open(table: Array, beyond: Array, first: Array, members: Array) -> None:
+def leave_open(  # noqa: PLR0913, PLR0917 (steps of members)
+    table: Array,
+    q: QuaternionCoordinates,
+    ends: tuple[Array, Array],
+    lengths: Array,
+    first: Array,
+    members: Array,
+) -> None:
     """Make the rates of θ1 and θ3 infinite where their extrema may be between the ends of steps.
 
     Those steps are divided; where no part shows the extremum, its error is infinite.
 
     Args:
         table: The values and rates at both ends of steps, shape (2, 2, q, n).
-        beyond: How far θ1 and θ3 go beyond both ends, shape (2, n), rad.
+        q: The coordinates with a quaternion.
+        ends: The states at both ends of steps, shape (states, n) each.
+        lengths: The lengths of the steps, shape (n,), s.
         first: The first step of each member, shape (m,).
         members: The member of each step, shape (n,).
     """
+    begin, end = (y[[q.size - 1, *range(6)]] for y in ends)
+    beyond = beyond_ends(begin, end, lengths)
     for row, over in zip((THETA_ROWS.start, THETA_ROWS.stop - 1), beyond, strict=True):
-        ends = np.abs(table[:, 0, row]).max(axis=0)
-        largest = np.maximum.reduceat(ends, first)[members]
-        is_open = (over > ABSOLUTE) & (ends + over > largest)
+        size = np.abs(table[:, 0, row]).max(axis=0)
+        largest = np.maximum.reduceat(size, first)[members]
+        is_open = (over > ABSOLUTE) & (size + over > largest)
         table[:, 1, row, is_open] = np.inf
         rates = table[:, 1, row]
         rates[np.isnan(rates)] = np.inf
@@ -248,15 +259,14 @@ class _StepsOfRun:
         table: Array = np.moveaxis(np.array(rows), 0, -1)
         times = np.array(ends.times)
         if self.q is not None:
-            y, size = np.array(ends.states).T, self.q.size
+            y = np.array(ends.states).T
             start, later = (y[:, :1], times[:1], self.Theta), (y[:, 1:], times[1:])
             Theta, self.turn = self.q.angles_along(*start, *later)
             turned = self.q.watched(y)
             turned[0, ::2] = Theta[::2]
             table[0][:, THETA_ROWS], table[1][:, THETA_ROWS] = turned[..., :-1], turned[..., 1:]
-            motion = y[[size - 1, *range(6)]]
-            beyond = beyond_ends(motion[:, :-1], motion[:, 1:], np.diff(times))
-            leave_open(table, beyond, np.zeros(1, dtype=int), np.zeros(len(beyond[0]), dtype=int))
+            only = np.zeros(len(rows), dtype=int)
+            leave_open(table, self.q, (y[:, :-1], y[:, 1:]), np.diff(times), only[:1], only)
         self._table = table
         return Steps(
             np.zeros(1, dtype=int),

@@ -1,8 +1,10 @@
 """Members of every kind: their bits depend on the plan alone, and each is its own single run."""
 
+import json
 import threading
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from support.member_plans import (
     PITCHING,
     PLANS,
     SLOPE,
+    SPIN,
     TURNS,
     RecordedSingleRuns,
     drawn,
@@ -23,27 +26,40 @@ from support.member_plans import (
 
 from rbstab.experiment import record
 from rbstab.experiment.simulate import simulate
+from rbstab.integrate.engines import EngineMissingError
 from rbstab.integrate.status import RunStatus
+from rbstab.sweep.members import engines
 from rbstab.sweep.members.approached_states import ApproachedStates, RestStatesOfMembers
 from rbstab.sweep.members.engine import columns_of_failed
-from rbstab.sweep.members.engines import factory_for
-from rbstab.sweep.members.ensemble import EnsembleEngine
+from rbstab.sweep.members.engines import factory_for, fastest_engine
+from rbstab.sweep.members.ensemble import EnsembleEngine, ensemble_engine
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES, outcome_columns
 from rbstab.sweep.members.scipy_comparison import compare
 from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.trace_selection import TraceSelection
 
 COMPLETED, LEFT = STATUSES.index("completed"), STATUSES.index("range left")
+
+slow = pytest.mark.slow
 
 each_plan = pytest.mark.parametrize("name", PLANS)
 
 
 @cache
-def made(name):
+def made(name: str) -> Any:
     """Return a plan, its engine, and all its members with their motions, computed at once."""
     plan = replace(PLANS[name][0](), keep=TraceSelection(every=1))
     engine = EnsembleEngine(plan, RecordedSingleRuns(plan))
     return plan, engine, engine.compute(0, plan.members)
+
+
+def batches(plan: Any) -> Any:
+    return factory_for("heyoka")(plan)
+
+
+def alone(plan: Any, *arguments: Any, **options: Any) -> Any:
+    return SingleRuns(plan, *arguments, **options)
 
 
 def in_thread(compute, *bounds):
@@ -68,7 +84,7 @@ def test_no_bit_depends_on_division_order_kept_motions_threads_or_what_was_compu
     every = choices.draw(st.integers(0, 3))
     if every != 1:
         plan = replace(plan, keep=TraceSelection(every=every))
-        engine = factory_for("heyoka")(plan)
+        engine = batches(plan)
     cuts = choices.draw(st.sets(st.integers(1, plan.members - 1), max_size=3))
     bounds = list(zip([0, *sorted(cuts)], [*sorted(cuts), plan.members], strict=True))
     for start, stop in choices.draw(st.permutations(bounds)):
@@ -90,7 +106,7 @@ def test_a_member_that_fails_alone_changes_no_bit_of_its_neighbours():
     key = "controller.K_s[1]"
     with_strong = listed(base, **{key: [500.0, 200_000.0, 700.0]})
     found, expected = (
-        factory_for("heyoka")(plan).compute(0, plan.members).outcome
+        batches(plan).compute(0, plan.members).outcome
         for plan in (with_strong, listed(base, **{key: [500.0, 700.0]}))
     )
     ends = [STATUSES[code] for code in found["status"]]
@@ -105,7 +121,7 @@ def test_a_member_whose_preparation_fails_fails_alone(monkeypatch):
 
     plan = listed(paper("free", engine="scipy", duration=0.02), **{"body.mass": [40.0, 45.0, 50.0]})
     plan = replace(plan, keep=TraceSelection(every=1))
-    before = SingleRuns(plan).compute(0, 3)
+    before = alone(plan).compute(0, 3)
 
     def failing(config):
         if config.body.mass == 45.0:
@@ -113,7 +129,7 @@ def test_a_member_whose_preparation_fails_fails_alone(monkeypatch):
         return problem_of(config)
 
     monkeypatch.setattr("rbstab.sweep.members.single.problem_of", failing)
-    after = SingleRuns(plan).compute(0, 3)
+    after = alone(plan).compute(0, 3)
     for name, column in columns_of_failed(1).items():
         assert after.outcome[name][[0, 2]].tobytes() == before.outcome[name][[0, 2]].tobytes()
         assert after.outcome[name][1:2].tobytes() == column.tobytes(), name
@@ -147,19 +163,19 @@ def test_each_member_is_its_single_run(name):
     for column, one in columns.items():
         assert whole.outcome[column].shape == (plan.members, *one.shape)
         assert whole.outcome[column].dtype == np.dtype(one.dtype)
-    single = SingleRuns(plan, "heyoka", with_largest=True)
+    single = alone(plan, "heyoka", with_largest=True)
     assert engine.single_runs.members == PLANS[name][1]
     for member in sorted({0, 1, plan.members // 2, plan.members - 1}):
-        alone = single.compute(member, member + 1)
+        expected = single.compute(member, member + 1)
         ours = {column: values[[member]] for column, values in whole.outcome.items()}
-        unlike, differences = compare(ours, alone.outcome)
+        unlike, differences = compare(ours, expected.outcome)
         assert unlike == 0
         is_alone = member in PLANS[name][1]
         for column, difference in differences.items():
             assert difference <= (0.0 if is_alone else LOOSER.get(column, 1e-8)), column
-        for quantity, values in alone.traces.items():
+        for quantity, values in expected.traces.items():
             found = whole.traces[quantity][[member]] if quantity != "time" else values
-            of_size = alone.traces["lyapunov" if "residual" in quantity else quantity]
+            of_size = expected.traces["lyapunov" if "residual" in quantity else quantity]
             size = 0.0 if is_alone else max(1e-3, np.nanmax(np.abs(of_size), initial=0.0))
             np.testing.assert_allclose(found, values, rtol=0.0, atol=1e-8 * size, err_msg=quantity)
 
@@ -167,7 +183,7 @@ def test_each_member_is_its_single_run(name):
 @pytest.mark.parametrize("name", ["visco-elastic", "embedded", "elements", "inputs", "switching"])
 def test_the_engines_find_the_same_members(name):
     plan, _, whole = made(name)
-    theirs = SingleRuns(plan, "scipy", with_largest=True).compute(0, 3).outcome
+    theirs = alone(plan, "scipy", with_largest=True).compute(0, 3).outcome
     unlike, differences = compare({k: v[:3] for k, v in whole.outcome.items()}, theirs)
     assert unlike == 0
     for column, difference in differences.items():
@@ -181,7 +197,7 @@ def test_the_engines_find_the_same_members(name):
 )  # fmt: skip
 def test_a_single_run_is_the_run_of_its_config(name, member):
     plan, _, _ = made(name)
-    outcome, traces = SingleRuns(plan, "heyoka").compute(member, member + 1)
+    outcome, traces = alone(plan, "heyoka").compute(member, member + 1)
     run = simulate(plan.config_of(member))
     found = {column: values[0] for column, values in outcome.items()}
     assert STATUSES[found["status"]] == run.status
@@ -208,7 +224,7 @@ def test_a_motion_agrees_with_its_own_relations():
     """Check relations within a trace, without any engine or equation of the program."""
     base = paper("visco-elastic", duration=0.2, samples=2001)
     plan = replace(drawn(base, {PITCH: {"uniform": [5, 20]}}, 2), keep=TraceSelection(every=1))
-    outcome, traces = factory_for("heyoka")(plan).compute(0, 2)
+    outcome, traces = batches(plan).compute(0, 2)
     step = traces["time"][1]
     for of, rate in (
         ("lyapunov", "lyapunov_rate"),
@@ -234,7 +250,7 @@ def test_quaternions_change_nothing_where_angles_suffice():
     _, _, whole = made("quaternion")
     plan = turning("Z")
     in_angles = EnsembleEngine(plan, SingleRuns(plan, "heyoka", with_largest=True))
-    theirs = SingleRuns(plan, "heyoka", with_largest=True).compute(0, len(TURNS)).outcome
+    theirs = alone(plan, "heyoka", with_largest=True).compute(0, len(TURNS)).outcome
     same = np.flatnonzero(theirs["status"] == COMPLETED)
     assert len(same) >= 4
     unlike, differences = compare(
@@ -251,9 +267,9 @@ def test_quaternions_change_nothing_where_angles_suffice():
 def test_who_leaves_the_range_is_known_however_few_the_samples(samples):
     base = PITCHING | {"integration": PITCHING["integration"] | {"samples": samples}}
     plan = listed(base, **{PITCH: np.linspace(20, 60, 21).tolist()})
-    engine = EnsembleEngine(plan, RecordedSingleRuns(plan))
+    engine: Any = EnsembleEngine(plan, Recordedalone(plan))
     found = engine.compute(0, 21).outcome
-    expected = SingleRuns(plan, "heyoka").compute(0, 21).outcome
+    expected = alone(plan, "heyoka").compute(0, 21).outcome
     assert found["status"].tolist() == expected["status"].tolist()
     left = found["status"] == LEFT
     assert engine.single_runs.members == set(np.flatnonzero(left).tolist())
@@ -275,7 +291,7 @@ def test_rest_energies_that_are_not_found_at_once_are_looked_for(monkeypatch):
         return RestStatesOfMembers(np.full(count, 1e9), np.full((count, 3), 1e9), none)
 
     monkeypatch.setattr(ApproachedStates, "find", nothing)
-    found = factory_for("heyoka")(plan).compute(0, 4).outcome
+    found = batches(plan).compute(0, 4).outcome
     assert found["lyapunov_start"] == pytest.approx(whole.outcome["lyapunov_start"][:4], rel=1e-9)
 
 
@@ -283,7 +299,7 @@ def test_each_member_has_the_rest_state_of_its_own_system():
     """Single runs of the same system share the rest state next to the unloaded position."""
     base = paper("free", False, controller=SLOPE, duration=0.05) | {"gravity": [0.0, 0.0, -10.0]}
     plan = listed(base, **{PITCH: [5.0, 20.0], "body.mass": [40.0, 40.0, 42.0]})
-    found = factory_for("heyoka")(plan).compute(0, plan.members).outcome["energy_at_rest"]
+    found = batches(plan).compute(0, plan.members).outcome["energy_at_rest"]
     runs = [simulate(plan.config_of(member)) for member in range(plan.members)]
     assert found.tolist() == [float(run["energy_at_rest"]) for run in runs]
     assert found[0] == found[1] == found[3] != found[2]
@@ -307,22 +323,19 @@ def test_what_no_column_shows_is_not_asked_for(monkeypatch):
     monkeypatch.setattr(record, "certificate_of", refuse)
     monkeypatch.setattr(record, "_values", refuse)
     monkeypatch.setattr("rbstab.systems.system.Observation.dissipation", property(refuse))
-    found = factory_for("heyoka")(plan).compute(0, 1).outcome
+    found = batches(plan).compute(0, 1).outcome
     assert found["status"].tolist() == [COMPLETED]
     assert np.isfinite(found["lyapunov_end"]).all()
 
 
 def test_motions_that_are_not_kept_cost_nothing():
-    plan = drawn(paper("free"), SPIN_OF_FREE, 4)
-    engine = factory_for("heyoka")(plan)
+    plan = drawn(paper("free"), SPIN, 4)
+    engine = batches(plan)
     assert engine.compute(0, 4).traces is None
-    assert len(engine.variant_engines["free"].in_traces) == 2
-    kept = factory_for("heyoka")(replace(plan, keep=TraceSelection(every=3)))
+    assert engine.variant_engines["free"].in_traces is None
+    kept = batches(replace(plan, keep=TraceSelection(every=3)))
     assert kept.compute(1, 3).traces is None
-    assert len(kept.variant_engines["free"].in_traces) == 3
-
-
-SPIN_OF_FREE = {"initial.angular_velocity[0]": {"uniform": [-20, 20]}}
+    assert kept.variant_engines["free"].in_traces is not None
 
 
 def test_members_without_result():
@@ -330,3 +343,38 @@ def test_members_without_result():
     assert list(found) == list(COLUMNS)
     assert {len(values) for values in found.values()} == {3}
     assert {STATUSES[code] for code in found["status"]} == {RunStatus.SOLVER_FAILURE}
+
+
+# Other
+
+
+def test_which_engine_is_taken(monkeypatch):
+    assert fastest_engine() in ("heyoka", "scipy")
+    assert factory_for("scipy") is SingleRuns
+    assert factory_for("heyoka") is ensemble_engine
+
+    def missing(name):
+        raise EngineMissingError(name)
+
+    monkeypatch.setattr(engines, "engine", missing)
+    assert fastest_engine() == "scipy"
+    with pytest.raises(EngineMissingError):
+        factory_for("heyoka")
+
+
+@pytest.mark.parametrize("surface", [{"slope": 20}, pytest.param("position", marks=slow)])
+def test_a_motion_that_slides_settles_when_its_own_energy_does(surface):
+    example = "configs/examples/sliding/slope_exact_20000.yaml"
+    vary = {"initial.angular_velocity[2]": {"values": [-16, -15]}}
+    changes = ["integration.engine=heyoka", "integration.samples=201"]
+    surface_change = f"controller.surface={json.dumps(surface)}"
+    plan = load_plan({"base": example, "vary": vary}, [*changes, surface_change])
+    run = simulate(plan.config_of(0))
+    # On s = F + κE the work ε of the contact force replaces the energy of the connector.
+    held = np.array([part != "connector" or surface == "position" for part in run["part"]])
+    v = run["energy"][:, held].sum(axis=1) - run["energy_at_rest"]
+    assert (run["lyapunov"][-1] < 1e-3 * v[0]) == (surface == "position")
+    settled = alone(plan).compute(0, 1).outcome["settling_time"][0]
+    after = run["time"] > settled
+    assert (v[after] < 1e-3 * v[0]).all()
+    assert v[~after][-1] >= 1e-3 * v[0]

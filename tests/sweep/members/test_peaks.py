@@ -77,6 +77,7 @@ def dense_peaks():
     watched = {name: BY_NAME[name] for name in ("contact_displacement", "orientation")}
     observed = Observed(ensemble.compiled, ensemble.symbolic, watched)
     samples = ensemble.run(parameters, starts).samples
+    assert samples is not None
     found = observed.along(parameters, samples, times)
     (E, E_time), (Theta, _) = (
         sampled_peaks(times, np.moveaxis(found[name], 2, 0)) for name in watched

@@ -1,6 +1,7 @@
 """Functions of the states of many members, compiled: quantities by their formulas, and others."""
 
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any
 
 import heyoka as hy
@@ -52,21 +53,20 @@ class Observed:
     Args:
         compiled: Compiles the numbers of an `Observation` of a system (`Ensemble.compiled`).
         system: The system of symbols.
-        quantities: The quantities: numbers, or vectors along `axis` or a dimension of own states.
+        groups: The quantities: numbers, or vectors along `axis` or a dimension of own states. Each
+            group is compiled by itself: the last bits of a sum depend on what is compiled with it.
     """
 
     def __init__(
         self,
         compiled: Callable[[System, Callable[[Observation], list[Any]]], Compiled],
         system: System,
-        quantities: Mapping[str, Quantity],
+        *groups: Mapping[str, Quantity],
     ) -> None:
-        lengths = run_dimensions(system.declared_states)
-        self._sizes = {
-            name: tuple(lengths[dimension] for dimension in quantity.dimensions[1:])
-            for name, quantity in quantities.items()
-        }
-        self._compiled = compiled(system, lambda seen: values_of(quantities.values(), seen))
+        self._groups = [
+            (compiled(system, partial(values_of, group.values())), group) for group in groups
+        ]
+        self._lengths = run_dimensions(system.declared_states)
 
     def along(self, parameters: Array, states: Array, times: Array) -> dict[str, Array]:
         """Return the quantities, shape (m, n) or (m, n, size).
@@ -77,12 +77,16 @@ class Observed:
             times: Shape (n,), s.
         """
         _, m, n = states.shape
-        rows = self._compiled(
-            parameters, states.reshape(-1, m * n), np.tile(times, m), np.repeat(np.arange(m), n)
-        )
-        found, first = {}, 0
-        for name, size in self._sizes.items():
-            part = rows[first : first + int(np.prod(size))].reshape(*size, m, n)
-            found[name] = np.moveaxis(part, 0, 2) if size else part
-            first += int(np.prod(size))
+        flat = states.reshape(-1, m * n), np.tile(times, m), np.repeat(np.arange(m), n)
+        found = {}
+        for compiled, group in self._groups:
+            rows = iter(compiled(parameters, *flat).reshape(-1, m, n))
+            for name, quantity in group.items():
+                sizes = [self._lengths[one] for one in quantity.dimensions[1:]]
+                if sizes:
+                    # Each component stays contiguous along the samples.
+                    part = np.array([next(rows) for _ in range(sizes[0])])
+                    found[name] = np.moveaxis(part, 0, 2)
+                else:
+                    found[name] = next(rows)
         return found

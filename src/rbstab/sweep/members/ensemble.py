@@ -97,10 +97,10 @@ class EnsembleEngine:
             if traces is not None and is_kept:
                 _copy(traces, places[rows], motions)
         for row in np.flatnonzero(pending).tolist():
-            outcome, motions = self.single_runs.compute(start + row, start + row + 1)
-            _copy(columns, np.array([row]), outcome)
-            if traces is not None and motions is not None:
-                _copy(traces, places[[row]], motions)
+            single = self.single_runs.compute(start + row, start + row + 1)
+            _copy(columns, np.array([row]), single.outcome)
+            if traces is not None and single.traces is not None:
+                _copy(traces, places[[row]], single.traces)
         return Shard(columns, traces)
 
     def _chunks(self, values: Values, kept: Array) -> Iterator[tuple["_VariantEngine", Array]]:
@@ -136,16 +136,6 @@ def _copy(target: dict[str, Array], rows: Array, source: dict[str, Array]) -> No
                 target[name][rows, :, axis] = data[..., axis]
 
 
-def _along(
-    compiled: tuple[Observed, ...], parameters: Array, states: Array, times: Array
-) -> dict[str, Array]:
-    """Return quantities along motions by their names."""
-    found: dict[str, Array] = {}
-    for one in compiled:
-        found |= one.along(parameters, states, times)
-    return found
-
-
 def _can_run_in_batches(problem: Problem) -> bool:
     """Whether nothing interrupts the steps of a problem: no switch, projection or breakpoint."""
     return not (
@@ -170,13 +160,11 @@ class _VariantEngine:
         finals = {name: one for name, one in quantities.items() if one.end is not None}
         others = {name: one for name, one in quantities.items() if one.trace and name not in finals}
         observed = partial(Observed, ensemble.compiled, ensemble.symbolic)
-        # The last bits of a sum depend on what is compiled with it: energies are always with peaks.
+        # v is compiled with peaks and their rates, as along the steps.
         peaks = {name: BY_NAME[name] for name in PEAKS}
         rates = {f"{n} rate": peaks[n]._replace(formula=peak.rate) for n, peak in PEAKS.items()}
-        self.at_ends = observed(finals), observed(peaks | rates | {TOTAL.name: TOTAL})
-        self.in_traces = self.at_ends
-        if plan.keep.count(plan.members):
-            self.in_traces += (observed(others),)
+        self.at_ends = observed(finals, peaks | rates | {TOTAL.name: TOTAL})
+        self.in_traces = observed(others) if plan.keep.count(plan.members) else None
 
     def _shared_rest_state(self) -> SharedState | None:
         """Return the rest state nearest to the unloaded position, if all members share it."""
@@ -220,7 +208,7 @@ class _VariantEngine:
         motions = ensemble.run(parameters, starts, sampled=sampled)
         self.ends = int(motions.steps.mean()) + 1
         times = self.problem.times[[0, -1]]
-        quantities = _along(self.at_ends, parameters, motions.boundary, times)
+        quantities = self.at_ends.along(parameters, motions.boundary, times)
         # Members that were not integrated to the end are computed by single runs.
         last = np.where(motions.done, motions.boundary[: starts.shape[0], :, -1], np.nan)
         rest = self._rest_states(values, parameters, last, quantities["position"][:, -1].T)
@@ -249,9 +237,10 @@ class _VariantEngine:
 
     def _along(self, motions: Motions, rest_energy: Array) -> dict[str, Array]:
         """Return the quantities of traces of members; nothing if their motions are not kept."""
-        if motions.samples is None:
+        if self.in_traces is None or motions.samples is None:
             return {}
-        found = _along(self.in_traces, motions.parameters, motions.samples, self.problem.times)
+        along = motions.parameters, motions.samples, self.problem.times
+        found = self.at_ends.along(*along) | self.in_traces.along(*along)
         audits = motions.samples[self.problem.system.size :]
         v, change = found[TOTAL.name] - rest_energy[:, np.newaxis], audits[CHANGE_ROW]
         found |= {"lyapunov": v, "lyapunov_change": change}

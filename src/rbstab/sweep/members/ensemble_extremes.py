@@ -24,7 +24,6 @@ from rbstab.integrate.heyoka.observed import Compiled
 from rbstab.integrate.heyoka.symbols import state_symbols
 from rbstab.integrate.in_quaternions import in_quaternions
 from rbstab.mechanics.numbers import Array, Number
-from rbstab.mechanics.quaternion import beyond_ends
 from rbstab.systems.quantities import BY_NAME, PEAKS, values_of
 from rbstab.systems.system import Observation, System
 
@@ -143,9 +142,8 @@ class _StepsOfMembers:
             at_begin[0, THETA_ROWS][::2] = self._angles[::2]
         self._table = table = np.array([at_begin, self._at_end(at_begin)])
         if self._q is not None:
-            motion = self._states[[self._q.size - 1, *range(6)]]
-            beyond = beyond_ends(motion, self._at_end(motion), self._lengths)
-            leave_open(table, beyond, self._first, self.member)
+            ends = self._states, self._at_end(self._states)
+            leave_open(table, self._q, ends, self._lengths, self._first, self.member)
         return Steps(
             *(self._first, self._times, self._lengths),
             (table[0, 0], table[1, 0]),

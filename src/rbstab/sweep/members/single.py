@@ -1,13 +1,12 @@
 """An engine that integrates members one by one, as single runs."""
 
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from dataclasses import replace
-from functools import partial
-from typing import Generic, TypeVar
 
 import numpy as np
 
 from rbstab.analysis.lyapunov import energy_scale
+from rbstab.analysis.rest_state import RestState
 from rbstab.analysis.run_extremes import extremes_of
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
@@ -29,8 +28,6 @@ from rbstab.sweep.members.outcome import (
 from rbstab.sweep.members.traces import TIME, copy_single_run, layout_of
 from rbstab.sweep.plan.plan import Plan
 from rbstab.systems.parameters import parameters
-
-T = TypeVar("T")
 
 
 class SingleRuns:
@@ -58,9 +55,7 @@ class SingleRuns:
                 for name, column in self._columns.items()
                 if name.startswith(FINAL_PREFIX)
             }
-        # A sample of a motion that is kept takes twice as long: some microseconds too.
-        self._recording_time = _OncePerSystem(partial(recording_time, only_outcome=True))
-        self._rest_state = _OncePerSystem(rest_state_of)
+        self._last: tuple[Hashable, float, RestState] | None = None
         engine(self._engine)
 
     def compute(self, start: int, stop: int) -> Shard:
@@ -96,12 +91,11 @@ class SingleRuns:
     def _integrate(
         self, problem: Problem, deadline: Deadline, is_kept: bool
     ) -> tuple[Trajectory, dict[str, Array]]:
-        key = _key_of_system(problem)
-        deadline.recording_time = self._recording_time(problem, key)
+        deadline.recording_time, nearest = self._of_system(problem)
         with np.errstate(all="ignore"):
             trajectory = engine(self._engine)(problem, None, deadline)
             try:
-                zero = zero_of(problem, trajectory, self._rest_state(problem, key), deadline)
+                zero = zero_of(problem, trajectory, nearest, deadline)
                 found = recorded(problem, trajectory, zero.rest, deadline, only_outcome=not is_kept)
                 if not zero.approached:
                     found.quantities["rest_orientation"] = np.full(3, np.nan)
@@ -109,6 +103,19 @@ class SingleRuns:
             except Exception:
                 # Without quantities, the member still has the status of its trajectory.
                 return trajectory, {}
+
+    def _of_system(self, problem: Problem) -> tuple[float, RestState]:
+        """Return the time to record a sample, and the nearest rest state; one system is known.
+
+        Problems share them if only their starts, samples and tolerances differ.
+        """
+        values = [(name, array.tobytes()) for name, array in parameters(problem.system).items()]
+        key = type(problem.system.coordinates), problem.switching, tuple(values)
+        if self._last is None or self._last[0] != key:
+            # A sample of a motion that is kept takes twice as long: some microseconds too.
+            time = recording_time(problem, only_outcome=True)
+            self._last = key, time, rest_state_of(problem)
+        return self._last[1:]
 
     def _outcome(
         self,
@@ -133,27 +140,3 @@ class SingleRuns:
             for name, values in finals_of(one).items():
                 columns[LARGEST_PREFIX + name] = np.abs(values).max(axis=1)
         return columns
-
-
-class _OncePerSystem(Generic[T]):
-    """A function of a problem that does not depend on its start; it keeps its last value.
-
-    Args:
-        function: The function.
-    """
-
-    def __init__(self, function: Callable[[Problem], T]) -> None:
-        self._function = function
-        self._last: tuple[Hashable, T] | None = None
-
-    def __call__(self, problem: Problem, key: Hashable) -> T:
-        """Return the value for a problem with this `_key_of_system`."""
-        if self._last is None or self._last[0] != key:
-            self._last = key, self._function(problem)
-        return self._last[1]
-
-
-def _key_of_system(problem: Problem) -> Hashable:
-    """Return a key that problems share if only their starts, samples and tolerances differ."""
-    values = [(name, array.tobytes()) for name, array in parameters(problem.system).items()]
-    return type(problem.system.coordinates), problem.switching, tuple(values)

@@ -267,7 +267,7 @@ def test_quaternions_change_nothing_where_angles_suffice():
 def test_who_leaves_the_range_is_known_however_few_the_samples(samples):
     base = PITCHING | {"integration": PITCHING["integration"] | {"samples": samples}}
     plan = listed(base, **{PITCH: np.linspace(20, 60, 21).tolist()})
-    engine: Any = EnsembleEngine(plan, Recordedalone(plan))
+    engine: Any = EnsembleEngine(plan, RecordedSingleRuns(plan))
     found = engine.compute(0, 21).outcome
     expected = alone(plan, "heyoka").compute(0, 21).outcome
     assert found["status"].tolist() == expected["status"].tolist()

@@ -42,10 +42,11 @@ def test_every_member_is_a_single_run_at_its_samples_and_at_the_ends_of_its_step
     systems, _, starts, _, motions = made
     assert motions.done.all()
     for k in range(0, MEMBERS, 5):
-        size, ends = systems[k].size, motions.ends[k]
+        size, ends = systems[k].size, motions.ends[k].copy()
         assert ends.shape[1] == motions.steps[k] + 1
         assert ends[0, [0, -1]].tolist() == TIMES[[0, -1]].tolist()
         assert (np.diff(ends[0]) > 0).all()
+        ends[1 + size :] *= motions.scales[k]
         for times, audited in ((TIMES, motions.samples[:, k]), (ends[0], ends[1:])):
             run = solve("heyoka", problem(systems[k], starts[:, k], times, rtol=1e-10))
             scale = np.abs(run.states).max()

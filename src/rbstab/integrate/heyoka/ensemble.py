@@ -28,6 +28,9 @@ CHANGE_ROW = -1
 """The row of ∫v' dt in audited states of members. ε, the audit state after it in a system, is left
 out: no member in a batch has a law that needs it, and it takes a tenth of the time."""
 
+COMPLETED = hy.taylor_outcome.time_limit
+"""heyoka's name for the end of the samples."""
+
 MAX_STEPS = 20_000
 """The maximum number of steps of a batch."""
 
@@ -38,7 +41,8 @@ class Motions(NamedTuple):
     Attributes:
         parameters: Their parameters, shape (parameters, m).
         ends: For each member the times and the audited states of the integrator at the ends of its
-            steps, shape (1 + states, ends); audit states in J.
+            steps, shape (1 + states, ends); audit states in units of their scales.
+        scales: The scales of the audit states, shape (m,), J.
         angles: Θ there, with θ1 and θ3 continued, shape (3, ends), rad; empty without quaternions.
         steps: Accepted steps, shape (m,).
         done: Whether a member reached its end, shape (m,).
@@ -48,6 +52,7 @@ class Motions(NamedTuple):
 
     parameters: Array
     ends: list[Array]
+    scales: Array
     angles: list[Array]
     steps: Array
     done: Array
@@ -176,8 +181,6 @@ class Ensemble:
         """
         audits, samples = slice(self.size, None), run.samples
         samples[audits] *= scales[:, np.newaxis]
-        for ends, scale in zip(run.ends, scales, strict=True):
-            ends[1:][audits] *= scale
         angles: list[Array] = []
         if self.q is not None:
             w, count = self.q.size - 1, len(run.times)
@@ -191,7 +194,7 @@ class Ensemble:
             samples = np.delete(samples, w, axis=0)
         boundary = samples[..., [0, -1]]
         return Motions(
-            *(parameters, run.ends, angles, run.steps, run.done, boundary),
+            *(parameters, run.ends, scales, angles, run.steps, run.done, boundary),
             samples if sampled else None,
         )
 
@@ -261,10 +264,16 @@ class _Batches:
         self._pars = np.vstack([parameters[self._ensemble.open_indices], scales])
         for first in range(0, len(rows), SIMD):
             self._batch(rows[first : first + SIMD])
+        self._check_finite(rows)
         # One failing lane can stop the whole batch. So each unfinished member runs again, in a
         # batch that contains only this member.
         for row in rows[~self.done[rows]]:
             self._batch(np.array([row]))
+        self._check_finite(rows)
+
+    def _check_finite(self, rows: Array) -> None:
+        """A state that became infinite or NaN stays so: the last one is enough."""
+        self.done[rows] &= np.isfinite(self.samples[:, rows, -1]).all(axis=0)
 
     def _batch(self, rows: Array) -> None:
         """Integrate one batch; the last member also fills the lanes that are left."""
@@ -276,6 +285,4 @@ class _Batches:
         for lane, row in enumerate(rows.tolist()):
             outcome, _, _, self.steps[row] = results[lane]
             self.ends[row] = ends[:, lane, : self.steps[row] + 1]
-            # A state that became infinite or NaN stays so: the last one is enough.
-            finite = np.isfinite(self.samples[:, row, -1]).all()
-            self.done[row] = outcome == hy.taylor_outcome.time_limit and finite
+            self.done[row] = outcome == COMPLETED

@@ -127,8 +127,9 @@ class _StepsOfMembers:
         together = np.concatenate([*ends, np.repeat(ends[-1][:, -1:], more, axis=1)], axis=1)
         size, audited = compiled.ensemble.size, len(motions.ends[0])
         self._times, self._states = together[0], together[1 : 1 + size]
-        self.audits, self._angles = together[1 + size : audited], together[audited:]
         self.member = np.repeat(np.arange(len(counts)), counts)
+        self.audits = together[1 + size : audited] * motions.scales[self.member]
+        self._angles = together[audited:]
         self._first = np.cumsum(counts) - counts
         self._last = self._first + counts - 1
         self._after = self._at_end(np.arange(len(self._times)))

@@ -4,7 +4,7 @@ import re
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -204,13 +204,16 @@ class SweepFolder:
             StoreError: The shard cannot be read, or was written by a newer rbstab.
         """
         path, (start, stop) = self.shard_file(number), self.bounds(number)
-        columns = self.columns
-        wanted = tuple(columns if names is None else names)
-        table = read_table(path, SHARD, wanted)
+        table, columns = read_table(path, SHARD, names), self.columns
+        if "run_id" in table.layout:
+            # Shards that were stored before the column was dropped have it.
+            layout, arrays = dict(table.layout), dict(table.arrays)
+            del layout["run_id"], arrays["run_id"]
+            table = replace(table, layout=layout, arrays=arrays)
         ours = table.attributes.get("plan_id") == self.manifest.plan_id
         # The length is compared first: the manifest may be damaged, and shards be said to be huge.
         ours = ours and len(table[RUN]) == stop - start and table[RUN][0] == start
-        ours = ours and set(table.layout) == set(wanted)
+        ours = ours and set(table.layout) == set(columns if names is None else names)
         if not ours or not all(is_older(one, columns[n]) for n, one in table.layout.items()):
             raise NotAResultError(f"{path} is not a shard of this sweep")
         return table

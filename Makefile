@@ -96,7 +96,8 @@ figures: $(READY)  ## make the figures of the documentation, and print its table
 	$(BIN)/python docs/figures/tutorials.py
 	$(BIN)/python docs/figures/gallery.py
 
-docs: $(READY)  ## build the site, with warnings as errors
+docs: $(READY)  ## write the tables of quantities; build the site, with warnings as errors
+	$(BIN)/python docs/quantity_tables.py
 	rm -rf $(SITE)
 	$(BIN)/python -m sphinx -q -W --keep-going -E -d build/doctrees -b html docs $(SITE)
 	$(BIN)/python docs/site_links.py $(SITE)

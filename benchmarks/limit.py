@@ -14,18 +14,16 @@ from benchmarks.measure import line
 from benchmarks.swept import MAX_LOOP_MEMBERS, Sweeping, plan_of
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.folder.open_folder import open_for_sweep
-from rbstab.sweep.members.ensemble import SAMPLES_IN_MEMORY, EnsembleEngine
-from rbstab.sweep.members.identity import run_ids
+from rbstab.sweep.members.ensemble import EnsembleEngine
 
 MEMBERS = 2 * MAX_LOOP_MEMBERS
 SAMPLES = 201
-CHUNK = SAMPLES_IN_MEMORY // SAMPLES
+CHUNK = 1024
 ROUNDS = 9
 
 TEXTS = {
     "loop": "the bare loop",
     "integrated": "integrated; samples copied; E, Theta and energies at all samples",
-    "ids": "run ids",
     "written": "shards written",
     "sweep": "all of a sweep, without gathering",
 }
@@ -44,7 +42,6 @@ def _measure() -> None:
     actions: dict[str, Callable[[], object]] = {
         "loop": sweeping.bare_loop(),
         "integrated": lambda: _integrate(sweeping),
-        "ids": lambda: run_ids(sweeping.plan, 0, MEMBERS),
         "written": _writer(sweeping),
         "sweep": lambda: sweeping.seconds(gathered=False),
     }
@@ -57,7 +54,7 @@ def _measure() -> None:
             # The first turn warms up.
             if turn:
                 taken[name].append((time.process_time() - begin) / counts[name])
-    needed = zip(taken["integrated"], taken["ids"], taken["written"], strict=True)
+    needed = zip(taken["integrated"], taken["written"], strict=True)
     ratio = _ratio(taken["loop"], taken["sweep"])
     line("summaries: ratio to the bare loop", ratio, "", "at least 0.8")
     line("  ratio that can be reached at most", _ratio(taken["loop"], map(sum, needed)), "", "")
@@ -74,8 +71,9 @@ def _integrate(sweeping: Sweeping) -> None:
     parameters, starts = engine.binding.parameters_and_starts(values)
     for first in range(0, MEMBERS, CHUNK):
         chosen = order[first : first + CHUNK]
-        trajectories = engine.ensemble.run(parameters[:, chosen], starts[:, chosen])
-        engine.ensemble.observer.observe(parameters[:, chosen], trajectories)
+        motions = engine.ensemble.run(parameters[:, chosen], starts[:, chosen])
+        assert motions.samples is not None
+        engine.at_ends.along(motions.parameters, motions.samples, engine.problem.times)
 
 
 def _writer(sweeping: Sweeping) -> Callable[[], None]:

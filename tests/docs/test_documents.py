@@ -3,6 +3,7 @@ work. `test_pages_run.py` compares what the pages show with what is printed.
 """
 
 import re
+import runpy
 import tomllib
 from pathlib import Path
 
@@ -14,8 +15,6 @@ from rbstab.config.schema import VARIANTS, model_of
 from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.registry import GAINS, OWN_STATES
 from rbstab.integrate.status import RunStatus
-from rbstab.sweep.members.outcome import COLUMNS
-from rbstab.systems.quantities import QUANTITIES, Quantity
 from rbstab_cli.main import COMMANDS, cli
 
 ROOT = Path(__file__).parents[2]
@@ -25,12 +24,11 @@ def read(name: str) -> str:
     return (ROOT / name).read_text()
 
 
-@pytest.mark.parametrize("quantity", QUANTITIES, ids=lambda q: q.name)
-def test_each_array_is_described_with_its_dimensions_and_unit(quantity: Quantity) -> None:
-    dimensions = ", ".join(quantity.dimensions) or "-"
-    row = f"| `{quantity.name}` | {dimensions} | {quantity.unit} |"
-    assert row in read("results/README.md")
-    assert f"`{quantity.name}`" in read("docs/notation.md")
+def test_the_tables_of_arrays_are_those_of_the_program() -> None:
+    page, tables = read("results/README.md"), runpy.run_path(str(ROOT / "docs/quantity_tables.py"))
+    assert tables["filled"](page) == page
+    for kind in ("quantities", "columns", "traces"):
+        assert tables["table"](kind) in page
 
 
 @pytest.mark.parametrize("gain", GAINS.values(), ids=lambda gain: gain.name)
@@ -86,11 +84,3 @@ def test_relative_links_lead_somewhere() -> None:
     for page in (*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), ROOT / "results/README.md"):
         for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text()):
             assert (page.parent / target).exists(), f"{page.name}: {target}"
-
-
-@pytest.mark.parametrize("name", COLUMNS)
-def test_each_column_of_a_sweep_is_described(name: str) -> None:
-    column = COLUMNS[name]
-    dimensions = ", ".join(["run", *column.dimensions])
-    rows = [row for row in read("results/README.md").splitlines() if f"`{name}`" in row]
-    assert any(f"| {dimensions} | {column.unit} |" in row for row in rows)

@@ -217,7 +217,7 @@ PROVED = ("convergence", "proved_rest_state", "one_rest_state")
 def _same_table(found, expected, but=()):
     assert list(found.layout) == list(expected.layout)
     for name in (one for one in expected.layout if one not in but):
-        if name in ("run_id", "status", "traces", "convergence", "controller_variant"):
+        if name in ("status", "traces", "convergence", "controller_variant"):
             assert (found[name] == expected[name]).all(), name
             continue
         scale = np.nanmax(np.abs(expected[name].astype(float)), initial=0.0) or 1.0

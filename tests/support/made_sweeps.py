@@ -76,7 +76,6 @@ def _arrays(plan: Plan, columns: Columns) -> dict[str, Any]:
     arrays = varied_arrays(plan, 0, plan.members) | {RUN: np.arange(plan.members)}
     for name, column in columns_of(plan).items():
         arrays[name] = np.ones((plan.members, *column.shape), dtype=column.dtype)
-    arrays["run_id"][:] = b"0123456789abcdef" * 2
     for name in ("status", "rest_orientation", "final_orientation"):
         if name in arrays:
             arrays[name][:] = 0

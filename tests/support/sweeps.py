@@ -8,7 +8,6 @@ import numpy as np
 
 from rbstab.integrate.status import RunStatus
 from rbstab.sweep.members.engine import Shard, columns_of_failed
-from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.load import load_plan
@@ -58,7 +57,6 @@ class FakeEngine:
         for k, (name, column) in enumerate(COLUMNS.items()):
             if column.dtype == "f8":
                 found[name][:] = np.sin((k + 1) * spin).reshape(-1, *[1] * len(column.shape))
-        found["run_id"] = run_ids(self.plan, start, stop)
         found["status"][:] = STATUSES.index(RunStatus.COMPLETED)
         for member in self.failing:
             if start <= member < stop:

@@ -1,46 +1,140 @@
-"""Stored quantities have names of their own, known dimensions, and consistent units."""
+"""Each quantity is one row: a new one is in runs, traces, columns and the tables of the docs."""
 
-from rbstab.systems.quantities import BY_NAME, QUANTITIES
+import json
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+from support.differences import along
+from support.paper_runs import paper_config
+from support.pose import attitude
+from support.systems import random_state, random_system
+
+from rbstab.elements.registry import OWN_STATES
+from rbstab.systems.quantities import BY_NAME, PEAKS, QUANTITIES, named_elements, observed_in
+
+ROW = """
+    Quantity("tip", "x_t", "m", _VECTOR, "end of the axis, inertial", optional=True,
+             formula=lambda seen: seen.motion.X + seen.motion.A @ np.array([0.0, 0.1, 1.0]),
+             trace=True, end=", inertial",
+             peak=Peak(lambda seen: seen.motion.V
+                       + seen.motion.A @ np.cross(seen.motion.Omega, np.array([0.0, 0.1, 1.0])),
+                       "x_t farthest from 0, by axis")),
+"""
+
+PROGRAM = """
+import importlib.util, json, runpy, sys
+row, folder, data = sys.argv[1], sys.argv[2], json.loads(sys.argv[3])
+import rbstab.systems
+name = "rbstab.systems.quantities"
+spec = importlib.util.find_spec(name)
+module = sys.modules[name] = importlib.util.module_from_spec(spec)
+source = open(spec.origin, encoding="utf-8").read()
+place = '"time from the start"),\\n'
+assert source.count(place) == 1
+exec(compile(source.replace(place, place + row), spec.origin, "exec"), module.__dict__)
+rbstab.systems.quantities = module
+
+from pathlib import Path
+import rbstab
+from rbstab.sweep.options import SweepOptions
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.sweep import sweep_to_folder
+from rbstab_cli.main import cli
+from click.testing import CliRunner
+
+run = Path(folder) / "one.h5"
+rbstab.simulate(data | {"title": "one"}).variables
+(Path(folder) / "one.yaml").write_text(json.dumps(data | {"title": "one"}))
+done = CliRunner().invoke(cli, ["run", folder + "/one.yaml", "--no-prove", "-o", folder])
+assert done.exit_code == 0, done.output
+found = {"run": {key: rbstab.open_result(run)[key].tolist() for key in ("tip", "orientation")}}
+found["unit"] = rbstab.open_result(run).variables["tip"].unit
+for engine in ("heyoka", "scipy"):
+    base = data | {"integration": data["integration"] | {"engine": engine}}
+    vary = {"initial.angular_velocity[0]": {"values": [1.0, 9.0]}}
+    plan = load_plan({"base": base, "vary": vary, "keep": "traces"})
+    path = Path(folder) / engine
+    sweep_to_folder(plan, path, SweepOptions(threads=1))
+    table, trace = rbstab.open_sweep(path), rbstab.open_traces(path).of(1)
+    columns = ("final_tip", "peak_tip", "peak_tip_error")
+    found[engine] = {key: table[key].tolist() for key in columns}
+    found[engine] |= {key: trace[key].tolist() for key in ("tip", "orientation", "position")}
+found["docs"] = {
+    kind: runpy.run_path("docs/quantity_tables.py")["table"](kind)
+    for kind in ("quantities", "columns", "traces")
+}
+print(json.dumps(found))
+"""
+
+
+def test_one_row_is_a_new_quantity_everywhere(tmp_path):
+    pytest.importorskip("heyoka")
+    data = paper_config("visco-elastic", True, duration=0.5, samples=41)
+    command = [sys.executable, "-c", PROGRAM, ROW, str(tmp_path), json.dumps(data)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["unit"] == "m"
+    assert np.array(found["run"]["tip"]).shape == (41, 3)
+    point = np.array([0.0, 0.1, 1.0])
+    for engine in ("heyoka", "scipy"):
+        one = {name: np.array(values) for name, values in found[engine].items()}
+        expected = [
+            X + attitude(Theta) @ point
+            for X, Theta in zip(one["position"], one["orientation"], strict=True)
+        ]
+        np.testing.assert_allclose(one["tip"], expected, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(one["final_tip"][1], one["tip"][-1], rtol=0, atol=1e-12)
+        sampled = np.abs(one["tip"]).max(axis=0)
+        peak = np.abs(one["peak_tip"][1])
+        assert (peak >= sampled - 1e-9).all()
+        assert (peak <= sampled + 0.02).all()
+        assert (one["peak_tip_error"] < 1e-6).all()
+    ours, theirs = (np.array(found[engine]["peak_tip"]) for engine in ("heyoka", "scipy"))
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-7)
+    docs = found["docs"]
+    assert "| `tip` | time, axis | m | x_t, end of the axis, inertial |" in docs["quantities"]
+    assert "| `final_tip` | run, axis | m | x_t at the end, inertial |" in docs["columns"]
+    assert "| `peak_tip` | run, axis | m | x_t farthest from 0, by axis |" in docs["columns"]
+    assert "`tip`" in docs["traces"]
 
 
 def test_names_are_found_and_belong_to_one_quantity():
     assert len(BY_NAME) == len(QUANTITIES)
     assert all(BY_NAME[quantity.name] is quantity for quantity in QUANTITIES)
+    assert set(OWN_STATES) <= set(BY_NAME)
+    assert all(quantity.symbol and quantity.unit and quantity.meaning for quantity in QUANTITIES)
 
 
-def test_axes_are_those_of_a_run():
-    known = {
-        (),
-        ("axis",),
-        ("time",),
-        ("time", "axis"),
-        ("time", "part"),
-        ("time", "element", "axis"),
-        ("switch",),
-        ("transition",),
-        ("impact",),
-        ("rest",),
-    }
-    assert {quantity.dimensions for quantity in QUANTITIES} == known
+def formula(name: str) -> Any:
+    return BY_NAME[name].formula
 
 
-def test_units_of_rates_are_units_over_seconds():
-    per_second = {"rad": "rad/s", "m": "m/s", "J": "W"}
-    for quantity, rate in (
-        ("orientation", "angular_velocity"),
+@pytest.mark.parametrize(
+    ("name", "rate"),
+    [
         ("position", "velocity"),
         ("contact_displacement", "contact_velocity"),
-        ("constraint_position_residual", "constraint_velocity_residual"),
-        ("lyapunov", "lyapunov_rate"),
-        ("energy", "dissipation"),
-    ):
-        assert BY_NAME[rate].unit == per_second[BY_NAME[quantity].unit]
+        *((name, None) for name in PEAKS),
+    ],
+)
+def test_rates_are_derivatives(name, rate, rng):
+    """By differences along the motion; their units are units over seconds."""
+    system = random_system(rng, "embedded")
+    y = random_state(rng, system)
+    slope = formula(rate) if rate else PEAKS[name].rate
+    found = along(lambda y: formula(name)(system.observe(y)), y, system.rates(y))
+    assert slope(system.observe(y)) == pytest.approx(found, rel=1e-6, abs=1e-8)
+    assert rate is None or BY_NAME[rate].unit == f"{BY_NAME[name].unit}/s"
 
 
-def test_energies_are_in_joule():
-    energies = ("lyapunov", "lyapunov_change", "energy", "energy_residual", "contact_work")
-    assert {BY_NAME[name].unit for name in (*energies, "energy_at_rest")} == {"J"}
-
-
-def test_every_quantity_says_what_it_is():
-    assert all(quantity.symbol and quantity.unit and quantity.meaning for quantity in QUANTITIES)
+def test_the_rate_of_v_is_what_the_audit_integrates(rng):
+    system = random_system(rng, "visco-elastic")
+    y = random_state(rng, system)
+    rate = formula("lyapunov_rate")(system.observe(y))
+    assert rate == system.audited_rates(y)[-2] < 0
+    assert set(observed_in(system)) >= {"energy", "dissipation", "contact_force"}
+    assert not named_elements(system)

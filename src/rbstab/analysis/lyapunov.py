@@ -1,7 +1,5 @@
 """The Lyapunov function along a motion, by part, and the check of its energy balance."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
@@ -9,43 +7,21 @@ from rbstab.mechanics.numbers import Array
 from rbstab.systems.system import System
 
 
-@dataclass(frozen=True, eq=False)
-class LyapunovTrace:
-    """v and v' along a motion.
-
-    value and rate have shape (samples,), J and W. residual, shape (samples,), J, is
-    r(t) = v(t) - v(0) - ∫v' dt. Without integration errors it would be zero.
-    """
-
-    value: Array
-    rate: Array
-    residual: Array
-
-
 def lyapunov_trace(
-    energy: Array,
-    dissipation: Array,
-    rate_integral: Array,
-    energy_at_rest: float,
-    supplied: Array | None = None,
-) -> LyapunovTrace:
-    """Compute v = kinetic + stored energies - their value at rest, and v' = -(sum of dissipations).
+    energy: Array, rate_integral: Array, energy_at_rest: float
+) -> tuple[Array, Array]:
+    """Return v and its residual r(t) = v(t) - v(0) - ∫v' dt along a motion, shape (samples,), J.
 
-    Eq. 28 to 31, 34, 42 and 45 are this sum, each for one set of elements. Eq. 29, 37, 43 and 46
-    are its derivative. Where elements supply power, v' is the sum of what they supply minus the sum
-    of dissipations.
+    v is the sum of the kinetic and the stored energies less their value at rest: eq. 28 to 31, 34,
+    42 and 45 are this sum, each for one set of elements. r is zero but for integration errors.
 
     Args:
         energy: By part, shape (samples, parts), J.
-        dissipation: By part, shape (samples, parts), W.
         rate_integral: ∫v' dt, integrated together with the motion, shape (samples,), J.
         energy_at_rest: The stored energy of the rest state, J (-h in eq. 28).
-        supplied: The power that is supplied, by part, shape (samples, parts), W; None if none is.
     """
-    value, rate = energy.sum(axis=1) - energy_at_rest, -dissipation.sum(axis=1)
-    if supplied is not None:
-        rate = supplied.sum(axis=1) + rate
-    return LyapunovTrace(value, rate, value - value[0] - rate_integral)
+    value = energy.sum(axis=1) - energy_at_rest
+    return value, value - value[0] - rate_integral
 
 
 ENERGY_SCALE = "largest energy"

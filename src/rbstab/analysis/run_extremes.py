@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.configuration import stored_energies
 from rbstab.analysis.extrema import (
     ABSOLUTE,
     Crossings,
@@ -30,10 +29,15 @@ from rbstab.mechanics.quaternion import beyond_ends
 from rbstab.mechanics.states import PITCH, THETA
 from rbstab.systems.coordinates import QuaternionCoordinates
 from rbstab.systems.impact import stop_of
-from rbstab.systems.system import System
+from rbstab.systems.quantities import BY_NAME, PEAKS, values_of
+from rbstab.systems.system import Observation, System
 
-E_ROWS, THETA_ROWS, SQUARE, VALUE = slice(0, 3), slice(3, 6), 6, 7
-"""The rows of what is watched: E, m, Θ, rad, |E|², m², and v, J."""
+ROWS = {name: slice(3 * number, 3 * number + 3) for number, name in enumerate(PEAKS)}
+"""The rows of each quantity with peaks among what is watched."""
+
+E_ROWS, THETA_ROWS = ROWS["contact_displacement"], ROWS["orientation"]
+SQUARE, VALUE = 3 * len(ROWS), 3 * len(ROWS) + 1
+"""The rows after them: |E|², m², and v, J."""
 
 SETTLED_DISTANCE = 1e-3
 """The contact point has settled when |E| stays below this distance, m."""
@@ -52,7 +56,7 @@ class Extremes(NamedTuple):
     """The extrema of m motions, and when they settle.
 
     Attributes:
-        extrema: Those of E, Θ, |E|² and v, shape (8, m). An error is NaN if only samples are known.
+        extrema: Those of what is watched, shape (q, m). An error is NaN if only samples are known.
         settling: From when v is small, see `settling_times`.
         displacement_settling: From when |E| < `SETTLED_DISTANCE`.
     """
@@ -110,7 +114,8 @@ def extremes_of_samples(quantities: Mapping[str, Array], v: Array) -> Extremes:
         v: The Lyapunov function, shape (n,), J.
     """
     E, times = quantities["contact_displacement"], quantities["time"]
-    values = np.array([*E.T, *quantities["orientation"].T, (E * E).sum(axis=1), v])
+    peaks = [row for name in PEAKS for row in quantities[name].T]
+    values = np.array([*peaks, (E * E).sum(axis=1), v])
     if len(times) == 1:
         # Nothing is missed beside a single sample, and it does not show whether it stays there.
         extrema = Extrema(values, np.full_like(values, times[0]), np.zeros_like(values))
@@ -168,21 +173,32 @@ def quaternion_of(system: System) -> QuaternionCoordinates | None:
     return coordinates if isinstance(coordinates, QuaternionCoordinates) else None
 
 
-def leave_open(table: Array, beyond: Array, first: Array, members: Array) -> None:
+def leave_open(  # noqa: PLR0913, PLR0917 (steps of members)
+    table: Array,
+    q: QuaternionCoordinates,
+    ends: tuple[Array, Array],
+    lengths: Array,
+    first: Array,
+    members: Array,
+) -> None:
     """Make the rates of θ1 and θ3 infinite where their extrema may be between the ends of steps.
 
     Those steps are divided; where no part shows the extremum, its error is infinite.
 
     Args:
-        table: The values and rates at both ends of steps, shape (2, 2, 8, n).
-        beyond: How far θ1 and θ3 go beyond both ends, shape (2, n), rad.
+        table: The values and rates at both ends of steps, shape (2, 2, q, n).
+        q: The coordinates with a quaternion.
+        ends: The states at both ends of steps, shape (states, n) each.
+        lengths: The lengths of the steps, shape (n,), s.
         first: The first step of each member, shape (m,).
         members: The member of each step, shape (n,).
     """
+    begin, end = (y[[q.size - 1, *range(6)]] for y in ends)
+    beyond = beyond_ends(begin, end, lengths)
     for row, over in zip((THETA_ROWS.start, THETA_ROWS.stop - 1), beyond, strict=True):
-        ends = np.abs(table[:, 0, row]).max(axis=0)
-        largest = np.maximum.reduceat(ends, first)[members]
-        is_open = (over > ABSOLUTE) & (ends + over > largest)
+        size = np.abs(table[:, 0, row]).max(axis=0)
+        largest = np.maximum.reduceat(size, first)[members]
+        is_open = (over > ABSOLUTE) & (size + over > largest)
         table[:, 1, row, is_open] = np.inf
         rates = table[:, 1, row]
         rates[np.isnan(rates)] = np.inf
@@ -238,15 +254,14 @@ class _StepsOfRun:
         table: Array = np.moveaxis(np.array(rows), 0, -1)
         times = np.array(ends.times)
         if self.q is not None:
-            y, size = np.array(ends.states).T, self.q.size
+            y = np.array(ends.states).T
             start, later = (y[:, :1], times[:1], self.Theta), (y[:, 1:], times[1:])
             Theta, self.turn = self.q.angles_along(*start, *later)
             turned = self.q.watched(y)
             turned[0, ::2] = Theta[::2]
             table[0][:, THETA_ROWS], table[1][:, THETA_ROWS] = turned[..., :-1], turned[..., 1:]
-            motion = y[[size - 1, *range(6)]]
-            beyond = beyond_ends(motion[:, :-1], motion[:, 1:], np.diff(times))
-            leave_open(table, beyond, np.zeros(1, dtype=int), np.zeros(len(beyond[0]), dtype=int))
+            only = np.zeros(len(rows), dtype=int)
+            leave_open(table, self.q, (y[:, :-1], y[:, 1:]), np.diff(times), only[:1], only)
         self._table = table
         return Steps(
             np.zeros(1, dtype=int),
@@ -275,7 +290,7 @@ class _StepsOfRun:
         return self._equations[id(system)]
 
     def _observed(self, system: System, end: int) -> Array:
-        """Return the values and rates of what is watched at the end of a step, shape (2, 8)."""
+        """Return the values and rates of what is watched at the end of a step, shape (2, q)."""
         return self._of(system)[1](self.ends.states[end], self.ends.times[end])
 
     def _derivatives(self, quantity: Array, step: Array) -> Array:
@@ -335,10 +350,14 @@ def divided(
     return found and found._replace(divide=lambda _: None)
 
 
+def watched_at(seen: Observation) -> list[Number]:
+    """Return what is watched at a state but for v: the quantities with peaks, and |E|²."""
+    peaks = values_of([BY_NAME[name] for name in PEAKS], seen)
+    return [*peaks, seen.motion.E @ seen.motion.E]
+
+
 def _watched(system: System, y: Array, t: Number = 0.0) -> Array:
-    """Return E, Θ, |E|² and the energy, shape (8,). In quaternions Θ is something else."""
-    motion = system.motion(y, t)
-    kinetic = system.body.kinetic_energy(motion.Omega, motion.V)
-    stored = stored_energies(system, motion, y[system.coordinates.size : system.size])
-    E = motion.E
-    return np.concatenate([E, motion.Theta, np.array([E @ E, kinetic + sum(stored)])])
+    """Return what is watched, v with the energy at rest, shape (q,); Θ not in quaternions."""
+    seen = system.observe(y, t)
+    kinetic, *stored = seen.energy.tolist()
+    return np.array([*watched_at(seen), kinetic + sum(stored)])

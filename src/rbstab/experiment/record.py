@@ -2,9 +2,8 @@
 
 import math
 import time
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,19 +16,21 @@ from rbstab.analysis.rest_state import RestState, nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.analysis.run_extremes import extremes_of, stored_extremes
 from rbstab.analysis.settling import value_round_off
-from rbstab.elements.registry import NAMED_ELEMENTS
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.experiment.switching_record import event_arrays
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Trajectory, first_samples
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.watched_rates import EquationsInTime
-from rbstab.mechanics.algebra import ZERO
-from rbstab.mechanics.motion import Wrench
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.store.variables import Variable
-from rbstab.systems.quantities import quantities_with
+from rbstab.systems.quantities import (
+    Quantity,
+    named_elements,
+    observed_in,
+    quantities_with,
+    run_dimensions,
+    values_of,
+)
 from rbstab.systems.system import System
 
 RECORDING_MARGIN = 0.1
@@ -107,7 +108,7 @@ def zero_of(
 
 def recording_time(problem: Problem, only_outcome: bool = False) -> float:
     """Measure the time to record one sample of a problem, s; `only_outcome` as for `recorded`."""
-    observe = _Observer(tuple(_shapes(problem.system, only_outcome)))
+    observe = _Observer(only_outcome)
     first = float(problem.times[0])
     with np.errstate(all="ignore"):
         # The first observation of a system takes longer than all others.
@@ -146,12 +147,7 @@ def _variables(system: System, arrays: dict[str, Array]) -> dict[str, Variable]:
     """Return quantities as they are stored, after the coordinates of their dimensions."""
     quantities = quantities_with(system.declared_states)
     described = {
-        name: Variable(
-            quantity.dimensions,
-            arrays[name],
-            quantity.unit,
-            f"{quantity.symbol}: {quantity.meaning}",
-        )
+        name: Variable(quantity.dimensions, arrays[name], quantity.unit, quantity.long_name)
         for name, quantity in quantities.items()
         if name in arrays
     }
@@ -198,7 +194,7 @@ def recorded(
         count = len(arrays["energy"])
         if deadline is not None and count < len(trajectory.times):
             trajectory = first_samples(trajectory, count, deadline)
-        arrays = {"time": trajectory.times, **arrays, **_of_states(system, trajectory, arrays)}
+        arrays = {"time": trajectory.times, **arrays}
         change = trajectory.lyapunov_change
         events = event_arrays(system, trajectory)
         arrays |= events
@@ -207,16 +203,11 @@ def recorded(
         if has_no_potential(system):
             # The contact force has no potential, so v - ε replaces v (eq. 28).
             arrays["energy"][:, system.parts.index("connector")] = -trajectory.contact_work
-        # The dissipation only determines v'.
-        dissipation = arrays.get("dissipation", np.full_like(arrays["energy"], np.nan))
-        supplied = arrays.get("supplied_power")
-        trace = lyapunov_trace(arrays["energy"], dissipation, change, rest.energy, supplied)
-    if not only_outcome:
-        arrays["lyapunov_rate"] = trace.rate
+        value, residual = lyapunov_trace(arrays["energy"], change, rest.energy)
     quantities = arrays | {
-        "lyapunov": trace.value,
+        "lyapunov": value,
         "lyapunov_change": trajectory.lyapunov_change,
-        "energy_residual": trace.residual,
+        "energy_residual": residual,
         "contact_work": trajectory.contact_work,
         "energy_at_rest": np.array(rest.energy),
         "energy_round_off": np.array(_round_off(system, trajectory)),
@@ -237,11 +228,16 @@ def _observed(
     system: System, trajectory: Trajectory, deadline: Deadline | None, only_outcome: bool
 ) -> dict[str, Array]:
     """Return the observed quantities of the samples; of fewer if the deadline expires."""
-    shapes = _shapes(system, only_outcome)
+    lengths = run_dimensions(system.declared_states)
+    lengths |= {"part": len(system.parts), "element": len(named_elements(system))}
+    shapes = {
+        name: tuple(lengths[dimension] for dimension in quantity.dimensions[1:])
+        for name, quantity in recorded_in(system, only_outcome).items()
+    }
     ends = np.cumsum([0, *map(math.prod, shapes.values())]).tolist()
     count = len(trajectory.times)
     table = np.empty((count, ends[-1]))
-    observe = _Observer(tuple(shapes))
+    observe = _Observer(only_outcome)
     systems = trajectory.systems or (system,) * count
     samples = zip(systems, trajectory.states, trajectory.times.tolist(), strict=True)
     for row, (system_now, state, t) in enumerate(samples):
@@ -262,11 +258,11 @@ class _Observer:
     but systems that differ in their modes share one code.
 
     Args:
-        names: The names of the quantities.
+        only_outcome: As for `recorded`.
     """
 
-    def __init__(self, names: tuple[str, ...]) -> None:
-        self._quantities = _Quantities(names)
+    def __init__(self, only_outcome: bool) -> None:
+        self._quantities = _values_of_outcome if only_outcome else _values
         self._of: dict[int, EquationsInTime] = {}
 
     def __call__(self, system: System, state: Array, t: float) -> Array:
@@ -278,73 +274,23 @@ class _Observer:
         return found(state, t)
 
 
-_MOTION = {
-    "orientation": "Theta",
-    "angular_velocity": "Omega",
-    "position": "X",
-    "velocity": "V",
-    "contact_displacement": "E",
-    "contact_velocity": "F",
-}
-"""The observed vectors of a motion, with their names in `Motion`."""
-
-_FORCES = ("contact_force", "stabilizing_force", "stabilizing_couple")
+def recorded_in(system: System, only_outcome: bool) -> dict[str, Quantity]:
+    """Return the quantities that are evaluated at samples, in the order of files."""
+    found = observed_in(system)
+    if not only_outcome:
+        return found
+    return {name: one for name, one in found.items() if one.in_outcome}
 
 
-def _shapes(system: System, only_outcome: bool) -> dict[str, tuple[int, ...]]:
-    """Return the shapes of the observed quantities of a sample, by their names."""
-    parts = (len(system.parts),)
-    shapes: dict[str, tuple[int, ...]] = {**dict.fromkeys(_MOTION, (3,)), "energy": parts}
-    if only_outcome:
-        return shapes
-    shapes |= dict.fromkeys(_FORCES, (3,)) | {"dissipation": parts}
-    named = len(named_elements(system))
-    if named:
-        shapes |= dict.fromkeys(("element_force", "element_couple"), (named, 3))
-    return shapes | ({"supplied_power": parts} if system.supplies else {})
+def _values(system: System, state: Array, t: Number = 0.0, only_outcome: bool = False) -> Array:
+    """Return the quantities of `recorded_in` at a state, one after the other."""
+    quantities = recorded_in(system, only_outcome).values()
+    return np.array(values_of(quantities, system.observe(state, t)))
 
 
-@dataclass(frozen=True)
-class _Quantities:
-    """Some observed quantities of a system, one after the other, as a function of its state."""
-
-    names: tuple[str, ...]
-
-    def __call__(self, system: System, state: Array, t: Number = 0.0) -> Array:
-        """Return the quantities. What no name needs is left out of the code that is made."""
-        seen = system.observe(state, t)
-        of = dict(zip((one.name for one in system.elements), seen.wrenches, strict=True))
-        none, own = Wrench(ZERO, ZERO, ZERO), [of[name] for name in named_elements(system)]
-        rows: dict[str, Any] = {
-            **{name: getattr(seen.motion, symbol) for name, symbol in _MOTION.items()},
-            "energy": seen.energy,
-            "contact_force": seen.contact_force,
-            "stabilizing_force": of.get(TranslationalStabilizer.name, none).force,
-            "stabilizing_couple": of.get(RotationalStabilizer.name, none).couple,
-            "dissipation": seen.dissipation,
-            "element_force": [one.force for one in own],
-            "element_couple": [one.couple for one in own],
-            "supplied_power": seen.supplied,
-        }
-        return np.concatenate([np.ravel(rows[name]) for name in self.names])
+def _values_of_outcome(system: System, state: Array, t: Number = 0.0) -> Array:
+    return _values(system, state, t, only_outcome=True)
 
 
-def named_elements(system: System) -> tuple[str, ...]:
-    """Return the names of the elements that the config names, in their order."""
-    return tuple(
-        element.name
-        for element in system.elements
-        if isinstance(element, NAMED_ELEMENTS) or element.from_user
-    )
-
-
-def _of_states(
-    system: System, trajectory: Trajectory, observed: dict[str, Array]
-) -> dict[str, Array]:
-    """Return the own states of elements, and the residuals of a constraint."""
-    arrays = {name: trajectory.states[:, indices] for name, indices in system.own_states.items()}
-    if system.coordinates.name == "manifold":
-        for level, source in (("position", "displacement"), ("velocity", "velocity")):
-            residual = np.linalg.norm(observed[f"contact_{source}"], axis=1)
-            arrays[f"constraint_{level}_residual"] = residual
-    return arrays
+def _variable(quantity: Quantity, data: Array) -> Variable:
+    return Variable(quantity.dimensions, data, quantity.unit, quantity.long_name)

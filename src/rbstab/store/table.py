@@ -212,7 +212,7 @@ class Table:
 
         The varied keys are coordinates: `data.sel(controller_K_r_0=7.0)`. A grid has one dimension
         for each of its axes, and drawn points have the dimension `run`. Outcomes in words are codes
-        (`flag_meanings`); the plan is an attribute. `run_id` is left out.
+        (`flag_meanings`); the plan is an attribute.
 
         Raises:
             ImportError: xarray is not installed.

@@ -1,7 +1,7 @@
 """A system: a body, its elements, its anchor, and the coordinates of its motion."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
@@ -27,28 +27,6 @@ LYAPUNOV_CHANGE = -2
 
 CONTACT_WORK = -1
 """The index of ε in an audited state vector."""
-
-
-class Observation(NamedTuple):
-    """The quantities at a state.
-
-    Attributes:
-        motion: The motion.
-        own_states: The own states of all elements, one after the other.
-        wrenches: The wrench of each element.
-        contact_force: Λ, shape (3,), N, inertial.
-        energy: The energy of each part, shape (parts,), J.
-        dissipation: The dissipation of each part, shape (parts,), W.
-        supplied: The power that each part supplies, shape (parts,), W.
-    """
-
-    motion: Motion
-    own_states: Array
-    wrenches: tuple[Wrench, ...]
-    contact_force: Array
-    energy: Array
-    dissipation: Array
-    supplied: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,21 +119,9 @@ class System:
             audit = [supplied, supplied + lyapunov_rate, audit[-1]]
         return np.concatenate([body_rates, *_own_rates(motion, pairs), np.array(audit)])
 
-    def observe(self, y: Array, time: Number = 0.0) -> Observation:
-        """Return motion, forces, energies, dissipations and supplied powers at a state."""
-        motion, pairs = self.acting(y, time)
-        wrench = total_wrench(motion, pairs)
-        _, Lambda_ = self.coordinates.dynamics(self.body, motion, wrench)
-        kinetic = self.body.kinetic_energy(motion.Omega, motion.V)
-        return Observation(
-            motion,
-            y[self.coordinates.size : self.size],
-            tuple(element.wrench(motion, own) for element, own in pairs),
-            Lambda_,
-            np.array([kinetic, *(element.stored(motion, own) for element, own in pairs)]),
-            np.array([0.0, *(element.dissipated(motion, own) for element, own in pairs)]),
-            np.array([0.0, *(element.supplied(motion, own) for element, own in pairs)]),
-        )
+    def observe(self, y: Array, time: Number = 0.0) -> "Observation":
+        """Return what is observed at a state: motion, forces, energies and powers."""
+        return Observation(self, y, time)
 
     def potential_energy(self, y: Array, time: Number = 0.0) -> Number:
         """Return the energy stored in all elements, J."""
@@ -163,7 +129,7 @@ class System:
 
     def stored_energy(self, motion: Motion, y: Array) -> Number:
         """Return the energy stored in all elements, J, of the motion at a state vector."""
-        return sum(element.stored(motion, own) for element, own in self._with_states(y))
+        return sum(element.stored(motion, own) for element, own in self.with_states(y))
 
     def acting(self, y: Array, time: Number = 0.0) -> tuple[Motion, list[tuple[Element, Array]]]:
         """Return the motion, and each element with its own states.
@@ -189,9 +155,9 @@ class System:
 
     def loads(self, y: Array, time: Number = 0.0) -> tuple[Motion, list[tuple[Element, Array]]]:
         """Return the motion, and each element with its own states; without forces that hold."""
-        return self.motion(y, time), self._with_states(y)
+        return self.motion(y, time), self.with_states(y)
 
-    def _with_states(self, y: Array) -> list[tuple[Element, Array]]:
+    def with_states(self, y: Array) -> list[tuple[Element, Array]]:
         """Return each element with its own states, or with zero equivalent forces, or no hold."""
         pairs, begin = [], self.coordinates.size
         for element in self.elements:
@@ -203,6 +169,67 @@ class System:
             pairs.append((element, own))
             begin += element.state_size
         return pairs
+
+
+class Observation:
+    """What is observed at a state, for any kind of number; it is computed when it is asked for.
+
+    Args:
+        system: The system.
+        y: Its state vector; audit states may follow.
+        time: The time, s.
+
+    Attributes:
+        own_states: The own states of all elements, one after the other.
+    """
+
+    def __init__(self, system: System, y: Array, time: Number = 0.0) -> None:
+        self.system, self._y, self._time = system, y, time
+        self.own_states = y[system.coordinates.size : system.size]
+
+    @cached_property
+    def motion(self) -> Motion:
+        """The motion."""
+        return self.system.motion(self._y, self._time)
+
+    @cached_property
+    def energy(self) -> Array:
+        """The energy of each part, shape (parts,), J."""
+        kinetic = self.system.body.kinetic_energy(self.motion.Omega, self.motion.V)
+        pairs = self.system.with_states(self._y)
+        return np.array([kinetic, *(element.stored(self.motion, own) for element, own in pairs)])
+
+    @cached_property
+    def _acting(self) -> list[tuple[Element, Array]]:
+        return self.system.acting(self._y, self._time)[1]
+
+    @cached_property
+    def wrenches(self) -> tuple[Wrench, ...]:
+        """The wrench of each element."""
+        return tuple(element.wrench(self.motion, own) for element, own in self._acting)
+
+    @cached_property
+    def contact_force(self) -> Array:
+        """Λ, shape (3,), N, inertial."""
+        wrench = total_wrench(self.motion, self._acting)
+        _, Lambda_ = self.system.coordinates.dynamics(self.system.body, self.motion, wrench)
+        return Lambda_
+
+    @cached_property
+    def dissipation(self) -> Array:
+        """The dissipation of each part, shape (parts,), W."""
+        pairs = self._acting
+        return np.array([0.0, *(element.dissipated(self.motion, own) for element, own in pairs)])
+
+    @cached_property
+    def supplied(self) -> Array:
+        """The power that each part supplies, shape (parts,), W."""
+        pairs = self._acting
+        return np.array([0.0, *(element.supplied(self.motion, own) for element, own in pairs)])
+
+    def own_state(self, name: str) -> Array:
+        """Return an own state of an element."""
+        return self._y[self.system.own_states[name]]
 
 
 def _own_rates(motion: Motion, pairs: list[tuple[Element, Array]]) -> list[Array]:

@@ -224,7 +224,6 @@ def test_a_damaged_sweep(name, good, tmp_path, sweep):
         ("status", {"dtype": "i8", "flags": ()}),
         ("status", {"flags": ("settled", "completed")}),
         ("status", {"flags": ()}),
-        ("run_id", {"dtype": "S5"}),
         ("settling_time", {"dimensions": ("axis",)}),
         ("peak_time", {"dimensions": ()}),
         ("peak_time", {"dimensions": ("way",), "lengths": (2,)}),

@@ -82,7 +82,6 @@ def test_a_member_that_always_crashes_is_given_up_alone(tmp_path):
         ours, theirs = (table[name][others] for table in tables)
         assert ours.tobytes() == theirs.tobytes(), name
     assert tables[0].words("status")[13] == "crashed"
-    assert tables[0]["run_id"][13] == tables[1]["run_id"][13]
     given_up = [event.text for event in listener.of(Warned) if "given up" in event.text]
     assert [text.startswith("member 13 was given up (") for text in given_up] == [True]
     # Only the member's own shard was halved.

@@ -9,7 +9,6 @@ from support.sweeping import run_sweep
 from support.sweeps import FakeEngine, plan_of
 
 import rbstab
-from rbstab.config.load import run_id
 from rbstab.sweep.folder.layout import varied_layout
 from rbstab.sweep.folder.members_file import counts_by_status, sweep_summary
 from rbstab.sweep.folder.sweep_table import read_sweep
@@ -51,7 +50,6 @@ def test_variants_and_axes_of_a_plan_in_its_file(tmp_path):
     ]
     assert table["grid_axis"].tolist() == ["controller.variant", "point"]
     assert table.shaped("final_position").shape == (5, 1000, 3)
-    assert table["run_id"][4321].decode() == run_id(plan.config_of(4321))
     ours = table.to_xarray()
     exported = tmp_path / "a.nc"
     exporting = CliRunner().invoke(cli, ["export", str(tmp_path / "a"), "-o", str(exported)])
@@ -62,7 +60,7 @@ def test_variants_and_axes_of_a_plan_in_its_file(tmp_path):
             "long_name": "initial.position[2]",
         }
         assert data["controller_variant"].attrs["flag_meanings"].split() == list(plan.variants)
-        left_out = {"grid_axis_number", "grid_axis", "grid_length", "plan", "run_id"}
+        left_out = {"grid_axis_number", "grid_axis", "grid_length", "plan"}
         assert set(ours.variables) == set(data.variables) - left_out
         assert dict(ours.sizes) == {"controller_variant": 5, "point": 1000, "axis": 3}
         assert (ours["initial_position_2"].values == data["initial_position_2"].values[:1000]).all()

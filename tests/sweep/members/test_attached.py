@@ -8,11 +8,8 @@ from support.paper_runs import paper_config
 from support.pose import attitude
 
 from rbstab.config.errors import ConfigError
-from rbstab.config.load import load_config, run_id
+from rbstab.config.load import load_config
 from rbstab.sweep.members.binding import Binding
-from rbstab.sweep.members.ensemble import EnsembleEngine
-from rbstab.sweep.members.identity import run_ids
-from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.dump import plan_data
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import plan_id
@@ -54,25 +51,6 @@ def test_each_member_starts_on_its_anchor():
         anchor = np.linalg.solve(K_t, values["body.mass"][k] * gravity)
         expected = anchor + point - attitude(Theta) @ point
         np.testing.assert_allclose(starts[6:9, k], expected, atol=1e-15)
-
-
-def test_batches_agree_with_single_runs():
-    plan = plan_of(base_of())
-    single = SingleRuns(plan, "heyoka")
-    batches = EnsembleEngine(plan, single).compute(0, plan.members).outcome
-    expected = single.compute(0, plan.members).outcome
-    for name in ("final_orientation", "final_position", "lyapunov_start"):
-        np.testing.assert_allclose(batches[name], expected[name], rtol=1e-8, atol=1e-10)
-    assert (batches["run_id"] == expected["run_id"]).all()
-
-
-def test_the_ids_are_those_of_the_configs():
-    plan = plan_of(base_of())
-    expected = [run_id(plan.config_of(index)).encode() for index in range(plan.members)]
-    assert run_ids(plan, 0, plan.members).tolist() == expected
-    assert plan.config_of(0).initial.attached
-    loaded = load_plan(plan_data(plan))
-    assert plan_id(loaded) == plan_id(plan)
 
 
 def test_variants_from_the_same_attached_start():

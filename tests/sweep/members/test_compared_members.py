@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.paper_runs import paper_config
 
-from rbstab.integrate.heyoka.ensemble import compiled
+from rbstab.integrate.heyoka import ensemble
 from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.ensemble import ensemble_engine
@@ -171,7 +171,7 @@ def test_a_number_that_is_compiled_in_wrong_shows_in_four_members(number, theirs
         values[number] = values[number] * (1 + 1e-6) if values[number] else 1e-3
         return values
 
-    monkeypatch.setattr(compiled, "parameter_values", wrong)
+    monkeypatch.setattr(ensemble, "parameter_values", wrong)
     assert difference(theirs, members_to_compare(FEW)) > TOLERANCE
 
 

@@ -5,20 +5,17 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from support.config_elements import ONE_OF_EACH, STRUT, TIE, config_data
-from support.configs import BY_VARIANT, plain
+from support.config_elements import ONE_OF_EACH, TIE, config_data
+from support.member_plans import ELEMENTS
 from support.sweeping import digest_of
 from support.sweeps import shard_files
 
-import rbstab
 from rbstab.config.build import problem_of
 from rbstab.config.errors import ConfigError
-from rbstab.config.load import load_config, run_id
 from rbstab.integrate.heyoka.symbols import parameters_and_start
 from rbstab.sweep.folder.sweep_table import open_sweep, read_sweep
 from rbstab.sweep.members.binding import Binding
-from rbstab.sweep.members.ensemble import EnsembleEngine
-from rbstab.sweep.members.identity import run_ids
+from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.load import load_plan
@@ -26,35 +23,13 @@ from rbstab.sweep.sweep import sweep_to_folder
 
 SHORT: dict[str, Any] = {"duration": 0.3, "samples": 16, "rtol": 1e-12, "engine": "heyoka"}
 
-VARIED: dict[str, Any] = {
-    "elements.strut.stiffness": {"uniform": [500, 2000]},
-    "elements.strut.point[2]": {"uniform": [0.1, 0.4]},
-    "elements.strut.damping": {"scale": {"uniform": [0, 2]}},
-    "elements.tie.anchor[1]": {"uniform": [0.2, 0.3]},
-    "elements.tie.K_c": {"scale": {"uniform": [0.5, 2]}},
-    "elements.upright.L[0]": {"uniform": [5, 50]},
-    "elements.range.stiffness": {"uniform": [1, 20]},
-}
-
 
 def plan_of(vary=None, base=None, members=12, **changes):
     base = base or config_data(integration=SHORT)
     design = {"design": "random", "members": members, "seed": 3}
     return load_plan(
-        {"title": "Elements", "base": base, "vary": vary or VARIED, **design, **changes}
+        {"title": "Elements", "base": base, "vary": vary or ELEMENTS, **design, **changes}
     )
-
-
-class Recorded(SingleRuns):
-    """Single runs that record the members which the batch engine leaves to them."""
-
-    def __init__(self, plan):
-        super().__init__(plan, "heyoka")
-        self.indices = []
-
-    def compute(self, start, stop):
-        self.indices += range(start, stop)
-        return super().compute(start, stop)
 
 
 def test_numbers_of_members_are_those_of_their_configs():
@@ -76,45 +51,19 @@ def test_numbers_of_members_are_those_of_their_configs():
         assert config.elements["tie"].K_c[0][1] == factor * 100.0
 
 
-def test_batches_agree_with_single_runs_of_both_engines():
-    plan = plan_of()
-    single = Recorded(plan)
-    found = EnsembleEngine(plan, single).compute(0, 12).outcome
-    assert single.indices == []
-    assert len(set(found["final_position"][:, 2].tolist())) == 12
-    for engine in ("heyoka", "scipy"):
-        for index in (0, 5, 11):
-            expected = SingleRuns(plan, engine).compute(index, index + 1).outcome
-            for name in ("final_orientation", "final_angular_velocity", "final_position"):
-                scale = max(1.0, np.abs(expected[name]).max())
-                assert np.abs(found[name][index] - expected[name][0]).max() < 1e-9 * scale, name
-            for name in ("lyapunov_start", "lyapunov_end"):
-                assert found[name][index] == pytest.approx(expected[name][0], rel=1e-9, abs=1e-9)
-            assert found["run_id"][index] == expected["run_id"][0]
-
-
 @pytest.mark.parametrize("gravity", [[0.0, 0.0, -9.81], [0.0, 0.0, 0.0]], ids=["heavy", "floating"])
 def test_rest_states_are_those_of_single_runs(gravity):
     """Elements pull a body off the unloaded position, without gravity too; it stays near."""
     slow = {"orientation": [0.0, 0.0, 0.0], "angular_velocity": [0.02, 0.0, 0.01]}
     base = config_data({"tie": TIE}, gravity=gravity, initial=slow, integration=SHORT)
     plan = plan_of({"elements.tie.K_c": {"scale": {"uniform": [0.5, 2]}}}, base, 3)
-    single = Recorded(plan)
-    found = EnsembleEngine(plan, single).compute(0, 3).outcome
-    assert single.indices == []
+    found = factory_for("heyoka")(plan).compute(0, 3).outcome
     expected = SingleRuns(plan, "scipy").compute(0, 3).outcome
     assert (np.abs(expected["energy_at_rest"]) > 0.1).all()
     assert np.abs(found["final_position"]).max() < 0.2
     for name in ("energy_at_rest", "rest_orientation", "lyapunov_start", "lyapunov_end"):
         scale = np.abs(expected[name]).max()
         np.testing.assert_allclose(found[name], expected[name], rtol=0, atol=1e-8 * scale)
-
-
-def test_ids_of_members_are_those_of_their_configs():
-    plan = plan_of()
-    found = run_ids(plan, 0, 12)
-    assert [one.decode() for one in found] == [run_id(plan.config_of(k)) for k in range(12)]
-    assert len(set(found.tolist())) == 12
 
 
 def test_a_resumed_sweep_has_the_same_bits(tmp_path):
@@ -139,60 +88,8 @@ def test_a_resumed_sweep_has_the_same_bits(tmp_path):
     assert units["elements_upright_L_0"] == "N m s/rad"
     assert units["elements_range_stiffness"] == "N m"
     assert units["elements_tie_K_c"] == units["elements_strut_damping"] == "1"  # factors
-    assert len(units) == len(VARIED)
+    assert len(units) == len(ELEMENTS)
     assert open_sweep(whole)["elements_tie_anchor_1"].shape == (12,)
-
-
-def test_traces_are_those_of_single_runs(tmp_path):
-    plan = plan_of(members=3, keep="traces")
-    options = SweepOptions(shard_size=3, threads=1, compare=1)
-    assert sweep_to_folder(plan, tmp_path / "a", options).finished
-    trace = rbstab.open_traces(tmp_path / "a").of(1)
-    run = rbstab.simulate(plan.config_of(1))
-    for name in ("orientation", "position", "lyapunov", "lyapunov_rate"):
-        scale = max(1.0, np.abs(run[name]).max())
-        assert np.abs(trace[name] - run[name]).max() < 1e-9 * scale, name
-
-
-def variants(elements):
-    base = plain(BY_VARIANT["embedded"]) | {"schema_version": 2, "elements": elements}
-    base["integration"] |= SHORT
-    return {
-        "title": "Variants",
-        "base": base,
-        "vary": {
-            "controller.variant": {"values": ["free", "visco-elastic"]},
-            "elements.strut.stiffness": {"values": [500, 1000]},
-        },
-    }
-
-
-@pytest.mark.heavy
-def test_two_variants_with_elements_each():
-    plan = load_plan(variants({"strut": STRUT}))
-    assert plan.variants == ("free", "visco-elastic")
-    single = Recorded(plan)
-    found = EnsembleEngine(plan, single).compute(0, 4).outcome
-    assert single.indices == []
-    configs = [plan.config_of(k) for k in range(4)]
-    assert {config.controller.variant for config in configs} == set(plan.variants)
-    for k, config in enumerate(configs):
-        assert list(config.elements) == ["strut"]
-        expected = rbstab.simulate(config)
-        assert found["final_position"][k] == pytest.approx(expected["position"][-1], abs=1e-9)
-        assert found["run_id"][k].decode() == run_id(config)
-
-
-@pytest.mark.heavy
-def test_members_without_a_controller():
-    base = config_data({"strut": STRUT}, None, integration=SHORT)
-    plan = plan_of({"elements.strut.stiffness": {"uniform": [500, 2000]}}, base, 3)
-    assert plan.variants == ("none",)
-    single = Recorded(plan)
-    found = EnsembleEngine(plan, single).compute(0, 3).outcome
-    assert single.indices == []
-    expected = rbstab.simulate(plan.config_of(2))
-    assert found["final_position"][2] == pytest.approx(expected["position"][-1], abs=1e-9)
 
 
 def complaint(vary, base=None):
@@ -231,15 +128,6 @@ def test_what_cannot_vary():
     assert "elements.strut.stiffness is -2" in wrong
     without = config_data({}, integration=SHORT)
     assert "is not in the base" in complaint({"elements.strut.stiffness": {"values": [1]}}, without)
-
-
-def test_members_of_version_one_plans_are_what_they_were():
-    base = plain(BY_VARIANT["free"])
-    plan = load_plan({"title": "a", "base": base, "vary": {"body.mass": {"values": [40, 41]}}})
-    member = plan.config_of(1)
-    assert member.schema_version == 1
-    assert run_id(member) == run_id(load_config(base | {"title": member.title}))
-    assert "elements" not in plan.templates["free"]
 
 
 def test_every_number_of_every_kind_can_vary():

@@ -1,43 +1,26 @@
-"""Protects the columns of an outcome, for motions in closed form."""
+"""Protects the columns of an outcome: each has its quantity or extreme."""
 
 import numpy as np
 import pytest
 
 from rbstab.analysis.extrema import Crossings, Extrema
-from rbstab.analysis.run_extremes import Extremes
-from rbstab.sweep.members.outcome import COLUMNS, MemberTrajectories, outcome_of
+from rbstab.analysis.run_extremes import E_ROWS, THETA_ROWS, Extremes
+from rbstab.sweep.members.outcome import COLUMNS, outcome_of
 
-TIMES = np.linspace(0.0, 10.0, 201)
-PHASES = np.array([0.0, 0.7, 2.0])
-
-
-def waves(amplitude, decay=0.3, rate=2.0):
-    """Return amplitude e^(-decay t) sin(rate t + phase) on three axes, and its derivative."""
-    angle = rate * TIMES[:, None] + PHASES
-    envelope = amplitude * np.exp(-decay * TIMES)[:, None]
-    return envelope * np.sin(angle), envelope * (rate * np.cos(angle) - decay * np.sin(angle))
+TIMES = np.array([0.0, 2.0, 10.0])
+SIZES = {"angular_velocity": 3, "position": 4, "velocity": 5, "orientation": 6, "tie.state": 7}
 
 
-def trajectories_of(members):
-    """Return the traces of one member for each amplitude."""
-    E, F = (np.array(part) for part in zip(*(waves(a) for a in members), strict=True))
-    Theta = 0.5 * E
-    value = np.array([100 * abs(a) * np.exp(-TIMES) for a in members])
-    residual = 1e-9 * (np.sin(TIMES) - 0.5) * np.array(members)[:, None]
-    return MemberTrajectories(
-        time=TIMES,
-        orientation=Theta,
-        angular_velocity=3 * E,
-        position=4 * E,
-        velocity=5 * F,
-        contact_displacement=E,
-        contact_velocity=F,
-        lyapunov=value,
-        energy_residual=residual,
-        energy_at_rest=np.zeros(len(members)),
-        energy_round_off=np.full(len(members), 1e-15),
-        rest_orientation=Theta[:, -1],
-    )
+def quantities_of(*members):
+    """Return quantities that grow from t = 0, of one member for each rate."""
+    growth = np.outer(members, TIMES)
+    vectors = {name: size * growth[..., np.newaxis] * [1, 2, 3] for name, size in SIZES.items()}
+    return vectors | {
+        "time": TIMES,
+        "lyapunov": 20.0 - growth,
+        "energy_at_rest": -np.array(members),
+        "rest_orientation": np.ones((len(members), 3)),
+    }
 
 
 def extremes_of(count):
@@ -49,26 +32,31 @@ def extremes_of(count):
 
 
 def test_each_extreme_has_its_column():
-    found = outcome_of(trajectories_of([0.2, 0.1]), extremes_of(2))
-    assert found["peak_contact_displacement"][1] == pytest.approx([-0.0125, -0.1375, -0.2625])
-    assert found["peak_orientation"][1] == pytest.approx([0.3875, 0.5125, 0.6375])
-    assert found["smallest_regularity"] == pytest.approx(np.cos([0.5, 0.5125]))
-    assert found["peak_contact_displacement_error"] == pytest.approx([2e-9, 2.1e-9])
-    assert found["peak_orientation_error"] == pytest.approx([5e-9, 5.1e-9])
+    extremes = extremes_of(2)
+    value, time, error = extremes.extrema
+    found = outcome_of(quantities_of(0.2, 0.1), extremes)
+    assert (found["peak_contact_displacement"] == value[E_ROWS].T).all()
+    assert (found["peak_contact_displacement"] <= 0).all()
+    assert (found["peak_orientation"] == -value[THETA_ROWS].T).all()
+    assert found["smallest_regularity"] == pytest.approx(np.cos(value[THETA_ROWS][1]))
+    assert (found["peak_contact_displacement_error"] == error[E_ROWS][2]).all()
+    assert (found["peak_orientation_error"] == error[THETA_ROWS][2]).all()
     assert found["settling_time"].tolist() == [0.0, 1.0]
     assert found["displacement_settling_time"].tolist() == [5.0, 6.0]
     # Where nothing moves, there is no time of a peak.
-    assert found["peak_time"].tolist() == [[0.0] * 3, pytest.approx([1.1, 2.1, 3.1])]
+    assert found["peak_time"].tolist() == [[0.0] * 3, time[E_ROWS, 1].tolist()]
 
 
-def test_ends_and_residuals():
-    members = trajectories_of([0.2, 0.1])
-    found = outcome_of(members, extremes_of(2))
-    assert found["final_orientation"].tolist() == members.orientation[:, -1].tolist()
-    assert found["final_velocity"].tolist() == members.velocity[:, -1].tolist()
-    assert found["lyapunov_start"] == pytest.approx([20.0, 10.0])
-    assert found["lyapunov_end"] == pytest.approx([20 * np.exp(-10), 10 * np.exp(-10)])
-    assert found["energy_residual"] == pytest.approx([3e-10, 1.5e-10], rel=1e-3)
-    assert found["energy_scale"] == pytest.approx([20.0, 10.0])
-    assert np.isnan(found["final_connector_state"]).all()
-    assert set(found) == set(COLUMNS) - {"run_id", "status", "steps"}
+def test_ends():
+    found = outcome_of(quantities_of(0.2, 0.1), extremes_of(2))
+    for name, size in SIZES.items():
+        expected = [[2.0 * size, 4.0 * size, 6.0 * size], [size, 2.0 * size, 3.0 * size]]
+        np.testing.assert_allclose(found[f"final_{name}"], expected)
+    assert found["end_time"].tolist() == [10.0, 10.0]
+    assert found["lyapunov_start"].tolist() == [20.0, 20.0]
+    assert found["lyapunov_end"].tolist() == [18.0, 19.0]
+    assert found["energy_at_rest"].tolist() == [-0.2, -0.1]
+    by_engines = {"status", "steps", "energy_residual", "energy_scale"}
+    # A body without a connector has no state of it.
+    assert set(COLUMNS) - set(found) == by_engines | {"final_connector_state"}
+    assert set(found) - set(COLUMNS) == {"final_tie.state"}

@@ -6,13 +6,15 @@ from support.paper_runs import paper_config
 
 from rbstab.analysis import extrema, run_extremes
 from rbstab.config.build import problem_of
-from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble
+from rbstab.integrate.heyoka.ensemble import Ensemble
+from rbstab.integrate.heyoka.observed import Observed
 from rbstab.integrate.heyoka.symbols import parameter_values
 from rbstab.sweep.members import ensemble_extremes
 from rbstab.sweep.members.ensemble import ensemble_engine
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
+from rbstab.systems.quantities import BY_NAME
 
 MASS, STIFFNESS, DAMPING, SPEED = 5.0, 6.0e4, 40.0, 3.0
 """kg, N/m, N s/m and m/s of a body that only translates; its frequency is 110 rad/s."""
@@ -72,10 +74,14 @@ def dense_peaks():
     ensemble = Ensemble(problems[0].system, 1e-14, times)
     parameters = np.array([parameter_values(problem.system) for problem in problems]).T
     starts = np.array([problem.start for problem in problems]).T
-    trajectories = ensemble.run(parameters, starts)
-    observed = ensemble.observer.observe(parameters, trajectories)
-    E, E_time = sampled_peaks(times, observed.E)
-    Theta, _ = sampled_peaks(times, trajectories.states[:3])
+    watched = {name: BY_NAME[name] for name in ("contact_displacement", "orientation")}
+    observed = Observed(ensemble.compiled, ensemble.symbolic, watched)
+    samples = ensemble.run(parameters, starts).samples
+    assert samples is not None
+    found = observed.along(parameters, samples, times)
+    (E, E_time), (Theta, _) = (
+        sampled_peaks(times, np.moveaxis(found[name], 2, 0)) for name in watched
+    )
     return E.T, np.abs(Theta).T, E_time.T
 
 

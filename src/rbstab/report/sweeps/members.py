@@ -23,7 +23,6 @@ from rbstab.sweep.proofs.known import convergence_now, without_theorem
 from rbstab.sweep.proofs.one_state import OneState, one_state_of
 
 COLUMNS = (
-    "run_id",
     "status",
     "lyapunov_start",
     "lyapunov_end",

@@ -40,7 +40,6 @@ def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
         *(Head(label, unit, numbers=True) for label, unit in NUMBER_COLUMNS.values()),
         Head(PEAK_LABEL, "m", numbers=True),
         *_parameter_heads(members),
-        Head("run id"),
     )
     command = member_command(path)
     rows = tuple(
@@ -76,7 +75,6 @@ def _row(
         *(number(float(column[k])) for column in columns.values()),
         number(peak),
         *_parameters(members, k),
-        Cell(members.column("run_id")[k].decode(errors="replace")[:8]),
     )
 
 

@@ -21,7 +21,6 @@ from rbstab.store.table import Layout
 from rbstab.sweep.execution.machine_properties import difference, processor, versions
 from rbstab.sweep.members.engine import EngineFactory, MemberEngine, Shard, columns_of_failed
 from rbstab.sweep.members.engines import factory_for
-from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import STATUSES, columns_of, outcome_columns
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import TIME, checked_traces, layout_of
@@ -199,7 +198,6 @@ def compute_members(
 def crashed_member(plan: Plan, member: int) -> Shard:
     """Return the results of a member that ends every process that computes it."""
     outcome = columns_of_failed(1, columns_of(plan))
-    outcome["run_id"] = run_ids(plan, member, member + 1)
     outcome["status"][:] = STATUSES.index(RunStatus.CRASHED)
     is_kept = plan.keep.selected(member, member + 1).any()
     return Shard(outcome, layout_of(plan).empty(1) if is_kept else None)

@@ -4,7 +4,14 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    StringConstraints,
+    field_validator,
+    model_validator,
+)
 
 from rbstab.elements.declarations import OwnState
 from rbstab.integrate.engines import ENGINES
@@ -31,7 +38,6 @@ _MAX_COLUMNS = 1000
 _MAX_VERSIONS = 50
 
 FIRST_COLUMNS = (
-    "run_id",
     "status",
     "end_time",
     "final_orientation",
@@ -106,6 +112,12 @@ class Manifest(BaseModel):
     columns: Annotated[tuple[_Column, ...], Field(max_length=_MAX_COLUMNS)] = FIRST_COLUMNS
     own_states: Annotated[tuple[StoredState, ...], Field(max_length=_MAX_COLUMNS)] = ()
     schema_version: int = MANIFEST_VERSION
+
+    @field_validator("columns")
+    @classmethod
+    def _without_run_ids(cls, columns: tuple[str, ...]) -> tuple[str, ...]:
+        """Leave out a column of shards that were stored before it was dropped."""
+        return tuple(name for name in columns if name != "run_id")
 
     @model_validator(mode="after")
     def _check(self) -> Self:

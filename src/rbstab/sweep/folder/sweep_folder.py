@@ -4,7 +4,7 @@ import re
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -205,6 +205,11 @@ class SweepFolder:
         """
         path, (start, stop) = self.shard_file(number), self.bounds(number)
         table, columns = read_table(path, SHARD, names), self.columns
+        if "run_id" in table.layout:
+            # Shards that were stored before the column was dropped have it.
+            layout, arrays = dict(table.layout), dict(table.arrays)
+            del layout["run_id"], arrays["run_id"]
+            table = replace(table, layout=layout, arrays=arrays)
         ours = table.attributes.get("plan_id") == self.manifest.plan_id
         # The length is compared first: the manifest may be damaged, and shards be said to be huge.
         ours = ours and len(table[RUN]) == stop - start and table[RUN][0] == start

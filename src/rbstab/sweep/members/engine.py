@@ -69,6 +69,5 @@ def columns_of_failed(members: int, columns: Layout = COLUMNS) -> dict[str, Arra
         shape = (members, *column.shape)
         kind = np.dtype(column.dtype).kind
         found[name] = np.full(shape, np.nan if kind == "f" else 0, dtype=column.dtype)
-    found["run_id"] = np.zeros(members, dtype="S32")
     found["status"][:] = STATUSES.index(RunStatus.SOLVER_FAILURE)
     return found

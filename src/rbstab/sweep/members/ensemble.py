@@ -11,7 +11,6 @@ integration does not complete, the member is computed by a single run.
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,17 +22,12 @@ from rbstab.config.build import problem_of
 from rbstab.config.numbers import is_of_initial_state
 from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.integrate.heyoka.engine import integrate
-from rbstab.integrate.heyoka.ensemble.ensemble import Ensemble
-from rbstab.integrate.heyoka.ensemble.forces import EnsembleForces
-from rbstab.integrate.heyoka.ensemble.trajectories import (
-    EnsembleTrajectories,
-    ObservedPositions,
-    ObservedTrajectories,
-)
+from rbstab.integrate.heyoka.ensemble import CHANGE_ROW, Ensemble, Motions
+from rbstab.integrate.heyoka.observed import Observed
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.states import OMEGA, THETA
+from rbstab.mechanics.states import THETA
 from rbstab.sweep.members.approached_states import (
     ApproachedStates,
     RestStatesOfMembers,
@@ -42,12 +36,12 @@ from rbstab.sweep.members.approached_states import (
 from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.engine import MemberEngine, Shard, columns_of_failed
 from rbstab.sweep.members.ensemble_extremes import EnsembleExtremes
-from rbstab.sweep.members.identity import run_ids
-from rbstab.sweep.members.outcome import STATUSES, MemberTrajectories, outcome_columns, outcome_of
+from rbstab.sweep.members.outcome import STATUSES, outcome_columns, outcome_of
 from rbstab.sweep.members.single import SingleRuns
-from rbstab.sweep.members.traces import copy_traces, layout_of
+from rbstab.sweep.members.traces import TIME, layout_of
 from rbstab.sweep.plan.plan import Plan
 from rbstab.systems.modes import has_modes
+from rbstab.systems.quantities import BY_NAME, PEAKS, Quantity, observed_in
 
 STATES_IN_MEMORY = 1024 * 201
 """States in memory at once, at samples and at the ends of steps (50 MB). With fewer, more time is
@@ -55,6 +49,15 @@ spent between numpy's functions."""
 
 ENDS_EXPECTED = 1000
 """The ends of the steps of a member that are expected before some were integrated."""
+
+TOTAL = Quantity(
+    *("total_energy", "-", "J", ("time",), "sum of all energies"),
+    formula=lambda seen: sum(seen.energy.tolist()),
+)
+"""v, and the energy at rest."""
+
+Values = dict[str, Array]
+"""The values of some members from `Plan.values`."""
 
 
 def ensemble_engine(plan: Plan) -> MemberEngine:
@@ -71,10 +74,7 @@ class EnsembleEngine:
     """
 
     def __init__(self, plan: Plan, single_runs: MemberEngine) -> None:
-        self.plan = plan
-        self.single_runs = single_runs
-        self.layout = layout_of(plan)
-        self.columns = outcome_columns(plan)
+        self.plan, self.single_runs = plan, single_runs
         self.variant_engines = {
             variant: _VariantEngine(plan, variant)
             for variant in plan.variants
@@ -84,55 +84,56 @@ class EnsembleEngine:
     def compute(self, start: int, stop: int) -> Shard:
         """Integrate the members from number `start` up to `stop`."""
         values = self.plan.values(start, stop)
-        members = stop - start
-        columns = columns_of_failed(members, self.columns)
-        columns["run_id"] = run_ids(self.plan, start, stop)
-        selected = self.plan.keep.selected(start, stop)
-        trace_rows = np.cumsum(selected) - 1
-        traces = self.layout.empty(int(selected.sum())) if selected.any() else None
-        pending = np.ones(members, dtype=bool)
-        for engine, chunk in self._chunks(values, members, traces is not None):
-            chunk_values = {key: column[chunk] for key, column in values.items()}
-            with_trace = np.flatnonzero(selected[chunk])
-            outcome, pending[chunk], batch_traces = engine.outcome(chunk_values, with_trace)
-            if traces is not None:
-                rows = trace_rows[chunk[with_trace]]
-                copy_traces(traces, rows, batch_traces.of_all, with_trace)
-                copy_traces(traces, rows, batch_traces.of_selected, np.arange(len(with_trace)))
-            for name, column in outcome.items():
-                columns[name][chunk] = column
+        columns = columns_of_failed(stop - start, outcome_columns(self.plan))
+        kept = self.plan.keep.selected(start, stop)
+        places = np.cumsum(kept) - 1
+        traces = layout_of(self.plan).empty(int(kept.sum())) if kept.any() else None
+        pending = np.ones(stop - start, dtype=bool)
+        for engine, rows in self._chunks(values, kept):
+            chosen = {key: column[rows] for key, column in values.items()}
+            is_kept = bool(kept[rows[0]])
+            outcome, pending[rows], motions = engine.outcome(chosen, sampled=is_kept)
+            _copy(columns, rows, outcome)
+            if traces is not None and is_kept:
+                _copy(traces, places[rows], motions)
         for row in np.flatnonzero(pending).tolist():
-            member = start + row
-            single = self.single_runs.compute(member, member + 1)
-            for name, column in single.outcome.items():
-                columns[name][row] = column[0]
+            single = self.single_runs.compute(start + row, start + row + 1)
+            _copy(columns, np.array([row]), single.outcome)
             if traces is not None and single.traces is not None:
-                for name in self.layout.names:
-                    traces[name][trace_rows[row]] = single.traces[name][0]
+                _copy(traces, places[[row]], single.traces)
         return Shard(columns, traces)
 
-    def _chunks(
-        self, values: dict[str, Array], members: int, keeps: bool
-    ) -> Iterator[tuple["_VariantEngine", Array]]:
-        """Yield each batch as the engine of its variant, and the rows of its members.
+    def _chunks(self, values: Values, kept: Array) -> Iterator[tuple["_VariantEngine", Array]]:
+        """Yield the rows of members that are integrated together, with the engine of their variant.
 
         Args:
             values: The values of the members.
-            members: The number of members.
-            keeps: Whether samples of members are kept.
+            kept: Whether the motion of each is kept, shape (m,): then it needs more memory.
         """
-        variants = values.get("controller.variant")
+        variants = values.get("controller.variant", np.array(list(self.plan.variants[:1])))
         for variant, engine in self.variant_engines.items():
-            of_variant = np.ones(members, bool) if variants is None else variants == variant
-            rows = np.flatnonzero(of_variant)
-            if len(rows):
-                rows = rows[engine.order({key: column[rows] for key, column in values.items()})]
-            first = 0
-            while first < len(rows):
-                states = engine.ends + (len(engine.problem.times) if keeps else 0)
-                size = max(SIMD, STATES_IN_MEMORY // states // SIMD * SIMD)
-                yield engine, rows[first : first + size]
-                first += size
+            for is_kept in (False, True):
+                rows = np.flatnonzero((variants == variant) & (kept == is_kept))
+                if len(rows):
+                    rows = rows[engine.order({key: one[rows] for key, one in values.items()})]
+                first = 0
+                while first < len(rows):
+                    states = engine.ends + (len(engine.problem.times) if is_kept else 0)
+                    size = max(SIMD, STATES_IN_MEMORY // states // SIMD * SIMD)
+                    yield engine, rows[first : first + size]
+                    first += size
+
+
+def _copy(target: dict[str, Array], rows: Array, source: dict[str, Array]) -> None:
+    """Copy arrays along members into those rows of the target that they have there."""
+    for name in (source.keys() & target.keys()) - {TIME}:
+        data = source[name]
+        if data.ndim < 3:
+            target[name][rows] = data
+        else:
+            # Each component is contiguous along the samples.
+            for axis in range(data.shape[2]):
+                target[name][rows, :, axis] = data[..., axis]
 
 
 def _can_run_in_batches(problem: Problem) -> bool:
@@ -142,29 +143,28 @@ def _can_run_in_batches(problem: Problem) -> bool:
     )
 
 
-class _BatchTraces(NamedTuple):
-    """The quantities of traces by name, for all members or only for the members with a trace."""
-
-    of_all: dict[str, Array]
-    of_selected: dict[str, Array]
-
-
 class _VariantEngine:
     """The batch engine of one variant, which has one set of equations."""
 
     def __init__(self, plan: Plan, variant: str) -> None:
         self.binding = Binding(plan, variant)
-        self.problem = self.binding.problem
-        problem, varies = self.problem, self.binding.varies
-        self.ensemble = Ensemble(
-            problem.system, problem.rtol, problem.times, varies, quaternion=problem.quaternion
+        self.problem = problem = self.binding.problem
+        self.ensemble = ensemble = Ensemble(
+            *(problem.system, problem.rtol, problem.times, self.binding.varies),
+            quaternion=problem.quaternion,
         )
-        self.extremes = EnsembleExtremes(self.ensemble)
+        self.extremes = EnsembleExtremes(ensemble)
         self.ends = ENDS_EXPECTED
         self.approached = ApproachedStates(problem.system, self._shared_rest_state())
-        has_traces = plan.keep.count(plan.members)
-        self.trace_names = layout_of(plan).names
-        self.forces = EnsembleForces(self.ensemble) if has_traces else None
+        quantities = observed_in(problem.system)
+        finals = {name: one for name, one in quantities.items() if one.end is not None}
+        others = {name: one for name, one in quantities.items() if one.trace and name not in finals}
+        observed = partial(Observed, ensemble.compiled, ensemble.symbolic)
+        # v is compiled with peaks and their rates, as along the steps.
+        peaks = {name: BY_NAME[name] for name in PEAKS}
+        rates = {f"{n} rate": peaks[n]._replace(formula=peak.rate) for n, peak in PEAKS.items()}
+        self.at_ends = observed(finals, peaks | rates | {TOTAL.name: TOTAL})
+        self.in_traces = observed(others) if plan.keep.count(plan.members) else None
 
     def _shared_rest_state(self) -> SharedState | None:
         """Return the rest state nearest to the unloaded position, if all members share it."""
@@ -181,82 +181,74 @@ class _VariantEngine:
         # config may pull there.
         return None if loaded else SharedState(None, 0.0)
 
-    def order(self, values: dict[str, Array]) -> Array:
+    def order(self, values: Values) -> Array:
         """Return the order in which members are integrated, shape (m,): by their energy.
 
         A batch takes as many steps as its slowest member. Members of like energy take like numbers
         of steps. The result of a member does not depend on the others in its batch.
         """
-        parameters, starts = self.binding.parameters_and_starts(values)
-        return np.asarray(self.ensemble.scales.at_start(parameters, starts).argsort(kind="stable"))
+        sizes = self.ensemble.energy_sizes(*self.binding.parameters_and_starts(values))
+        return np.asarray(sizes.argsort(kind="stable"))
 
     def outcome(
-        self, values: dict[str, Array], with_trace: Array
-    ) -> tuple[dict[str, Array], Array, "_BatchTraces"]:
+        self, values: Values, *, sampled: bool
+    ) -> tuple[dict[str, Array], Array, dict[str, Array]]:
         """Integrate some members.
 
         Args:
-            values: The values of the members from `Plan.values`.
-            with_trace: The indices of the members with a trace.
+            values: Their values.
+            sampled: Whether their motions are kept.
 
         Returns:
-            The columns of the members; whether each must be run as a single run; and the traces,
-            which are only valid until the next call.
+            The columns of the members; whether each must be run as a single run; and the quantities
+            of their motions, if they are kept.
         """
+        ensemble = self.ensemble
         parameters, starts = self.binding.parameters_and_starts(values)
-        sampled = bool(len(with_trace))
-        trajectories = self.ensemble.run(parameters, starts, sampled=sampled)
-        self.ends = int(trajectories.steps.mean()) + 1
-        observed = self.ensemble.observer.observe(parameters, trajectories)
+        motions = ensemble.run(parameters, starts, sampled=sampled)
+        self.ends = int(motions.steps.mean()) + 1
+        times = self.problem.times[[0, -1]]
+        quantities = self.at_ends.along(parameters, motions.boundary, times)
         # Members that were not integrated to the end are computed by single runs.
-        last = np.where(trajectories.done, trajectories.states[..., -1], np.nan)
-        positions = self.ensemble.observer.positions(
-            parameters, trajectories, only_last=not sampled
-        )
-        rest = self._rest_states(values, parameters, last, positions.X[..., -1])
-        energy = observed.energy - rest.energy[:, np.newaxis]
-        residual = energy - energy[:, :1] - trajectories.lyapunov_change
-        energies = partial(self.ensemble.scales.energies, parameters)
-        round_off = value_round_off(energies, starts)
-        members = self._members(
-            trajectories, observed, positions, energy, residual, round_off, rest
-        )
+        last = np.where(motions.done, motions.boundary[: starts.shape[0], :, -1], np.nan)
+        rest = self._rest_states(values, parameters, last, quantities["position"][:, -1].T)
+        quantities |= {
+            "time": times,
+            "lyapunov": quantities[TOTAL.name] - rest.energy[:, np.newaxis],
+            "energy_at_rest": rest.energy,
+            "rest_orientation": rest.orientation,
+        }
+        round_off = value_round_off(partial(ensemble.energies, parameters), starts)
         with np.errstate(all="ignore"):
             extremes, residuals = self.extremes.find(
-                parameters, trajectories, members, lambda k: self._problem(values, k).system
+                motions,
+                quantities["orientation"][:, -1] - rest.orientation,
+                *(rest.energy, round_off),
+                lambda k: self._problem(values, k).system,
             )
-            outcome = outcome_of(members, extremes) | residuals
-            near = self._may_have_left_range(outcome) & (not self.problem.quaternion)
-        outcome["status"] = np.full(len(near), STATUSES.index(RunStatus.COMPLETED))
-        outcome["steps"] = trajectories.steps
-        needs_single_run = ~trajectories.done | (trajectories.steps > self.problem.step_limit)
-        for k in np.flatnonzero(near & ~needs_single_run).tolist():
+            columns = outcome_of(quantities, extremes) | residuals
+        columns["status"] = np.full(len(round_off), STATUSES.index(RunStatus.COMPLETED))
+        columns["steps"] = motions.steps
+        needs_single_run = ~motions.done | (motions.steps > self.problem.step_limit)
+        for k in np.flatnonzero(self._may_have_left_range(columns) & ~needs_single_run).tolist():
             status = integrate(self._problem(values, k)).status
             needs_single_run[k] = status is not RunStatus.COMPLETED
-        traces = self._traces(members, parameters, trajectories, with_trace)
-        return outcome, needs_single_run, traces
+        return columns, needs_single_run, self._along(motions, rest.energy)
 
-    def _traces(
-        self,
-        members: MemberTrajectories,
-        parameters: Array,
-        trajectories: EnsembleTrajectories,
-        rows: Array,
-    ) -> "_BatchTraces":
-        if self.forces is None or not len(rows):
-            return _BatchTraces({}, {})
-        available = vars(members) | members.own_states
-        available |= {"lyapunov_change": trajectories.lyapunov_change}
-        forces = self.forces.along(parameters, trajectories, rows)
-        evaluated = {
-            "contact_force": np.moveaxis(forces.contact_force, 0, 2),
-            "lyapunov_rate": forces.lyapunov_rate,
-        }
-        names = [name for name in self.trace_names if name in available]
-        return _BatchTraces({name: available[name] for name in names}, evaluated)
+    def _along(self, motions: Motions, rest_energy: Array) -> dict[str, Array]:
+        """Return the quantities of traces of members; nothing if their motions are not kept."""
+        if self.in_traces is None or motions.samples is None:
+            return {}
+        along = motions.parameters, motions.samples, self.problem.times
+        found = self.at_ends.along(*along) | self.in_traces.along(*along)
+        audits = motions.samples[self.problem.system.size :]
+        v, change = found[TOTAL.name] - rest_energy[:, np.newaxis], audits[CHANGE_ROW]
+        found |= {"lyapunov": v, "lyapunov_change": change}
+        found["energy_residual"] = v - v[:, :1] - change
+        return found | ({"supplied_energy": audits[0]} if self.extremes.supplies else {})
 
     def _rest_states(
-        self, values: dict[str, Array], parameters: Array, last: Array, X: Array
+        self, values: Values, parameters: Array, last: Array, X: Array
     ) -> RestStatesOfMembers:
         """Return the rest states at which v of each member is zero.
 
@@ -274,43 +266,12 @@ class _VariantEngine:
             rest.orientation[k] = zero.rest.motion.Theta if zero.approached else np.nan
         return rest
 
-    def _problem(self, values: dict[str, Array], k: int) -> Problem:
+    def _problem(self, values: Values, k: int) -> Problem:
         """Return the initial value problem of member k of these values."""
         row = {key: column[k] for key, column in values.items() if key != "controller.variant"}
         return problem_of(self.binding.config_of(row))
 
-    def _members(  # noqa: PLR0913, PLR0917 (all that is known of the members)
-        self,
-        trajectories: EnsembleTrajectories,
-        observed: ObservedTrajectories,
-        positions: ObservedPositions,
-        energy: Array,
-        residual: Array,
-        round_off: Array,
-        rest: RestStatesOfMembers,
-    ) -> MemberTrajectories:
-        def along(rows: Array) -> Array:
-            return np.moveaxis(rows, 0, 2)
-
-        states, own_states = trajectories.states, self.problem.system.own_states
-        return MemberTrajectories(
-            time=self.problem.times[[0, -1]] if len(energy[0]) == 2 else self.problem.times,
-            orientation=along(states[THETA]),
-            angular_velocity=along(states[OMEGA]),
-            position=along(positions.X),
-            velocity=along(positions.V),
-            contact_displacement=along(observed.E),
-            contact_velocity=along(observed.F),
-            lyapunov=energy,
-            energy_residual=residual,
-            energy_at_rest=rest.energy,
-            energy_round_off=round_off,
-            rest_orientation=rest.orientation,
-            own_states={name: along(states[place]) for name, place in own_states.items()},
-            supplied_energy=trajectories.supplied_energy,
-        )
-
-    def _may_have_left_range(self, outcome: dict[str, Array]) -> Array:
-        """Whether |θ2| may have reached the end of the range between samples, shape (m,)."""
-        farthest = outcome["peak_orientation"][:, 1] + outcome["peak_orientation_error"]
-        return ~(farthest < math.acos(self.problem.range_bound))
+    def _may_have_left_range(self, columns: dict[str, Array]) -> Array:
+        """Whether |θ2| may have reached the end of the range between steps, shape (m,)."""
+        farthest = columns["peak_orientation"][:, 1] + columns["peak_orientation_error"]
+        return ~(farthest < math.acos(self.problem.range_bound)) & (not self.problem.quaternion)

@@ -1,23 +1,26 @@
 """The outcome of a member: one number or one vector for each column."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from rbstab.analysis.lyapunov import ENERGY_SCALE, energy_scale
-from rbstab.analysis.run_extremes import E_ROWS, THETA_ROWS, Extremes
+from rbstab.analysis.lyapunov import ENERGY_SCALE
+from rbstab.analysis.run_extremes import E_ROWS, ROWS, THETA_ROWS, Extremes
 from rbstab.elements.declarations import OwnState
-from rbstab.elements.registry import OWN_STATES
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 from rbstab.store.table import Column
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import MOTION_COLUMNS
-from rbstab.systems.quantities import is_element_state
-
-FINAL = ("orientation", "angular_velocity", "position", "velocity")
-"""The quantities of `MemberTrajectories` whose final values are columns."""
+from rbstab.systems.quantities import (
+    BY_NAME,
+    PEAKS,
+    Quantity,
+    is_element_state,
+    run_dimensions,
+    state_quantity,
+)
 
 FINAL_PREFIX, LARGEST_PREFIX = "final_", "largest_"
 """A quantity at the end, and the largest of its samples."""
@@ -34,45 +37,48 @@ def _vector(unit: str, long_name: str) -> Column:
     return Column(("axis",), "f8", unit, long_name)
 
 
+def _final(quantity: Quantity, lengths: Mapping[str, int]) -> Column:
+    """Return the column of a quantity at the end."""
+    dimensions = quantity.dimensions[1:]
+    own = tuple(lengths[one] for one in dimensions if one != "axis")
+    long_name = f"{quantity.symbol} at the end{quantity.end}"
+    return Column(dimensions, "f8", quantity.unit, long_name, lengths=own)
+
+
 def final_columns(states: Iterable[OwnState]) -> dict[str, Column]:
     """Return the columns of the final values of own states."""
-    return {
-        f"final_{state.name}": Column(
-            (state.dimension,),
-            "f8",
-            state.unit,
-            f"{state.symbol} at the end; NaN: it has none",
-            lengths=() if state.dimension == "axis" else (state.size,),
-        )
-        for state in states
-    }
+    states = tuple(states)
+    lengths = run_dimensions(states)
+    return {FINAL_PREFIX + state.name: _final(state_quantity(state), lengths) for state in states}
+
+
+def _peak_columns() -> dict[str, Column]:
+    """Return the columns of the largest values of quantities, and of their errors."""
+    columns = {}
+    for name, peak in PEAKS.items():
+        unit, error = BY_NAME[name].unit, f"bound of the error of {peak.meaning}; NaN: unknown"
+        columns[f"peak_{name}"] = _vector(unit, peak.meaning)
+        columns[f"peak_{name}_error"] = _number("f8", unit, error)
+    return columns
 
 
 COLUMNS: dict[str, Column] = {
-    "run_id": _number("S32", "1", "identity of the member as a single run"),
     "status": _number("i1", "1", "how the member ended, by its code", tuple(map(str, STATUSES))),
     "end_time": _number("f8", "s", "time reached"),
-    "final_orientation": _vector("rad", "Θ at the end"),
-    "final_angular_velocity": _vector("rad/s", "Ω at the end, body"),
-    "final_position": _vector("m", "X at the end, inertial"),
-    "final_velocity": _vector("m/s", "V at the end, inertial"),
-    **final_columns(OWN_STATES.values()),
+    **{
+        FINAL_PREFIX + name: _final(quantity, {})
+        for name, quantity in BY_NAME.items()
+        if quantity.end is not None
+    },
     "lyapunov_start": _number("f8", "J", "v(0)"),
     "lyapunov_end": _number("f8", "J", "v at the end"),
     "energy_at_rest": _number("f8", "J", "stored energy of the rest state at which v is zero"),
     "rest_orientation": _vector("rad", "Θ of that rest state; NaN: the member approaches none"),
     "energy_residual": _number("f8", "J", "the largest |r| of the samples or ends of steps"),
     "energy_scale": _number("f8", "J", f"the {ENERGY_SCALE}: |r| is divided by it"),
-    "peak_contact_displacement": _vector("m", "E farthest from 0, by axis"),
-    "peak_time": _vector("s", "when it is there"),
-    "peak_orientation": _vector("rad", "the largest |Θ|, by axis"),
+    **_peak_columns(),
+    "peak_time": _vector("s", "when E is farthest from 0, by axis"),
     "smallest_regularity": _number("f8", "1", "the smallest cos θ2"),
-    "peak_contact_displacement_error": _number(
-        "f8", "m", "bound of the error of the peaks of E; NaN: unknown"
-    ),
-    "peak_orientation_error": _number(
-        "f8", "rad", "bound of the error of the largest |Θ|; NaN: unknown"
-    ),
     "settling_time": _number("f8", "s", "from here v < 1e-3 v(0); NaN: it did not settle"),
     "displacement_settling_time": _number(
         "f8", "s", "from here |E| < 1 mm; NaN: it did not settle"
@@ -104,86 +110,40 @@ def columns_of(plan: Plan) -> dict[str, Column]:
     return outcome_columns(plan) if plan.prove is None else outcome_columns(plan) | MOTION_COLUMNS
 
 
-@dataclass(frozen=True, eq=False)
-class MemberTrajectories:
-    """Trajectories of several members at the same samples, named as in the file of a run.
-
-    Args:
-        time: Shape (n,), s.
-        orientation: Θ, rad; shape (m, n, 3), as all other vectors below.
-        angular_velocity: Ω, rad/s, body.
-        position: X, m, inertial; without a trace only at the last sample, shape (m, 1, 3).
-        velocity: V, m/s, inertial, in the same form.
-        contact_displacement: E, m, inertial.
-        contact_velocity: F, m/s, inertial.
-        lyapunov: v, shape (m, n), J.
-        energy_residual: r, shape (m, n), J.
-        energy_at_rest: The stored energy of the rest state at which v is zero, shape (m,), J.
-        energy_round_off: The energy below which v is round-off, shape (m,), J.
-        rest_orientation: Θ of that rest state, shape (m, 3), rad.
-        own_states: The own states of the elements by name, each of shape (m, n, size).
-        supplied_energy: ∫supplied dt, shape (m, n), J; None if no element supplies power.
-    """
-
-    time: Array
-    orientation: Array
-    angular_velocity: Array
-    position: Array
-    velocity: Array
-    contact_displacement: Array
-    contact_velocity: Array
-    lyapunov: Array
-    energy_residual: Array
-    energy_at_rest: Array
-    energy_round_off: Array
-    rest_orientation: Array
-    own_states: dict[str, Array] = field(default_factory=dict)
-    supplied_energy: Array | None = None
-
-
-def outcome_of(members: MemberTrajectories, extremes: Extremes) -> dict[str, Array]:
-    """Return the columns computed from trajectories: all but `run_id`, `status` and `steps`.
-
-    Args:
-        members: The trajectories.
-        extremes: Their extremes.
-    """
-    count = len(members.lyapunov)
-    peaks, settling = extremes.extrema, extremes.settling.time
-    last = {FINAL_PREFIX + name: getattr(members, name)[:, -1] for name in FINAL}
-    for state in OWN_STATES.values():
-        last[f"final_{state.name}"] = np.full((count, state.size), np.nan)
-    for name, values in members.own_states.items():
-        last[f"final_{name}"] = values[:, -1]
-    peak, angles = peaks.value[E_ROWS].T, np.abs(peaks.value[THETA_ROWS]).T
-    return last | {
-        "end_time": np.full(count, members.time[-1]),
-        "lyapunov_start": members.lyapunov[:, 0],
-        "lyapunov_end": members.lyapunov[:, -1],
-        "energy_at_rest": members.energy_at_rest,
-        "rest_orientation": members.rest_orientation,
-        "energy_residual": np.abs(members.energy_residual).max(axis=1),
-        "energy_scale": energy_scale(
-            members.lyapunov, members.energy_round_off, members.supplied_energy
-        ),
-        "peak_contact_displacement": peak,
-        # Where nothing moves, the largest sample is that of the largest round-off.
-        "peak_time": np.where(settling[:, np.newaxis] == 0.0, 0.0, peaks.time[E_ROWS].T),
-        "peak_orientation": angles,
-        "smallest_regularity": np.cos(np.minimum(angles[:, 1], np.pi / 2)),
-        "peak_contact_displacement_error": peaks.error[E_ROWS].max(axis=0),
-        "peak_orientation_error": peaks.error[THETA_ROWS].max(axis=0),
-        "settling_time": settling,
-        "displacement_settling_time": extremes.displacement_settling.time,
+def finals_of(quantities: Mapping[str, Array]) -> dict[str, Array]:
+    """Return those quantities whose values at the end are columns."""
+    return {
+        name: values
+        for name, values in quantities.items()
+        if is_element_state(name) or (name in BY_NAME and BY_NAME[name].end is not None)
     }
 
 
-def largest_of_finals(members: MemberTrajectories) -> dict[str, Array]:
-    """Return the largest sample, by component, of each quantity whose final value is a column.
+def outcome_of(quantities: Mapping[str, Array], extremes: Extremes) -> dict[str, Array]:
+    """Return the columns that follow from motions: all but `status`, `steps` and those of energies.
 
-    A motion that comes to rest ends with round-off, which is no scale for differences.
+    Args:
+        quantities: The quantities of m members at n times (`time`, shape (n,), s) by their names,
+            shape (m, n, ...), or (m, ...) if they are not along the time. At least the first and
+            the last sample of v and of all that has a final value.
+        extremes: The extremes of the motions.
     """
-    quantities = {name: getattr(members, name) for name in FINAL} | members.own_states
-    return {
-        LARGEST_PREFIX + name: np.abs(values).max(axis=1) for name, values in quantities.items()
+    peaks, settling = extremes.extrema, extremes.settling.time
+    columns = {FINAL_PREFIX + name: one[:, -1] for name, one in finals_of(quantities).items()}
+    for name, peak in PEAKS.items():
+        value = peaks.value[ROWS[name]].T
+        columns[f"peak_{name}"] = value if peak.signed else np.abs(value)
+        columns[f"peak_{name}_error"] = peaks.error[ROWS[name]].max(axis=0)
+    pitch = np.abs(peaks.value[THETA_ROWS][PITCH])
+    return columns | {
+        "end_time": np.full(len(settling), quantities["time"][-1]),
+        "lyapunov_start": quantities["lyapunov"][:, 0],
+        "lyapunov_end": quantities["lyapunov"][:, -1],
+        "energy_at_rest": quantities["energy_at_rest"],
+        "rest_orientation": quantities["rest_orientation"],
+        # Where nothing moves, the largest sample is that of the largest round-off.
+        "peak_time": np.where(settling[:, np.newaxis] == 0.0, 0.0, peaks.time[E_ROWS].T),
+        "smallest_regularity": np.cos(np.minimum(pitch, np.pi / 2)),
+        "settling_time": settling,
+        "displacement_settling_time": extremes.displacement_settling.time,
     }

@@ -21,7 +21,7 @@ CANDIDATES = 256
 """Members among which those of each variant are looked for, for each one that is compared."""
 
 _NOT_COMPARED = (
-    *("run_id", "status", "steps"),
+    *("status", "steps"),
     *("peak_contact_displacement_error", "peak_orientation_error"),
 )
 

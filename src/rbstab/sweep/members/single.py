@@ -1,12 +1,12 @@
 """An engine that integrates members one by one, as single runs."""
 
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from dataclasses import replace
-from functools import partial
-from typing import Generic, TypeVar
 
 import numpy as np
 
+from rbstab.analysis.lyapunov import energy_scale
+from rbstab.analysis.rest_state import RestState
 from rbstab.analysis.run_extremes import extremes_of
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
@@ -17,21 +17,17 @@ from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.engine import Shard, columns_of_failed
-from rbstab.sweep.members.identity import run_ids
 from rbstab.sweep.members.outcome import (
     FINAL_PREFIX,
     LARGEST_PREFIX,
     STATUSES,
-    MemberTrajectories,
-    largest_of_finals,
+    finals_of,
     outcome_columns,
     outcome_of,
 )
 from rbstab.sweep.members.traces import TIME, copy_single_run, layout_of
 from rbstab.sweep.plan.plan import Plan
 from rbstab.systems.parameters import parameters
-
-T = TypeVar("T")
 
 
 class SingleRuns:
@@ -40,42 +36,40 @@ class SingleRuns:
     Args:
         plan: The plan.
         name: The name of the engine; default the engine of the plan.
-        with_largest: Whether `largest_of_finals` are columns, too.
+        with_largest: Whether the largest sample, by component, of each quantity whose final value
+            is a column is one too. A motion that comes to rest ends with round-off, which is no
+            scale for differences.
 
     Raises:
         EngineMissingError: The package of the engine is not installed.
     """
 
     def __init__(self, plan: Plan, name: str | None = None, *, with_largest: bool = False) -> None:
-        self._plan = plan
+        self._plan, self._with_largest = plan, with_largest
         self._engine = name or plan.engine
         self._layout = layout_of(plan)
         self._columns = outcome_columns(plan)
-        self._with_largest = with_largest
         if with_largest:
             self._columns |= {
                 LARGEST_PREFIX + name.removeprefix(FINAL_PREFIX): column
                 for name, column in self._columns.items()
                 if name.startswith(FINAL_PREFIX)
             }
-        # A sample of a motion that is kept takes twice as long: some microseconds too.
-        self._recording_time = _OncePerSystem(partial(recording_time, only_outcome=True))
-        self._rest_state = _OncePerSystem(rest_state_of)
+        self._last: tuple[Hashable, float, RestState] | None = None
         engine(self._engine)
 
     def compute(self, start: int, stop: int) -> Shard:
         """Integrate the members from number `start` up to `stop`."""
         columns = columns_of_failed(stop - start, self._columns)
-        columns["run_id"] = run_ids(self._plan, start, stop)
-        selected = self._plan.keep.selected(start, stop)
-        trace_rows = np.cumsum(selected) - 1
-        traces = self._layout.empty(int(selected.sum())) if selected.any() else None
+        kept = self._plan.keep.selected(start, stop)
+        places = np.cumsum(kept) - 1
+        traces = self._layout.empty(int(kept.sum())) if kept.any() else None
         for index in range(stop - start):
             # An error in one member must not stop the others; the member keeps its failed status.
             try:
                 problem = self._problem(self._plan.config_of(start + index))
                 deadline = Deadline(problem.time_limit)
-                trajectory, quantities = self._integrate(problem, deadline, bool(selected[index]))
+                trajectory, quantities = self._integrate(problem, deadline, bool(kept[index]))
             except Exception:  # noqa: S112
                 continue
             columns["status"][index] = STATUSES.index(trajectory.status)
@@ -83,8 +77,8 @@ class SingleRuns:
             found = self._outcome(problem, deadline, trajectory, quantities)
             for name, values in found.items():
                 columns[name][index] = values[0]
-            if traces is not None and selected[index] and TIME in quantities:
-                copy_single_run(traces, int(trace_rows[index]), quantities)
+            if traces is not None and kept[index] and TIME in quantities:
+                copy_single_run(traces, int(places[index]), quantities)
         return Shard(columns, traces)
 
     def _problem(self, config: Config) -> Problem:
@@ -95,21 +89,33 @@ class SingleRuns:
         return problem
 
     def _integrate(
-        self, problem: Problem, deadline: Deadline, traced: bool
+        self, problem: Problem, deadline: Deadline, is_kept: bool
     ) -> tuple[Trajectory, dict[str, Array]]:
-        key = _key_of_system(problem)
-        deadline.recording_time = self._recording_time(problem, key)
+        deadline.recording_time, nearest = self._of_system(problem)
         with np.errstate(all="ignore"):
             trajectory = engine(self._engine)(problem, None, deadline)
             try:
-                zero = zero_of(problem, trajectory, self._rest_state(problem, key), deadline)
-                found = recorded(problem, trajectory, zero.rest, deadline, only_outcome=not traced)
+                zero = zero_of(problem, trajectory, nearest, deadline)
+                found = recorded(problem, trajectory, zero.rest, deadline, only_outcome=not is_kept)
                 if not zero.approached:
                     found.quantities["rest_orientation"] = np.full(3, np.nan)
                 return found
             except Exception:
                 # Without quantities, the member still has the status of its trajectory.
                 return trajectory, {}
+
+    def _of_system(self, problem: Problem) -> tuple[float, RestState]:
+        """Return the time to record a sample, and the nearest rest state; one system is known.
+
+        Problems share them if only their starts, samples and tolerances differ.
+        """
+        values = [(name, array.tobytes()) for name, array in parameters(problem.system).items()]
+        key = type(problem.system.coordinates), problem.switching, tuple(values)
+        if self._last is None or self._last[0] != key:
+            # A sample of a motion that is kept takes twice as long: some microseconds too.
+            time = recording_time(problem, only_outcome=True)
+            self._last = key, time, rest_state_of(problem)
+        return self._last[1:]
 
     def _outcome(
         self,
@@ -118,63 +124,19 @@ class SingleRuns:
         trajectory: Trajectory,
         quantities: dict[str, Array],
     ) -> dict[str, Array]:
+        # The quantities of one member.
+        one = {name: array[np.newaxis] for name, array in quantities.items() if name != TIME}
         try:
             with np.errstate(all="ignore"):
-                member = trajectory_of(problem, quantities)
                 extremes = extremes_of(problem, trajectory, quantities, deadline)
-                outcome = outcome_of(member, extremes)
-                return outcome | (largest_of_finals(member) if self._with_largest else {})
+                columns = outcome_of(one | {TIME: quantities[TIME]}, extremes)
+                v, supplied = one["lyapunov"], one.get("supplied_energy")
+                columns["energy_residual"] = np.abs(one["energy_residual"]).max(axis=1)
+                columns["energy_scale"] = energy_scale(v, one["energy_round_off"], supplied)
         except Exception:
             # A motion with a single sample has no outcome; its columns keep their defaults.
             return {}
-
-
-class _OncePerSystem(Generic[T]):
-    """A function of a problem that does not depend on its start; it keeps its last value.
-
-    Args:
-        function: The function.
-    """
-
-    def __init__(self, function: Callable[[Problem], T]) -> None:
-        self._function = function
-        self._last: tuple[Hashable, T] | None = None
-
-    def __call__(self, problem: Problem, key: Hashable) -> T:
-        """Return the value for a problem with this `_key_of_system`."""
-        if self._last is None or self._last[0] != key:
-            self._last = key, self._function(problem)
-        return self._last[1]
-
-
-def _key_of_system(problem: Problem) -> Hashable:
-    """Return a key that problems share if only their starts, samples and tolerances differ."""
-    values = [(name, array.tobytes()) for name, array in parameters(problem.system).items()]
-    return type(problem.system.coordinates), problem.switching, tuple(values)
-
-
-def trajectory_of(problem: Problem, quantities: dict[str, Array]) -> MemberTrajectories:
-    """Return the quantities of a single run as `MemberTrajectories` of one member."""
-    arrays = {name: array[np.newaxis] for name, array in quantities.items() if name != TIME}
-    return MemberTrajectories(
-        time=quantities[TIME],
-        energy_at_rest=arrays["energy_at_rest"],
-        energy_round_off=arrays["energy_round_off"],
-        rest_orientation=arrays["rest_orientation"],
-        own_states={name: arrays[name] for name in problem.system.own_states},
-        supplied_energy=arrays.get("supplied_energy"),
-        **{name: arrays[name] for name in _COMMON_QUANTITIES},
-    )
-
-
-_COMMON_QUANTITIES = (
-    "orientation",
-    "angular_velocity",
-    "position",
-    "velocity",
-    "contact_displacement",
-    "contact_velocity",
-    "lyapunov",
-    "energy_residual",
-)
-"""The quantities of a run that `MemberTrajectories` has under the same names."""
+        if self._with_largest:
+            for name, values in finals_of(one).items():
+                columns[LARGEST_PREFIX + name] = np.abs(values).max(axis=1)
+        return columns

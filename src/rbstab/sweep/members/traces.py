@@ -6,35 +6,20 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.elements.declarations import OwnState
-from rbstab.elements.registry import OWN_STATES
 from rbstab.mechanics.numbers import Array
 from rbstab.store.motions import Motions
 from rbstab.store.variables import RUN, Variable
 from rbstab.sweep.members.outcome import element_states
 from rbstab.sweep.plan.plan import Plan
-from rbstab.systems.quantities import RUN_DIMENSIONS, quantities_with, run_dimensions
+from rbstab.systems.quantities import (
+    BY_NAME,
+    RUN_DIMENSIONS,
+    quantities_with,
+    run_dimensions,
+    state_quantity,
+)
 
 TIME = "time"
-
-SUPPLIED = "supplied_energy"
-"""A quantity of plans with inputs only; traces of older versions do not have it."""
-
-TRACE_QUANTITIES = (
-    "orientation",
-    "angular_velocity",
-    "position",
-    "velocity",
-    *OWN_STATES,
-    "contact_displacement",
-    "contact_velocity",
-    "contact_force",
-    "lyapunov",
-    "lyapunov_rate",
-    "lyapunov_change",
-    "energy_residual",
-    SUPPLIED,
-)
-"""The quantities of a trace, named as in a run file. A variant may lack some own states."""
 
 
 class TraceLayout(NamedTuple):
@@ -70,40 +55,15 @@ class TraceLayout(NamedTuple):
 
 def layout_of(plan: Plan) -> TraceLayout:
     """Return the layout of the traces of a plan, also for a plan without traces."""
-    problems = list(plan.initial_value_problems.values())
-    own_states = {name for problem in problems for name in problem.system.own_states}
+    systems = [problem.system for problem in plan.initial_value_problems.values()]
+    times = next(iter(plan.initial_value_problems.values())).times
     states = element_states(plan)
-    missing = set(OWN_STATES) - own_states
-    if not any(problem.system.supplies for problem in problems):
-        missing.add(SUPPLIED)
-    names = (name for name in TRACE_QUANTITIES if name not in missing)
-    return TraceLayout(problems[0].times, (*names, *(state.name for state in states)), states)
-
-
-def copy_traces(
-    target: Mapping[str, Array],
-    target_rows: Array,
-    source: Mapping[str, Array | None],
-    source_rows: Array,
-) -> None:
-    """Copy the traces of some members, for all quantities of the source that are not None.
-
-    Args:
-        target: The traces to write to.
-        target_rows: The rows to write, ascending.
-        source: The traces to read.
-        source_rows: The rows to read, ascending.
-    """
-    to_rows, from_rows = _as_slice(target_rows), _as_slice(source_rows)
-    for name, data in source.items():
-        if data is None:
-            continue
-        if data.ndim == 2:
-            target[name][to_rows] = data[from_rows]
-            continue
-        # Batches store each component contiguously along the samples, so copy by component.
-        for axis in range(data.shape[2]):
-            target[name][to_rows, :, axis] = data[from_rows, :, axis]
+    names = [
+        name
+        for name, quantity in (BY_NAME | {one.name: state_quantity(one) for one in states}).items()
+        if quantity.trace and any(map(quantity.exists_in, systems))
+    ]
+    return TraceLayout(times, tuple(names), states)
 
 
 def copy_single_run(target: Mapping[str, Array], row: int, quantities: Mapping[str, Array]) -> None:
@@ -167,8 +127,7 @@ def motions_of(
     def stored(name: str, data: Array) -> Variable:
         quantity = quantities[name]
         along = () if name == TIME else (RUN,)
-        long_name = f"{quantity.symbol}: {quantity.meaning}"
-        return Variable((*along, *quantity.dimensions), data, quantity.unit, long_name)
+        return Variable((*along, *quantity.dimensions), data, quantity.unit, quantity.long_name)
 
     coordinates = {
         RUN: Variable((RUN,), numbers, "1", "number of the run"),
@@ -180,10 +139,3 @@ def motions_of(
     }
     described = {name: stored(name, data) for name, data in traces.items()}
     return Motions(coordinates | described, {"plan_id": plan_id})
-
-
-def _as_slice(indices: Array) -> Array | slice:
-    """Return ascending indices, as a slice if they are consecutive, to avoid a copy."""
-    if len(indices) and indices[-1] - indices[0] == len(indices) - 1:
-        return slice(int(indices[0]), int(indices[-1]) + 1)
-    return indices

@@ -1,1 +1,0 @@
-"""Integration of many members of one structure, in compiled batches."""

@@ -1,0 +1,380 @@
+"""Members of every kind: their bits depend on the plan alone, and each is its own single run."""
+
+import json
+import threading
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from support.member_plans import (
+    PITCH,
+    PITCHING,
+    PLANS,
+    SLOPE,
+    SPIN,
+    TURNS,
+    RecordedSingleRuns,
+    drawn,
+    listed,
+    paper,
+    turning,
+)
+
+from rbstab.experiment import record
+from rbstab.experiment.simulate import simulate
+from rbstab.integrate.engines import EngineMissingError
+from rbstab.integrate.status import RunStatus
+from rbstab.sweep.members import engines
+from rbstab.sweep.members.approached_states import ApproachedStates, RestStatesOfMembers
+from rbstab.sweep.members.engine import columns_of_failed
+from rbstab.sweep.members.engines import factory_for, fastest_engine
+from rbstab.sweep.members.ensemble import EnsembleEngine, ensemble_engine
+from rbstab.sweep.members.outcome import COLUMNS, STATUSES, outcome_columns
+from rbstab.sweep.members.scipy_comparison import compare
+from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.trace_selection import TraceSelection
+
+COMPLETED, LEFT = STATUSES.index("completed"), STATUSES.index("range left")
+
+slow = pytest.mark.slow
+
+each_plan = pytest.mark.parametrize("name", PLANS)
+
+
+@cache
+def made(name: str) -> Any:
+    """Return a plan, its engine, and all its members with their motions, computed at once."""
+    plan = replace(PLANS[name][0](), keep=TraceSelection(every=1))
+    engine = EnsembleEngine(plan, RecordedSingleRuns(plan))
+    return plan, engine, engine.compute(0, plan.members)
+
+
+def batches(plan: Any) -> Any:
+    return factory_for("heyoka")(plan)
+
+
+def alone(plan: Any, *arguments: Any, **options: Any) -> Any:
+    return SingleRuns(plan, *arguments, **options)
+
+
+def in_thread(compute, *bounds):
+    """Return what an engine computes in a thread of its own."""
+    found = []
+    thread = threading.Thread(target=lambda: found.append(compute(*bounds)))
+    thread.start()
+    thread.join(120.0)
+    return found[0]
+
+
+# Bits
+
+
+@each_plan
+@settings(max_examples=4, deadline=None)
+@given(choices=st.data())
+def test_no_bit_depends_on_division_order_kept_motions_threads_or_what_was_computed_before(
+    name, choices
+):
+    plan, engine, whole = made(name)
+    every = choices.draw(st.integers(0, 3))
+    if every != 1:
+        plan = replace(plan, keep=TraceSelection(every=every))
+        engine = batches(plan)
+    cuts = choices.draw(st.sets(st.integers(1, plan.members - 1), max_size=3))
+    bounds = list(zip([0, *sorted(cuts)], [*sorted(cuts), plan.members], strict=True))
+    for start, stop in choices.draw(st.permutations(bounds)):
+        threaded = choices.draw(st.booleans())
+        part = in_thread(engine.compute, start, stop) if threaded else engine.compute(start, stop)
+        for column, values in part.outcome.items():
+            assert values.tobytes() == whole.outcome[column][start:stop].tobytes(), column
+        rows = start + np.flatnonzero(plan.keep.selected(start, stop))
+        assert (part.traces is None) == (not len(rows))
+        for quantity, values in (part.traces or {}).items():
+            if quantity != "time":
+                assert values.tobytes() == whole.traces[quantity][rows].tobytes(), quantity
+
+
+def test_a_member_that_fails_alone_changes_no_bit_of_its_neighbours():
+    """A large K_s chatters: the others have less than a tenth of its switches."""
+    controller = SLOPE | {"surface": "position", "K_s": [2000.0] * 3, "switch_limit": 100}
+    base = paper("free", False, controller=controller, duration=0.1, samples=5)
+    key = "controller.K_s[1]"
+    with_strong = listed(base, **{key: [500.0, 200_000.0, 700.0]})
+    found, expected = (
+        batches(plan).compute(0, plan.members).outcome
+        for plan in (with_strong, listed(base, **{key: [500.0, 700.0]}))
+    )
+    ends = [STATUSES[code] for code in found["status"]]
+    assert ends == [RunStatus.COMPLETED, RunStatus.SWITCH_LIMIT, RunStatus.COMPLETED]
+    assert 0 < found["end_time"][1] < 0.1
+    for name, column in expected.items():
+        assert column.tobytes() == found[name][[0, 2]].tobytes(), name
+
+
+def test_a_member_whose_preparation_fails_fails_alone(monkeypatch):
+    from rbstab.config.build import problem_of
+
+    plan = listed(paper("free", engine="scipy", duration=0.02), **{"body.mass": [40.0, 45.0, 50.0]})
+    plan = replace(plan, keep=TraceSelection(every=1))
+    before = alone(plan).compute(0, 3)
+
+    def failing(config):
+        if config.body.mass == 45.0:
+            raise ZeroDivisionError
+        return problem_of(config)
+
+    monkeypatch.setattr("rbstab.sweep.members.single.problem_of", failing)
+    after = alone(plan).compute(0, 3)
+    for name, column in columns_of_failed(1).items():
+        assert after.outcome[name][[0, 2]].tobytes() == before.outcome[name][[0, 2]].tobytes()
+        assert after.outcome[name][1:2].tobytes() == column.tobytes(), name
+    assert np.isnan(after.traces["lyapunov"][1]).all()
+    assert after.traces["lyapunov"][0].tobytes() == before.traces["lyapunov"][0].tobytes()
+
+
+# Values
+
+
+LOOSER = {
+    # The largest at the ends of steps, and of samples.
+    "energy_residual": 1e-8,
+    "energy_scale": 0.05,
+    # Where a slope is zero, and at the end of a descent.
+    "peak_time": 1e-6,
+    "rest_orientation": 1e-6,
+    # Near θ2 = ±90°.
+    "peak_orientation": 1e-6,
+    "smallest_regularity": 1e-4,
+}
+"""Bounds of the differences of columns that are no state, for other reasons than the tolerance."""
+
+
+@each_plan
+def test_each_member_is_its_single_run(name):
+    """Columns and motions; those that run alone to the last bit, and only the expected ones do."""
+    plan, engine, whole = made(name)
+    columns = outcome_columns(plan)
+    assert whole.outcome.keys() == columns.keys()
+    for column, one in columns.items():
+        assert whole.outcome[column].shape == (plan.members, *one.shape)
+        assert whole.outcome[column].dtype == np.dtype(one.dtype)
+    single = alone(plan, "heyoka", with_largest=True)
+    assert engine.single_runs.members == PLANS[name][1]
+    for member in sorted({0, 1, plan.members // 2, plan.members - 1}):
+        expected = single.compute(member, member + 1)
+        ours = {column: values[[member]] for column, values in whole.outcome.items()}
+        unlike, differences = compare(ours, expected.outcome)
+        assert unlike == 0
+        is_alone = member in PLANS[name][1]
+        for column, difference in differences.items():
+            assert difference <= (0.0 if is_alone else LOOSER.get(column, 1e-8)), column
+        for quantity, values in expected.traces.items():
+            found = whole.traces[quantity][[member]] if quantity != "time" else values
+            of_size = expected.traces["lyapunov" if "residual" in quantity else quantity]
+            size = 0.0 if is_alone else max(1e-3, np.nanmax(np.abs(of_size), initial=0.0))
+            np.testing.assert_allclose(found, values, rtol=0.0, atol=1e-8 * size, err_msg=quantity)
+
+
+@pytest.mark.parametrize("name", ["visco-elastic", "embedded", "elements", "inputs", "switching"])
+def test_the_engines_find_the_same_members(name):
+    plan, _, whole = made(name)
+    theirs = alone(plan, "scipy", with_largest=True).compute(0, 3).outcome
+    unlike, differences = compare({k: v[:3] for k, v in whole.outcome.items()}, theirs)
+    assert unlike == 0
+    for column, difference in differences.items():
+        assert difference <= max(1e-7, LOOSER.get(column, 0.0)), column
+
+
+@pytest.mark.parametrize(
+    ("name", "member"),
+    [("variants", 7), ("noise", 2), ("switching", 1), ("stopped", 1), ("sliding", 0),
+     ("range left", 3)],
+)  # fmt: skip
+def test_a_single_run_is_the_run_of_its_config(name, member):
+    plan, _, _ = made(name)
+    outcome, traces = alone(plan, "heyoka").compute(member, member + 1)
+    run = simulate(plan.config_of(member))
+    found = {column: values[0] for column, values in outcome.items()}
+    assert STATUSES[found["status"]] == run.status
+    assert found["steps"] == run.attributes["steps"]
+    assert found["end_time"] == run["time"][-1]
+    for quantity in ("orientation", "angular_velocity", "position", "velocity"):
+        assert (found[f"final_{quantity}"] == run[quantity][-1]).all()
+    own = run["connector_state"][-1] if "connector_state" in run else np.full(3, np.nan)
+    assert np.array_equal(found["final_connector_state"], own, equal_nan=True)
+    assert found["lyapunov_start"] == run["lyapunov"][0]
+    assert found["lyapunov_end"] == run["lyapunov"][-1]
+    assert found["energy_residual"] == np.abs(run["energy_residual"]).max()
+    assert (found["peak_contact_displacement"] == run["peak_contact_displacement"]).all()
+    assert found["peak_orientation"][1] == run["largest_pitch"]
+    reached = int((run["time"] == traces["time"][: len(run["time"])]).sum())
+    # The state at which a run stops early is no sample.
+    assert reached == len(run["time"]) - (found["status"] == LEFT)
+    for quantity in traces.keys() & set(run.variables) - {"time"}:
+        assert (traces[quantity][0, :reached] == run[quantity][:reached]).all(), quantity
+        assert np.isnan(traces[quantity][0, reached:]).all(), quantity
+
+
+def test_a_motion_agrees_with_its_own_relations():
+    """Check relations within a trace, without any engine or equation of the program."""
+    base = paper("visco-elastic", duration=0.2, samples=2001)
+    plan = replace(drawn(base, {PITCH: {"uniform": [5, 20]}}, 2), keep=TraceSelection(every=1))
+    outcome, traces = batches(plan).compute(0, 2)
+    step = traces["time"][1]
+    for of, rate in (
+        ("lyapunov", "lyapunov_rate"),
+        ("lyapunov_change", "lyapunov_rate"),
+        ("position", "velocity"),
+        ("contact_displacement", "contact_velocity"),
+    ):
+        slope = (traces[of][:, 2:] - traces[of][:, :-2]) / (2 * step)
+        expected = traces[rate][:, 1:-1]
+        assert slope == pytest.approx(expected, abs=1e-4 * np.abs(expected).max()), of
+    start = traces["lyapunov"][:, :1] + traces["lyapunov_change"]
+    left = traces["lyapunov"] - start - traces["energy_residual"]
+    assert left == pytest.approx(np.zeros_like(left), abs=1e-9)
+    assert (outcome["lyapunov_end"] == traces["lyapunov"][:, -1]).all()
+    # Eq. 40, with the gains of the base.
+    K, L = (np.diag(getattr(plan.config_of(0).controller, gain)) for gain in ("K_c", "L_c"))
+    force = -traces["contact_displacement"] @ K - traces["contact_velocity"] @ L
+    assert traces["contact_force"] == pytest.approx(force, rel=1e-12, abs=1e-9)
+
+
+def test_quaternions_change_nothing_where_angles_suffice():
+    """And they finish where angles end; the members make several turns."""
+    _, _, whole = made("quaternion")
+    plan = turning("Z")
+    in_angles = EnsembleEngine(plan, SingleRuns(plan, "heyoka", with_largest=True))
+    theirs = alone(plan, "heyoka", with_largest=True).compute(0, len(TURNS)).outcome
+    same = np.flatnonzero(theirs["status"] == COMPLETED)
+    assert len(same) >= 4
+    unlike, differences = compare(
+        *({k: v[same] for k, v in one.items()} for one in (whole.outcome, theirs))
+    )
+    assert unlike == 0
+    assert max(differences.values()) < 1e-6, differences
+    assert in_angles.compute(0, 6).outcome["status"].tolist() == theirs["status"].tolist()
+    assert (whole.outcome["status"] == COMPLETED).all()
+    assert np.abs(whole.outcome["final_orientation"]).max() > 3 * np.pi
+
+
+@pytest.mark.parametrize("samples", [2, 5, 41])
+def test_who_leaves_the_range_is_known_however_few_the_samples(samples):
+    base = PITCHING | {"integration": PITCHING["integration"] | {"samples": samples}}
+    plan = listed(base, **{PITCH: np.linspace(20, 60, 21).tolist()})
+    engine: Any = EnsembleEngine(plan, RecordedSingleRuns(plan))
+    found = engine.compute(0, 21).outcome
+    expected = alone(plan, "heyoka").compute(0, 21).outcome
+    assert found["status"].tolist() == expected["status"].tolist()
+    left = found["status"] == LEFT
+    assert engine.single_runs.members == set(np.flatnonzero(left).tolist())
+    # Some come near the end of the range, and turn back.
+    near = found["peak_orientation"][:, 1] > 1.4
+    assert (near & ~left).any()
+    assert left.any()
+    # A member that left the range approaches no rest state in it.
+    assert np.isnan(found["rest_orientation"]).all(axis=1).tolist() == left.tolist()
+    assert not np.isnan(found["energy_at_rest"]).any()
+
+
+def test_rest_energies_that_are_not_found_at_once_are_looked_for(monkeypatch):
+    plan, _, whole = made("visco-elastic")
+
+    def nothing(_, parameters, last):
+        count = parameters.shape[1]
+        none = np.zeros(count, dtype=bool)
+        return RestStatesOfMembers(np.full(count, 1e9), np.full((count, 3), 1e9), none)
+
+    monkeypatch.setattr(ApproachedStates, "find", nothing)
+    found = batches(plan).compute(0, 4).outcome
+    assert found["lyapunov_start"] == pytest.approx(whole.outcome["lyapunov_start"][:4], rel=1e-9)
+
+
+def test_each_member_has_the_rest_state_of_its_own_system():
+    """Single runs of the same system share the rest state next to the unloaded position."""
+    base = paper("free", False, controller=SLOPE, duration=0.05) | {"gravity": [0.0, 0.0, -10.0]}
+    plan = listed(base, **{PITCH: [5.0, 20.0], "body.mass": [40.0, 40.0, 42.0]})
+    found = batches(plan).compute(0, plan.members).outcome["energy_at_rest"]
+    runs = [simulate(plan.config_of(member)) for member in range(plan.members)]
+    assert found.tolist() == [float(run["energy_at_rest"]) for run in runs]
+    assert found[0] == found[1] == found[3] != found[2]
+
+
+# What is not computed
+
+
+def test_what_no_column_shows_is_not_asked_for(monkeypatch):
+    """Members need no second run behind `trusted_until`, no forces and no certificate."""
+
+    def refuse(*_):
+        raise AssertionError("computed although no column needs it")
+
+    plan = listed(
+        paper("free", False, controller=SLOPE | {"surface": "position"}, duration=0.05),
+        **{"body.mass": [40.0]},
+    )
+    monkeypatch.setattr("rbstab.integrate.switching.sliding_connector.trusted_until", refuse)
+    monkeypatch.setattr("rbstab.integrate.switching.chatter.Chatter.energy", refuse)
+    monkeypatch.setattr(record, "certificate_of", refuse)
+    monkeypatch.setattr(record, "_values", refuse)
+    monkeypatch.setattr("rbstab.systems.system.Observation.dissipation", property(refuse))
+    found = batches(plan).compute(0, 1).outcome
+    assert found["status"].tolist() == [COMPLETED]
+    assert np.isfinite(found["lyapunov_end"]).all()
+
+
+def test_motions_that_are_not_kept_cost_nothing():
+    plan = drawn(paper("free"), SPIN, 4)
+    engine = batches(plan)
+    assert engine.compute(0, 4).traces is None
+    assert engine.variant_engines["free"].in_traces is None
+    kept = batches(replace(plan, keep=TraceSelection(every=3)))
+    assert kept.compute(1, 3).traces is None
+    assert kept.variant_engines["free"].in_traces is not None
+
+
+def test_members_without_result():
+    found = columns_of_failed(3)
+    assert list(found) == list(COLUMNS)
+    assert {len(values) for values in found.values()} == {3}
+    assert {STATUSES[code] for code in found["status"]} == {RunStatus.SOLVER_FAILURE}
+
+
+# Other
+
+
+def test_which_engine_is_taken(monkeypatch):
+    assert fastest_engine() in ("heyoka", "scipy")
+    assert factory_for("scipy") is SingleRuns
+    assert factory_for("heyoka") is ensemble_engine
+
+    def missing(name):
+        raise EngineMissingError(name)
+
+    monkeypatch.setattr(engines, "engine", missing)
+    assert fastest_engine() == "scipy"
+    with pytest.raises(EngineMissingError):
+        factory_for("heyoka")
+
+
+@pytest.mark.parametrize("surface", [{"slope": 20}, pytest.param("position", marks=slow)])
+def test_a_motion_that_slides_settles_when_its_own_energy_does(surface):
+    example = "configs/examples/sliding/slope_exact_20000.yaml"
+    vary = {"initial.angular_velocity[2]": {"values": [-16, -15]}}
+    changes = ["integration.engine=heyoka", "integration.samples=201"]
+    surface_change = f"controller.surface={json.dumps(surface)}"
+    plan = load_plan({"base": example, "vary": vary}, [*changes, surface_change])
+    run = simulate(plan.config_of(0))
+    # On s = F + κE the work ε of the contact force replaces the energy of the connector.
+    held = np.array([part != "connector" or surface == "position" for part in run["part"]])
+    v = run["energy"][:, held].sum(axis=1) - run["energy_at_rest"]
+    assert (run["lyapunov"][-1] < 1e-3 * v[0]) == (surface == "position")
+    settled = alone(plan).compute(0, 1).outcome["settling_time"][0]
+    after = run["time"] > settled
+    assert (v[after] < 1e-3 * v[0]).all()
+    assert v[~after][-1] >= 1e-3 * v[0]

@@ -12,7 +12,7 @@ from support.made_runs import made_file
 from rbstab.report.model.figure import Axis, Figure, Line, Panel
 from rbstab.report.model.split_time import SplitTime
 from rbstab.report.writers.figure_files.files import figure_bytes
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ import json
 import os
 import shutil
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,11 +19,11 @@ from support.sweeps import plan_of, plan_with_traces, shard_files
 
 from rbstab.config.load import load_config
 from rbstab.experiment.proof_cache import cached_proof, proof_file, proof_for
+from rbstab.store.dataset_file import write_dataset
 from rbstab.store.disk.seal import SEAL_SIZE
 from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.run_file import KIND
-from rbstab.store.table_file import SHARD, write_table
+from rbstab.store.result import KIND
 from rbstab.store.variables import RUN
 from rbstab.sweep.execution.comparison import read_comparison
 from rbstab.sweep.folder.shard_inventory import shard_inventory
@@ -254,10 +254,11 @@ def rewrite(folder: Path, change: Callable[[dict[str, Any]], dict[str, Any]]) ->
     """Write a stored shard again, with other values."""
     sweep = read_folder(folder)
     number = min(shard_inventory(sweep).done)
-    arrays = dict(sweep.columns_of(number).arrays)
-    attributes = {"plan_id": sweep.manifest.plan_id}
-    path = sweep.shard_file(number)
-    write_table(path, SHARD, sweep.columns, arrays | change(arrays), attributes)
+    table = sweep.read(number)
+    changed = change({name: table[name] for name in ["run", *table.columns]})
+    variables = {name: table.variables[name]._replace(data=data) for name, data in changed.items()}
+    whole = replace(table, variables={**table.variables, **variables})
+    write_dataset(sweep.shard_file(number), whole, replace=True)
 
 
 def test_a_shard_that_is_written_again_is_whole(folder):

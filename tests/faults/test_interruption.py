@@ -11,7 +11,7 @@ from rbstab.config.load import load_config
 from rbstab.experiment.run_to_file import run_to_file
 from rbstab.experiment.simulate import simulate
 from rbstab.store.errors import ResultExistsError, StoreError
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
 SHORT = ("integration.duration=0.05", "integration.samples=3", "integration.rtol=1e-9")
 

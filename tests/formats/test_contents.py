@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rbstab.config.load import load_config, run_id
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
 TIME, VECTOR, PARTS = ("time",), ("time", "axis"), ("time", "part")
 

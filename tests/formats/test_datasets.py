@@ -15,7 +15,7 @@ from support.sweeping import run_sweep
 from support.sweeps import SHORT, FakeEngine
 
 import rbstab
-from rbstab.store.run_file import open_result, write_result
+from rbstab.store.result import open_result, write_result
 from rbstab.store.table import Table
 from rbstab.sweep.folder.stored_traces import SweepTraces
 

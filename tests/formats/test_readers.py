@@ -6,7 +6,7 @@ import numpy as np
 import xarray
 from support.results import assert_equal
 
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
 FILE_ONLY = ("format", "kind")
 """Attributes of the file, not of the run."""

@@ -10,7 +10,7 @@ import pytest
 import xarray
 
 from rbstab.config.load import load_config, run_id
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
 STORED = Path(__file__).parent / "data" / "run_format_1.h5"
 

@@ -179,9 +179,9 @@ def _of_sweep(sweep: SweepFile) -> Outcome:
 
 def _plan_of(sweep: SweepFile) -> dict[str, Any]:
     """Return the plan in the file of a sweep; empty if it cannot be read."""
-    extras = read_sweep(sweep.path, ()).extras
+    table = read_sweep(sweep.path, ())
     try:
-        data = parse_source(str(extras["plan"].data.item()), "plan").data
+        data = parse_source(str(table["plan"]), "plan").data
     except (ConfigError, KeyError):
         return {}
     return data if isinstance(data, dict) else {}

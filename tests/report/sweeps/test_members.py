@@ -43,7 +43,7 @@ def test_ends(members):
 
 def test_only_what_is_needed_is_read(members):
     found = members(GRID)
-    assert "final_position" not in found.table.layout
+    assert "final_position" not in found.table
     assert found.column("initial_angular_velocity_0").tolist()[:5] == [-2, -2, -2, -2, -1]
 
 

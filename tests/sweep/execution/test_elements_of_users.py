@@ -11,8 +11,8 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config, run_id
 from rbstab.config.user_code.permission import CodeNotAllowedError
 from rbstab.sweep.execution.computing import Task
-from rbstab.sweep.folder.layout import varied_layout
 from rbstab.sweep.folder.member_answers import proving_command
+from rbstab.sweep.folder.members_file import varied_layout
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.dump import plan_yaml

@@ -13,7 +13,7 @@ import rbstab
 from rbstab.experiment.answers.outcome import KINDS
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import rotation
-from rbstab.store.table import Table
+from rbstab.store.table import Table, columns_from
 from rbstab.store.variables import RUN
 from rbstab.sweep.folder.member_answers import member_answers
 from rbstab.sweep.folder.outcomes import pose_numbers, with_outcomes
@@ -37,7 +37,7 @@ def table_of(rows: list[tuple[RunStatus, float, float, float]]) -> Table:
         "rest_orientation": np.radians([[0, angle, 0] for angle in rest]),
         "final_orientation": np.radians([[0, angle, 0] for angle in end]),
     }
-    return Table({name: COLUMNS[name] for name in names}, arrays, {})
+    return Table(columns_from({name: COLUMNS[name] for name in names}, arrays), {})
 
 
 def plan_of(vary: dict[str, Any], base: dict[str, Any], engine: str = "heyoka") -> Plan:
@@ -111,7 +111,7 @@ def test_the_stiffness_at_which_a_leg_stands(tmp_path):
         tmp_path / "a", plan_of(vary, leg()), factory=None, shard_size=None
     ).folder.sweep_file
     table = rbstab.open_sweep(file)
-    assert list(table.layout)[2:6] == ["outcome", "final_tilt", "rest_state", "run_id"]
+    assert table.columns[2:6] == ["outcome", "final_tilt", "rest_state", "run_id"]
     stiffness, kinds = 10 * table["controller_K_r"], table.words("outcome")
     assert (stiffness[kinds == "returns"] > WEIGHT_MOMENT).all()
     leaning = kinds == "rests_elsewhere"

@@ -12,7 +12,7 @@ from support.sweeps import SHORT, FakeEngine, plan_of
 
 from rbstab.store.disk.lock import LOCK_FILE, FolderInUseError, locked
 from rbstab.store.errors import StoreError
-from rbstab.sweep.folder.parts import Part
+from rbstab.sweep.folder.open_folder import Part
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
 

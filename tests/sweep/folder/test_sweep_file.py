@@ -10,8 +10,7 @@ from support.sweeps import FakeEngine, plan_of
 
 import rbstab
 from rbstab.config.load import run_id
-from rbstab.sweep.folder.layout import varied_layout
-from rbstab.sweep.folder.members_file import counts_by_status, sweep_summary
+from rbstab.sweep.folder.members_file import counts_by_status, sweep_summary, varied_layout
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.load import load_plan
 from rbstab_cli.main import cli
@@ -29,7 +28,7 @@ def test_what_is_stored(tmp_path):
         assert table[name].tobytes() == data.tobytes(), name
     spins = plan.values(0, 60)["initial.angular_velocity[0]"]
     assert (table["initial_angular_velocity_0"] == spins).all()
-    assert table.layout["initial_angular_velocity_0"].unit == "rad/s"
+    assert table.variables["initial_angular_velocity_0"].unit == "rad/s"
     assert table["grid_axis"].tolist() == ["initial.angular_velocity[0]"]
     assert table["plan"].item() == (tmp_path / "a" / "plan.yaml").read_text()
     manifest = json.loads((tmp_path / "a" / "manifest.json").read_text())

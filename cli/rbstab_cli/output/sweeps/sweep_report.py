@@ -158,7 +158,6 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
     """
     from rbstab.store.disk.lock import is_locked
     from rbstab.sweep.folder.members_file import counts_by_status, digest_of_shards, is_finished
-    from rbstab.sweep.folder.parts import running_parts
     from rbstab.sweep.folder.shard_inventory import shard_inventory
     from rbstab.sweep.folder.sweep_folder import read_folder
 
@@ -167,15 +166,14 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
     damaged = inventory.damaged
     finished = not inventory.missing and is_finished(folder, digest_of_shards(inventory))
     by_status = counts_by_status(inventory.counts)
-    parts = running_parts(path)
-    running = bool(parts) or is_locked(path)
+    running = is_locked(path)
     manifest = folder.manifest
     kept = manifest.keep.count(manifest.members)
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
         more = {"finished": finished, "running": running, "damaged_shards": damaged}
-        more |= {"running_parts": [part._asdict() for part in parts], "traces": kept}
+        more |= {"traces": kept}
         first = {} if answers is None else answers.outcomes.data
         first |= {} if answers is None else {"answers": answers_data(answers)}
         print_json(first | _sweep_data(path, manifest, by_status) | more)
@@ -188,7 +186,7 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
         "done": f"{grouped(inventory.members)} ({inventory.members / manifest.members:.1%})",
         "shards": f"{len(inventory.done)} of {folder.shards}, {len(damaged)} damaged",
         "traces": f"of {grouped(kept)} members when all are done" if kept else "none",
-        "running": ", ".join(f"part {part}" for part in parts) or ("yes" if running else "no"),
+        "running": "yes" if running else "no",
         "finished": "yes" if finished else "no",
     }
     _print_rows(rows)
@@ -201,7 +199,7 @@ def report_dry_run(plan: "Plan", path: Path, options: "SweepOptions", *, as_json
 
     from rbstab.files.existence import exists
     from rbstab.processes.processors import processor_count
-    from rbstab.sweep.folder.disk_space import sweep_bytes
+    from rbstab.sweep.folder.open_folder import sweep_bytes
 
     members, done = _member_counts(plan, path, options)
     threads = options.threads or processor_count()

@@ -12,8 +12,8 @@ from rbstab.experiment.answers.outcome import KINDS
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.palette import BAD, GOOD, OPEN, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
-from rbstab.store.array_names import safe_name
 from rbstab.store.table import Table
+from rbstab.store.variables import safe_name
 from rbstab.sweep.folder.outcomes import SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.plan import Plan
@@ -166,14 +166,14 @@ class Members:
                 for name in self.plan.variants
             ]
         )
-        if "controller_variant" in self.table.layout:
+        if "controller_variant" in self.table:
             return by_variant[self.column("controller_variant"), np.arange(len(self))]
         return by_variant[0]
 
     @property
     def _energy_at_rest(self) -> Array | None:
         """The column `energy_at_rest`; older sweeps have none."""
-        return self.column("energy_at_rest") if "energy_at_rest" in self.table.layout else None
+        return self.column("energy_at_rest") if "energy_at_rest" in self.table else None
 
     @cached_property
     def convergence(self) -> Array:
@@ -222,6 +222,6 @@ def read_members(path: Path) -> Members:
     plan = plan_of(read_sweep(path, ()))
     varied = [safe_name(column.key) for column in plan.varied_keys] if plan is not None else []
     table = read_sweep(path, (*varied, *COLUMNS))
-    if not {*varied} <= {*table.layout}:
+    if not {*varied} <= {*table}:
         plan = None
     return Members(with_outcomes(table, plan), plan, path.absolute().parent.parent)

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt
 
 from rbstab.mechanics.numbers import Array
 from rbstab.store.document import read_model, write_document
-from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.store.errors import StoreError
 from rbstab.sweep.execution.events import Comparing
 from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.members.scipy_comparison import (
@@ -88,7 +88,7 @@ def read_comparison(folder: SweepFolder) -> ScipyComparison | None:
     with suppress(StoreError):
         stored = read_model(folder.comparison_file, _StoredComparison)
         members = (-1, *stored.members, folder.manifest.members)
-        known = set(stored.differences) <= set(folder.columns)
+        known = set(stored.differences) <= set(folder.manifest.columns)
         if known and stored.unlike <= len(stored.members) and all(map(lt, members, members[1:])):
             return ScipyComparison(**dict(stored))
     return None
@@ -99,11 +99,8 @@ def _stored(folder: SweepFolder, members: list[int]) -> dict[str, Array]:
     rows: list[dict[str, Array]] = []
     for number, some in groupby(members, lambda member: member // folder.manifest.shard_size):
         table = folder.read(number)
-        if table is None:
-            file = folder.shard_file(number)
-            raise NotAResultError(f"{file} is missing or damaged; run the sweep again")
         chosen = np.array(list(some)) - folder.bounds(number)[0]
-        rows.append({name: table.arrays[name][chosen] for name in table.layout})
+        rows.append({name: table[name][chosen] for name in table.columns})
     return _joined(rows)
 
 

@@ -11,9 +11,8 @@ from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.decisions import not_enclosed
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
-from rbstab.store.array_names import safe_name
 from rbstab.store.table import Table
-from rbstab.store.variables import RUN
+from rbstab.store.variables import RUN, safe_name
 from rbstab.sweep.folder.outcomes import READ, SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.folder.sweep_folder import resuming_command
 from rbstab.sweep.folder.sweep_table import read_sweep

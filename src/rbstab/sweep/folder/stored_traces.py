@@ -10,12 +10,11 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.store.cards import line
-from rbstab.store.disk.existence import path_exists
+from rbstab.store.disk.paths import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.motions import Motions, stack_motions
-from rbstab.store.motions_file import read_motions
+from rbstab.store.motions import Motions, read_motions, stack_motions
 from rbstab.store.variables import RUN, Variable, dataset_of, make_read_only
-from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder, traces_checksum
+from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder
 from rbstab.sweep.folder.sweep_table import read_members_file
 from rbstab.sweep.members.traces import TIME
 
@@ -117,10 +116,7 @@ class SweepTraces:
         path = self.folder.traces_file(shard)
         if shard not in self._checked:
             try:
-                checksum = traces_checksum(self.folder.columns_of(shard, ()))
-                if checksum is None:
-                    raise NotAResultError(f"{self.folder.shard_file(shard)} has no traces")
-                if not self.folder.has_whole_traces(shard, checksum, read=True):
+                if not self.folder.has_whole_traces(shard, self.folder.read(shard, ()), read=True):
                     raise NotAResultError(f"{path} is damaged: it is not the file of its shard")
             except NotAResultError as error:
                 raise NotAResultError(

@@ -1,6 +1,6 @@
 """Find the members that start in a region where convergence is proved."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -18,6 +18,7 @@ from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import has_no_rest_state
 from rbstab.mechanics.numbers import Array
+from rbstab.store.table import Table
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import (
     FALSE,
@@ -31,7 +32,7 @@ from rbstab.sweep.proofs.columns import (
     PROVED,
     STATES_UNDECIDED,
 )
-from rbstab.sweep.proofs.robust import RobustProofs
+from rbstab.sweep.proofs.robust import START_COLUMNS, RobustProofs
 from rbstab.sweep.proofs.starts import ProvedStarts
 from rbstab.sweep.proofs.variants import rows_of_variants
 
@@ -154,14 +155,14 @@ class ProvedConvergence:
         return found
 
     def within(
-        self, start: int, stop: int, outcome: Mapping[str, Array], found: MemberConvergence
+        self, start: int, stop: int, table: Table, found: MemberConvergence
     ) -> MemberConvergence:
         """Return what is proved of members, with what proofs for all bodies in a box say.
 
         Args:
             start: The first member.
             stop: One after the last member, as in `range`.
-            outcome: The columns of the members in their shard.
+            table: Their table, with `START_COLUMNS`.
             found: What is proved of them otherwise.
         """
         levels = self.box_levels(start, stop)
@@ -170,7 +171,7 @@ class ProvedConvergence:
         more = found.copy()
         codes, rest_states, _ = more
         for proofs, rows, own in self._robust_rows(start, stop):
-            columns = {name: column[rows] for name, column in outcome.items()}
+            columns = {name: table[name][rows] for name in START_COLUMNS}
             new = proofs.codes(own, columns, levels[rows])
             rest_states[rows[(new == PROVED) & (codes[rows] != PROVED)]] = 1
             codes[rows[new == PROVED]] = PROVED
@@ -237,12 +238,12 @@ class ProvedConvergence:
         return self._starts[variant]
 
 
-def proved_columns(starts: MemberConvergence, shard: Mapping[str, Array]) -> dict[str, Array]:
+def proved_columns(starts: MemberConvergence, shard: Table) -> dict[str, Array]:
     """Return `KNOWN_COLUMNS` of a shard, and its own `proved_time` if it has that column.
 
     Args:
         starts: What is proved of the starts of its members.
-        shard: The columns of the shard, with `MOTION_COLUMNS` if the plan has `prove`.
+        shard: The shard, with `MOTION_COLUMNS` if the plan has `prove`.
     """
     codes, rest_states, one_state = starts.copy()
     known = {"proved_rest_state": rest_states, "one_rest_state": one_state}

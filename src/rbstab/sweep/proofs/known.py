@@ -13,7 +13,7 @@ from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
 from rbstab.sweep.proofs.robust import START_COLUMNS
 
 PROOF_COLUMNS = (*KNOWN_COLUMNS, *START_COLUMNS)
-"""The columns to read of a sweep; not all sweeps have those of starts."""
+"""The columns to read of a sweep."""
 
 
 def without_theorem(plan: Plan) -> dict[str, Array]:
@@ -54,5 +54,4 @@ def convergence_now(table: Table, proofs: ProvedConvergence | None) -> MemberCon
         return stored
     members = len(stored.codes)
     found = proofs.of(0, members).beside(stored)
-    columns = {name: table[name] for name in START_COLUMNS if name in table.layout}
-    return proofs.within(0, members, columns, found)
+    return proofs.within(0, members, table, found)

@@ -105,8 +105,6 @@ class RobustProofs:
         """
         count = len(outcome["lyapunov_start"])
         nothing = np.full(count, NO_PROOF, dtype=np.int8)
-        if "rest_orientation" not in outcome:  # an older sweep: v may count from elsewhere
-            return nothing
         if not np.any(levels > 0):  # so without a controller, where nothing is ever proved
             return nothing
         start, rest = outcome["lyapunov_start"], outcome["energy_at_rest"]

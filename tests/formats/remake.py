@@ -24,7 +24,7 @@ SWEEPS: dict[str, tuple[str, ...]] = {
 }
 """Each stored sweep, and with what options it is run."""
 
-LOST = ("shards/00000001.h5", "shards/00000003.h5", "members.h5", "check.json")
+LOST = ("shards/00000001.h5", "shards/00000003.h5", "members.h5")
 """What a sweep lacks that was only begun."""
 
 

@@ -11,11 +11,12 @@ import numpy as np
 from rbstab.processes.processors import processor_count
 from rbstab.store.disk.atomic import remove_all_abandoned
 from rbstab.store.disk.paths import check_writable
-from rbstab.sweep.execution.comparison import compare_with_scipy, read_comparison
+from rbstab.sweep.execution.comparison import compare_with_scipy
 from rbstab.sweep.execution.events import EventCallback, Finishing, Started
 from rbstab.sweep.execution.pools import Pool, Processes, Threads
 from rbstab.sweep.execution.run import ShardRun
 from rbstab.sweep.folder.members_file import (
+    comparison_of,
     digest_of_shards,
     is_finished,
     members_of_shards,
@@ -38,8 +39,14 @@ from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.bodies import Bodies, bodies_of
 from rbstab.sweep.proofs.boxes import prove_boxes
 from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
-from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, keep_proofs
-from rbstab.sweep.proofs.known import PROOF_COLUMNS, convergence_now, stored_convergence
+from rbstab.sweep.proofs.convergence import (
+    PROOF_COLUMNS,
+    MemberConvergence,
+    ProvedConvergence,
+    convergence_now,
+    keep_proofs,
+    stored_convergence,
+)
 from rbstab.sweep.proofs.one_state import one_state_of
 from rbstab.sweep.proofs.prove_bodies import BUDGET, FEW, BodyProofs, Progress, prove_bodies
 
@@ -236,21 +243,20 @@ def _finish(
     """Compare members with SciPy, and write the members file. All shards must be stored."""
     on_event, stop = control
     digest = digest_of_shards(inventory)
-    finished = is_finished(folder, digest)
+    before = members_of_shards(folder, digest)
+    finished = is_finished(folder, before)
     if not finished:
         check_writable(folder.sweep_file)
     comparison = None
     if plan.engine != ENGINE:
-        before = read_comparison(folder)
-        comparison = compare_with_scipy(plan, folder, digest, compare, stop, on_event)
+        kept = comparison_of(folder, before)
+        comparison = compare_with_scipy(plan, folder, digest, compare, kept, stop, on_event)
         if comparison is None:
             return Sweep(folder, inventory, None, finished=False)
-        # The file of the sweep states the comparison.
-        finished = finished and comparison == before
+        finished = finished and comparison == kept
     if not finished:
         on_event(Finishing())
-        written = members_of_shards(folder, digest)
-        known = None if written is None else stored_convergence(written)
+        known = None if before is None else stored_convergence(before)
         write_members_file(plan, folder, digest, comparison, known)
     for inner in (folder.path, folder.path / SHARDS, folder.path / TRACES):
         remove_all_abandoned(inner)

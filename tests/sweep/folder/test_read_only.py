@@ -76,7 +76,6 @@ def test_missing_shards(tmp_path, read_only, part, monkeypatch):
 def test_a_sweep_that_is_not_finished(tmp_path, read_only, monkeypatch):
     sweep_to_folder(PLAN, tmp_path, OPTIONS)
     (tmp_path / "members.h5").unlink()
-    (tmp_path / "check.json").unlink()
     monkeypatch.setattr(
         "rbstab.sweep.sweep.compare_with_scipy", lambda *_: pytest.fail("members were compared")
     )

@@ -157,14 +157,20 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
         StoreError: It is not the folder of a sweep, or cannot be read.
     """
     from rbstab.store.disk.lock import is_locked
-    from rbstab.sweep.folder.members_file import counts_by_status, digest_of_shards, is_finished
+    from rbstab.sweep.folder.members_file import (
+        counts_by_status,
+        digest_of_shards,
+        is_finished,
+        members_of_shards,
+    )
     from rbstab.sweep.folder.shard_inventory import shard_inventory
     from rbstab.sweep.folder.sweep_folder import read_folder
 
     folder = read_folder(path)
     inventory = shard_inventory(folder)
     damaged = inventory.damaged
-    finished = not inventory.missing and is_finished(folder, digest_of_shards(inventory))
+    known = None if inventory.missing else members_of_shards(folder, digest_of_shards(inventory))
+    finished = is_finished(folder, known)
     by_status = counts_by_status(inventory.counts)
     running = is_locked(path)
     manifest = folder.manifest

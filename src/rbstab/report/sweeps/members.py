@@ -18,9 +18,13 @@ from rbstab.sweep.folder.outcomes import SweepOutcomes, outcomes_of, plan_of, wi
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import PROVED
-from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
-from rbstab.sweep.proofs.known import convergence_now, without_theorem
+from rbstab.sweep.proofs.convergence import (
+    MemberConvergence,
+    ProvedConvergence,
+    convergence_now,
+)
 from rbstab.sweep.proofs.one_state import OneState, one_state_of
+from rbstab.sweep.proofs.variants import without_theorem
 
 COLUMNS = (
     "run_id",

@@ -19,14 +19,9 @@ from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, NOT_PROVED, PROVED
-from rbstab.sweep.proofs.convergence import ProvedConvergence
-from rbstab.sweep.proofs.known import (
-    PROOF_COLUMNS,
-    convergence_now,
-    members_of_variant,
-    without_theorem,
-)
+from rbstab.sweep.proofs.convergence import PROOF_COLUMNS, ProvedConvergence, convergence_now
 from rbstab.sweep.proofs.one_state import OneState, one_state_of
+from rbstab.sweep.proofs.variants import members_of_variants, without_theorem
 
 MAX_COUNTED = 2_000_000
 """Members are compared with later proofs up to this number. A million take some 5 seconds."""
@@ -146,12 +141,13 @@ def _first_enclosable(plan: Plan | None, members: Array) -> int | None:
     """
     if plan is None:
         return None
-    for variant in plan.variants:
-        smooth = not has_code(plan.base_of(variant)) and not not_enclosed(
-            plan.initial_value_problems[variant]
-        )
-        if not smooth:
-            members = members & ~members_of_variant(plan, variant)
+    enclosable = [
+        variant
+        for variant in plan.variants
+        if not has_code(plan.base_of(variant))
+        and not not_enclosed(plan.initial_value_problems[variant])
+    ]
+    members = members & members_of_variants(plan, enclosable)
     return int(np.flatnonzero(members)[0]) if members.any() else None
 
 

@@ -96,12 +96,15 @@ def members_of_shards(folder: SweepFolder, shards_digest: str) -> Table | None:
     return table if table.attributes.get("shards_digest") == shards_digest else None
 
 
-def is_finished(folder: SweepFolder, shards_digest: str) -> bool:
-    """Whether the members file exists, is intact, and is of these shards and the folder's plan.
+def is_finished(folder: SweepFolder, table: Table | None) -> bool:
+    """Whether the members file of the shards is of the folder's plan, too.
 
     What is wanted of the bodies may have changed in the plan, which is then of the same identity.
+
+    Args:
+        folder: The folder.
+        table: The members file, from `members_of_shards`.
     """
-    table = members_of_shards(folder, shards_digest)
     if table is None or "plan" not in table:
         return False
     return str(table["plan"]).encode(errors="replace") == read_regular(folder.path / PLAN_FILE)
@@ -169,16 +172,37 @@ def _shards(
 
 
 def _comparison_variables(comparison: ScipyComparison | None) -> dict[str, Variable]:
-    if comparison is None or not comparison.differences:
+    if comparison is None:
         return {}
-    dimensions = ("check_number",)
-    names = np.array(list(comparison.differences), dtype=object)
-    largest = np.array(list(comparison.differences.values()))
-    long_name = "largest difference to single runs by scipy, over the largest number of the column"
-    return {
-        "check_column": Variable(dimensions, names, "", "columns that were compared"),
-        "check_difference": Variable(dimensions, largest, "1", long_name),
-    }
+    members = np.array(comparison.members, dtype=int)
+    found = {"check_member": Variable(("check_run",), members, "1", "members that were compared")}
+    if comparison.differences:
+        dimensions = ("check_number",)
+        names = np.array(list(comparison.differences), dtype=object)
+        largest = np.array(list(comparison.differences.values()))
+        long_name = (
+            "largest difference to single runs by scipy, over the largest number of the column"
+        )
+        found |= {
+            "check_column": Variable(dimensions, names, "", "columns that were compared"),
+            "check_difference": Variable(dimensions, largest, "1", long_name),
+        }
+    return found
+
+
+def comparison_of(folder: SweepFolder, table: Table | None) -> ScipyComparison | None:
+    """Return the comparison in the members file of a sweep; None if there is none."""
+    if table is None or "check_member" not in table:
+        return None
+    digest, unlike = (table.attributes.get(name) for name in ("shards_digest", "checked_unlike"))
+    names, largest = (
+        table[name].tolist() if name in table else []
+        for name in ("check_column", "check_difference")
+    )
+    if not isinstance(unlike, int) or not set(names) <= set(folder.manifest.columns):
+        return None
+    members = tuple(map(int, table["check_member"]))
+    return ScipyComparison(str(digest), members, unlike, dict(zip(names, largest, strict=False)))
 
 
 class SweepSummary(NamedTuple):

@@ -28,7 +28,7 @@ from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan, plan_id
 from rbstab.sweep.plan.trace_selection import NO_TRACES
-from rbstab.sweep.proofs.convergence import shares_proof
+from rbstab.sweep.proofs.variants import shares_proof
 from rbstab.systems.modes import has_modes
 
 MEMBER_BYTES = 8

@@ -31,7 +31,6 @@ PLAN_FILE = "plan.yaml"
 SHARDS = "shards"
 TRACES = "traces"
 SWEEP_FILE = "members.h5"
-COMPARISON_FILE = "check.json"
 FILE_SUFFIX = ".h5"
 
 SHARD = "a shard of a sweep"
@@ -63,11 +62,6 @@ class SweepFolder:
     def sweep_file(self) -> Path:
         """The members file; it is there when all shards are stored."""
         return self.path / SWEEP_FILE
-
-    @property
-    def comparison_file(self) -> Path:
-        """The file of the comparison with SciPy."""
-        return self.path / COMPARISON_FILE
 
     def shard_file(self, number: int) -> Path:
         """Return the file of a shard."""

@@ -1,6 +1,6 @@
 """Find the members that start in a region where convergence is proved."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -9,10 +9,6 @@ import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
-from rbstab.config.numbers import is_of_initial_state
-from rbstab.config.user_code.permission import has_code, may_run_code
-from rbstab.experiment.convergence.decisions import nothing_proved
-from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.stored_proof.proof import Proof
@@ -23,6 +19,7 @@ from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import (
     FALSE,
     FIRST_UNDECIDED,
+    KNOWN_COLUMNS,
     MOTION_PROOFS,
     NO_PROOF,
     NOT_DECIDED,
@@ -34,7 +31,7 @@ from rbstab.sweep.proofs.columns import (
 )
 from rbstab.sweep.proofs.robust import START_COLUMNS, RobustProofs
 from rbstab.sweep.proofs.starts import ProvedStarts
-from rbstab.sweep.proofs.variants import rows_of_variants
+from rbstab.sweep.proofs.variants import rows_of_variants, shares_proof, undecided_reason
 
 
 class EnergyBound(NamedTuple):
@@ -115,8 +112,11 @@ class ProvedConvergence:
         self.plan = plan
         shared = [variant for variant in plan.variants if shares_proof(plan, variant)]
         found = {variant: cached_proof(results, plan.base_of(variant)) for variant in shared}
-        self._proofs = {v: p for v, p in found.items() if p is not None and is_known(p)}
-        self._starts: dict[str, ProvedStarts] = {}
+        self._proofs = {v: p for v, p in found.items() if p is not None}
+        self._starts = {
+            variant: ProvedStarts(plan.base_of(variant), plan.varied_keys_of(variant), proof)
+            for variant, proof in self._proofs.items()
+        }
         self._robust = {
             variant: RobustProofs(plan, variant, results)
             for variant in plan.variants
@@ -142,16 +142,12 @@ class ProvedConvergence:
     def of(self, start: int, stop: int) -> MemberConvergence:
         """Return what is proved of the members from number `start` up to `stop`."""
         found = MemberConvergence.nothing(stop - start)
-        codes, rest_states, one_state = found
         for variant, rows, own in rows_of_variants(self.plan, self._proofs, start, stop):
-            proof = self._proofs[variant]
-            one_state[rows] = one_state_code(proof)
             problem = self.plan.initial_value_problems[variant]
-            if has_no_rest_state(proof, at_poles=problem.quaternion):
-                codes[rows] = FALSE
-                continue
-            rest_states[rows] = self._starts_of(variant).find(own, len(rows))
-            codes[rows] = np.where(rest_states[rows] > 0, PROVED, outside_code(proof))
+            starts, count = self._starts[variant], len(rows)
+            new = of_body(starts, own, count, at_poles=problem.quaternion)
+            for column, entries in zip(found, new, strict=True):
+                column[rows] = entries
         return found
 
     def within(
@@ -231,11 +227,28 @@ class ProvedConvergence:
         for variant, rows, own in rows_of_variants(self.plan, self._robust, start, stop):
             yield self._robust[variant], rows, own
 
-    def _starts_of(self, variant: str) -> ProvedStarts:
-        if variant not in self._starts:
-            keys, proof = self.plan.varied_keys_of(variant), self._proofs[variant]
-            self._starts[variant] = ProvedStarts(self.plan.base_of(variant), keys, proof)
-        return self._starts[variant]
+
+def of_body(
+    starts: ProvedStarts, values: Mapping[str, Array], count: int, *, at_poles: bool
+) -> MemberConvergence:
+    """Return what the proof of one body says of members that differ in their initial state.
+
+    Args:
+        starts: The starts from which it proves convergence.
+        values: The values of the varied keys of the initial state, each of shape (count,).
+        count: The number of members.
+        at_poles: Whether the motions may pass the poles of the Euler angles.
+    """
+    proof, found = starts.proof, MemberConvergence.nothing(count)
+    found.one_state[:] = one_state_code(proof)
+    if has_no_rest_state(proof, at_poles=at_poles):
+        found.codes[:] = FALSE
+    elif proof.states or has_no_rest_state(proof):
+        found.rest_states[:] = starts.find(values, count)
+        # After a brief proof that may find more, that a member is in no region is not known.
+        found.codes[:] = NO_PROOF if proof.goes_on else NOT_PROVED
+        found.codes[found.rest_states > 0] = PROVED
+    return found
 
 
 def proved_columns(starts: MemberConvergence, shard: Table) -> dict[str, Array]:
@@ -283,34 +296,6 @@ def keep_proofs(plan: Plan, results: Path, *, brief: bool = False) -> None:
             proof_for(results, plan.base_of(variant), problem, brief=brief)
 
 
-def shares_proof(plan: Plan, variant: str) -> bool:
-    """Return whether one proof of rest states says something about all members of a variant."""
-    return undecided_reason(plan, variant) is None and all(
-        is_of_initial_state(varied.path) for varied in plan.varied_keys_of(variant)
-    )
-
-
-def undecided_reason(plan: Plan, variant: str) -> str | None:
-    """Return why no theorem decides the motions of a variant, or None if one may.
-
-    The reason is what acts on the body.
-    """
-    base = plan.base_of(variant)
-    if has_code(base) and not may_run_code(base):
-        # It may be a stored plan, whose code must not run.
-        return CODE_NOT_RUN
-    found = nothing_proved(plan.initial_value_problems[variant])
-    return None if found is None else found.why
-
-
-def outside_code(proof: Proof) -> int:
-    """Return the code of a member that starts in no region of a proof.
-
-    After a brief proof that may find more with more boxes, that it is in none is not known.
-    """
-    return NO_PROOF if proof.goes_on else NOT_PROVED
-
-
 def one_state_code(proof: Proof) -> int:
     """Return whether a body has one rest state in the range, a minimum, by its own proof.
 
@@ -327,11 +312,6 @@ def one_state_code(proof: Proof) -> int:
     return NOT_ONE_STATE if none or no_minimum else STATES_UNDECIDED
 
 
-def is_known(proof: Proof) -> bool:
-    """Return whether a proof says anything about rest states."""
-    return bool(proof.states) or has_no_rest_state(proof)
-
-
 def _bound(plan: Plan, variant: str, proof: Proof) -> EnergyBound | None:
     """Return the bound of the region of the lowest rest state; None if it has none."""
     if proof.region is None:
@@ -340,3 +320,27 @@ def _bound(plan: Plan, variant: str, proof: Proof) -> EnergyBound | None:
     return EnergyBound(
         proof.region.lower_bound + proof.states[0].energy, nearest_rest_state(system).energy
     )
+
+
+PROOF_COLUMNS = (*KNOWN_COLUMNS, *START_COLUMNS)
+"""The columns of a sweep from which it follows what is proved of its members now."""
+
+
+def stored_convergence(table: Table) -> MemberConvergence:
+    """Return what the columns of a table say, without later proofs."""
+    return MemberConvergence(*(table[name] for name in KNOWN_COLUMNS))
+
+
+def convergence_now(table: Table, proofs: ProvedConvergence | None) -> MemberConvergence:
+    """Return what is proved of the members: what is stored, and more by proofs made since.
+
+    Args:
+        table: The table of the sweep, with `PROOF_COLUMNS`.
+        proofs: The proofs in the folder of results; None if the plan cannot be read.
+    """
+    stored = stored_convergence(table)
+    # Members without a proof may have one now: variants have proofs of their own.
+    if proofs is None or not (stored.codes == NO_PROOF).any():
+        return stored
+    members = len(stored.codes)
+    return proofs.within(0, members, table, proofs.of(0, members).beside(stored))

@@ -20,9 +20,8 @@ from rbstab.proof.motion.motion import Followed
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.proofs.columns import MOTION_COLUMNS, MOTION_PROOFS
-from rbstab.sweep.proofs.convergence import shares_proof
 from rbstab.sweep.proofs.starts import ProvedStarts
-from rbstab.sweep.proofs.variants import rows_of_variants
+from rbstab.sweep.proofs.variants import rows_of_variants, shares_proof
 
 _PROVERS: "WeakKeyDictionary[Plan, MotionProver]" = WeakKeyDictionary()
 """The prover of each plan. It has the proofs of the rest states, which take up to some seconds."""

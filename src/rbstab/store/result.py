@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.store.cards import card, curve, line
+from rbstab.store.cards import card, line
 from rbstab.store.dataset import Dataset
 from rbstab.store.dataset_file import read_dataset, write_dataset
 from rbstab.store.errors import NotAResultError
@@ -41,9 +41,6 @@ WORDS_OF_VERDICTS = {
 """By each word of the attribute `verdict`: the word that people read (`Sureness`). Files keep
 theirs, so that older and newer versions read the same."""
 
-CURVE = ("time", "lyapunov")
-"""The arrays of the curve that a result shows of itself."""
-
 
 @dataclass(frozen=True, repr=False)
 class Result(Dataset):
@@ -59,14 +56,9 @@ class Result(Dataset):
         return line("Result", str(self.attributes.get("title", "")), [*facts, self._size()])
 
     def _repr_html_(self) -> str:
-        """Return a card for notebooks: the same facts, and v over time."""
-        plot = ""
-        if all(name in self for name in CURVE):
-            x, y = (self.variables[name] for name in CURVE)
-            if x.data.ndim == 1 and x.data.shape == y.data.shape:
-                plot = curve(x.data, y.data, f"{CURVE[1]} [{y.unit}] over {CURVE[0]} [{x.unit}]")
+        """Return a card for notebooks: the same facts."""
         title = str(self.attributes.get("title", ""))
-        return card("Result", title, [*self._facts(), ("content", self._size())], plot)
+        return card("Result", title, [*self._facts(), ("content", self._size())])
 
     def _facts(self) -> list[tuple[str, str]]:
         """Return what the result shows of itself: names and words."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rbstab.store.cards import bar, card, line
+from rbstab.store.cards import card, line
 from rbstab.store.dataset import Dataset
 from rbstab.store.dataset_file import read_dataset
 from rbstab.store.errors import NotAResultError
@@ -129,7 +129,7 @@ class Table(Dataset):
         return line("Table", str(self.attributes.get("title", "")), self._facts())
 
     def _repr_html_(self) -> str:
-        """Return a card for notebooks: the same facts, and a bar of the outcomes."""
+        """Return a card for notebooks: the same facts."""
         members, *outcomes, columns = self._facts()
         facts = [
             ("members", members),
@@ -137,24 +137,22 @@ class Table(Dataset):
             ("content", columns),
         ]
         title = str(self.attributes.get("title", ""))
-        return card("Table", title, facts, bar(self._counts()))
+        return card("Table", title, facts)
 
     def _facts(self) -> list[str]:
-        counts = [f"{count} {word}" for word, count in self._counts().items()]
+        """Return how many members, how many with each word of that column, how many columns."""
+        counts: list[str] = []
+        if self._shown:
+            flags = self.variables[self._shown].flags
+            found = np.bincount(self[self._shown], minlength=len(flags)).tolist()
+            pairs = zip(flags, found, strict=True)
+            counts = [f"{n} {word.replace('_', ' ')}" for word, n in pairs if n]
         return [f"{len(self[RUN])} members", *counts, f"{len(self.columns)} columns"]
 
     @property
     def _shown(self) -> str:
         """The column of flags that the table shows of itself; "" if none was read."""
         return next((name for name in SHOWN if name in self), "")
-
-    def _counts(self) -> dict[str, int]:
-        """Return how many runs have each word of that column, without words that none has."""
-        if not self._shown:
-            return {}
-        flags = self.variables[self._shown].flags
-        found = np.bincount(self[self._shown], minlength=len(flags)).tolist()
-        return {word.replace("_", " "): n for word, n in zip(flags, found, strict=True) if n}
 
     def words(self, name: str) -> NDArray[Any]:
         """Return a column of integer codes as words: `table.words("status")[0]` is "completed".

@@ -13,7 +13,6 @@ from rbstab.store import dataset_file
 from rbstab.store.disk.seal import checked_seal
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.sweep.folder.open_folder import MAX_TRACE_BYTES, default_shard_size, sweep_bytes
-from rbstab.sweep.folder.sweep_folder import read_folder
 
 EVERY = {"traces": {"every": 7}}
 
@@ -126,17 +125,6 @@ def test_a_file_is_verified_once(tmp_path, monkeypatch):
         traces.of(member)
     of_traces = [path.name for path in checked if path.parent.name == "traces"]
     assert of_traces == ["00000001.h5", "00000003.h5"]
-
-
-def test_a_shard_names_its_traces(tmp_path):
-    run_sweep(tmp_path / "a", plan_with_traces(60, {"traces": [3]}))
-    folder = read_folder(tmp_path / "a")
-    with_traces, without = folder.read(0), folder.read(1)
-    attributes = with_traces.attributes
-    file = folder.traces_file(0)
-    assert attributes["traces_bytes"] == file.stat().st_size
-    assert attributes["traces_digest"] == file.read_bytes()[-65:-1].decode()
-    assert "traces_digest" not in without.attributes
 
 
 @pytest.mark.parametrize("keep", ["summary", "traces", EVERY])

@@ -144,7 +144,7 @@ def write_members_file(
     }
     shards = list(_shards(plan, folder, known))
     arrays = {name: np.concatenate([shard[name] for shard in shards]) for name in (RUN, *layout)}
-    extras = plan_variables(plan) | _comparison_variables(comparison)
+    extras = plan_variables(plan) | comparison_variables(comparison)
     table = Table(columns_from(layout, arrays) | extras, attributes, kind=MEMBERS)
     write_dataset(folder.sweep_file, table, replace=True)
 
@@ -171,7 +171,8 @@ def _shards(
         }
 
 
-def _comparison_variables(comparison: ScipyComparison | None) -> dict[str, Variable]:
+def comparison_variables(comparison: ScipyComparison | None) -> dict[str, Variable]:
+    """Return a comparison as variables of the members file."""
     if comparison is None:
         return {}
     members = np.array(comparison.members, dtype=int)
@@ -195,14 +196,13 @@ def comparison_of(folder: SweepFolder, table: Table | None) -> ScipyComparison |
     if table is None or "check_member" not in table:
         return None
     digest, unlike = (table.attributes.get(name) for name in ("shards_digest", "checked_unlike"))
-    names, largest = (
-        table[name].tolist() if name in table else []
-        for name in ("check_column", "check_difference")
-    )
-    if not isinstance(unlike, int) or not set(names) <= set(folder.manifest.columns):
+    names = table["check_column"].tolist() if "check_column" in table else []
+    largest = table["check_difference"].tolist() if names else []
+    known = set(names) <= set(folder.manifest.columns) and table["check_member"].dtype.kind == "i"
+    if not known or not isinstance(unlike, int):
         return None
-    members = tuple(map(int, table["check_member"]))
-    return ScipyComparison(str(digest), members, unlike, dict(zip(names, largest, strict=False)))
+    differences = dict(zip(names, largest, strict=False))
+    return ScipyComparison(str(digest), tuple(table["check_member"].tolist()), unlike, differences)
 
 
 class SweepSummary(NamedTuple):

@@ -157,7 +157,7 @@ class SweepFolder:
         """
         path, (start, stop) = self.shard_file(number), self.bounds(number)
         wanted = set(self.manifest.columns if names is None else names)
-        table, known = read_table(path, SHARD, wanted), known_columns()
+        table, known = read_table(path, SHARD, None if names is None else wanted), known_columns()
         ours = table.attributes.get("manifest") == self.id
         # The length is compared first: the manifest may be damaged, and shards be said to be huge.
         ours = ours and len(table[RUN]) == stop - start and table[RUN][0] == start

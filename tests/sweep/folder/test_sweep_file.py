@@ -10,7 +10,8 @@ from support.sweeps import FakeEngine, plan_of
 
 import rbstab
 from rbstab.config.load import run_id
-from rbstab.sweep.folder.members_file import counts_by_status, sweep_summary, varied_layout
+from rbstab.sweep.folder.member_answers import member_answers
+from rbstab.sweep.folder.members_file import counts_by_status, varied_layout
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.load import load_plan
 from rbstab_cli.main import cli
@@ -34,8 +35,8 @@ def test_what_is_stored(tmp_path):
     manifest = json.loads((tmp_path / "a" / "manifest.json").read_text())
     assert manifest["plan_id"] == table.attributes["plan_id"] == done.folder.manifest.plan_id
     assert rbstab.open_sweep(tmp_path / "a").shaped("steps").shape == (60,)
-    summary = sweep_summary(done.folder.sweep_file)
-    assert (summary.members, summary.by_status) == (60, {"completed": 60})
+    summary = member_answers(done.folder.sweep_file).summary
+    assert (summary["members"], summary["by_status"]) == (60, {"completed": 60})
 
 
 def test_variants_and_axes_of_a_plan_in_its_file(tmp_path):

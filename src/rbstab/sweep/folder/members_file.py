@@ -2,15 +2,12 @@
 
 import hashlib
 from collections.abc import Iterator, Sequence
-from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.config.numbers import unit_at
 from rbstab.config.source import key_of
 from rbstab.experiment.provenance import provenance
-from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.dataset_file import write_dataset
 from rbstab.store.disk.paths import path_exists, read_regular
@@ -19,13 +16,13 @@ from rbstab.store.table import GRID_AXIS, GRID_LENGTH, VARIED, Column, Table, co
 from rbstab.store.variables import RUN, Variable, safe_name
 from rbstab.sweep.folder.shard_inventory import ShardInventory
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder
-from rbstab.sweep.folder.sweep_table import MEMBERS, read_members_file, read_sweep
+from rbstab.sweep.folder.sweep_table import MEMBERS, read_members_file
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.scipy_comparison import ScipyComparison
 from rbstab.sweep.plan.axes import VARIANT, VariedKey
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.columns import CONVERGENCE, KNOWN_COLUMNS
+from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, proved_columns
 
 HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no", "yes"))
@@ -203,49 +200,6 @@ def comparison_of(folder: SweepFolder, table: Table | None) -> ScipyComparison |
         return None
     differences = dict(zip(names, largest, strict=False))
     return ScipyComparison(str(digest), tuple(table["check_member"].tolist()), unlike, differences)
-
-
-class SweepSummary(NamedTuple):
-    """Summary of a sweep in a few numbers.
-
-    Attributes:
-        members: The number of members.
-        by_status: The number of members with each status that occurs.
-        settled: The number of completed members that settled.
-        settling_median: The median of their settling times, s.
-        worst_residual: The largest |r| of the completed members over their largest energy; NaN if
-            none completed.
-        convergence: The number of members with each word of the column `convergence` that occurs;
-            empty if it is unknown of all members.
-    """
-
-    members: int
-    by_status: dict[str, int]
-    settled: int
-    settling_median: float
-    worst_residual: float
-    convergence: dict[str, int]
-
-
-def sweep_summary(path: Path) -> SweepSummary:
-    """Return the summary of a finished sweep.
-
-    Raises:
-        StoreError: The file cannot be read, or is damaged.
-    """
-    table = read_sweep(path, ("status", "settling_time", *RELATIVE_RESIDUAL, "convergence"))
-    status, settling, proved = table["status"], table["settling_time"], table["convergence"]
-    completed = status == STATUSES.index(RunStatus.COMPLETED)
-    settled = settling[completed & np.isfinite(settling)]
-    relative = relative_residuals(table)[completed]
-    return SweepSummary(
-        len(status),
-        counts_by_status(np.bincount(status, minlength=len(STATUSES))),
-        len(settled),
-        float(np.median(settled)) if len(settled) else float("nan"),
-        float(relative.max()) if len(relative) else float("nan"),
-        counts_by(CONVERGENCE, np.bincount(proved)) if proved.any() else {},
-    )
 
 
 def relative_residuals(table: Table) -> Array:

@@ -41,7 +41,7 @@ class SweepTraces:
     @cached_property
     def members(self) -> Array:
         """The numbers of all members with stored traces, ascending; shape (k,)."""
-        members = np.concatenate([self._members_of(shard) for shard in self.shards])
+        members = np.concatenate([self.folder.traced(shard) for shard in self.shards])
         make_read_only([members])
         return members
 
@@ -61,7 +61,7 @@ class SweepTraces:
             StoreError: The file cannot be read.
         """
         shard = member // self.folder.manifest.shard_size
-        numbers = self._members_of(shard) if shard in self.shards else np.array([], dtype=int)
+        numbers = self.folder.traced(shard) if shard in self.shards else np.array([], dtype=int)
         row = int(np.searchsorted(numbers, member))
         if row == len(numbers) or numbers[row] != member:
             raise KeyError(f"member {member} has no trace in {self.folder.path}")
@@ -107,10 +107,6 @@ class SweepTraces:
         values = {name: table.varied_values(name) for name in table.varied}
         return {name: v._replace(data=v.data[members]) for name, v in values.items()}
 
-    def _members_of(self, shard: int) -> Array:
-        start, stop = self.folder.bounds(shard)
-        return start + np.flatnonzero(self.folder.manifest.keep.selected(start, stop))
-
     def _file(self, shard: int) -> Path:
         """Return the file of the traces of a shard, verified by its digest."""
         path = self.folder.traces_file(shard)
@@ -142,10 +138,8 @@ def open_traces(path: str | Path) -> SweepTraces:
     folder = read_folder(Path(path))
     shards = tuple(
         number
-        for number in range(folder.shards)
-        if folder.has_traces(number)
-        and path_exists(folder.shard_file(number))
-        and path_exists(folder.traces_file(number))
+        for number in sorted(folder.stored_shards())
+        if len(folder.traced(number)) and path_exists(folder.traces_file(number))
     )
     if not shards:
         kept = folder.manifest.keep.count(folder.manifest.members)

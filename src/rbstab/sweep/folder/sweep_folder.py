@@ -5,7 +5,6 @@ locks: of two processes that compute one, each writes the same bytes.
 """
 
 import re
-from bisect import bisect_left
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -71,13 +70,11 @@ class SweepFolder:
         """Return the file of the traces of a shard, if it has any."""
         return self.path / TRACES / f"{number:08d}{FILE_SUFFIX}"
 
-    def has_traces(self, number: int) -> bool:
-        """Return whether any member of a shard has a trace."""
+    def traced(self, number: int) -> Array:
+        """Return the members of a shard that have traces, ascending."""
         start, stop = self.bounds(number)
-        keep = self.manifest.keep
-        if keep.every:
-            return keep.count(stop) > keep.count(start)
-        return bisect_left(keep.members, start) < bisect_left(keep.members, stop)
+        traced: Array = start + np.flatnonzero(self.manifest.keep.selected(start, stop))
+        return traced
 
     def stored_shards(self) -> set[int]:
         """Return the numbers of the shards that have a file, damaged or not.
@@ -132,7 +129,7 @@ class SweepFolder:
         start, stop = self.bounds(number)
         attributes: dict[str, str | int | float] = {"manifest": self.id}
         if shard.traces is not None:
-            numbers, plan_id = self._traced(number), self.manifest.plan_id
+            numbers, plan_id = self.traced(number), self.manifest.plan_id
             motions = motions_of(shard.traces, numbers, plan_id, element_states(plan))
             file = self.traces_file(number)
             checksum = write_dataset(file, replace(motions, kind=MOTIONS), replace=True)
@@ -172,12 +169,6 @@ class SweepFolder:
             raise NotAResultError(f"{path} is not a shard of this sweep")
         return table
 
-    def _traced(self, number: int) -> Array:
-        """Return the members of a shard that have traces."""
-        start, stop = self.bounds(number)
-        traced: Array = start + np.flatnonzero(self.manifest.keep.selected(start, stop))
-        return traced
-
     def has_whole_traces(self, number: int, shard: Table, *, read: bool) -> bool:
         """Return whether the traces of a shard are stored, if it has any.
 
@@ -189,7 +180,7 @@ class SweepFolder:
         Raises:
             StoreError: The file cannot be read.
         """
-        if not self.has_traces(number):
+        if not len(self.traced(number)):
             return True
         path, written = self.traces_file(number), traces_checksum(shard)
         with suppress(NotAResultError):

@@ -18,7 +18,7 @@ from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan, plan_to_read
 from rbstab.sweep.plan.plan import plan_id
-from rbstab.sweep.proofs.known import without_theorem
+from rbstab.sweep.proofs.variants import without_theorem
 from rbstab.sweep.sweep import sweep_to_folder
 
 KEY = "elements.mine.parameters.k"

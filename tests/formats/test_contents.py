@@ -1,6 +1,5 @@
 """Protects the content of a result file: arrays, dimensions, units, attributes, and HDF5 layout."""
 
-from datetime import UTC, datetime, timedelta
 from importlib.metadata import version
 
 import h5py
@@ -116,15 +115,6 @@ def test_status(run, kind):
             number = stored.attributes[name]
             assert isinstance(number, int | float)
             assert number > 0
-
-
-def test_created_now_in_utc(run):
-    _, path = run
-    text = open_result(path).attributes["created"]
-    assert isinstance(text, str)
-    created = datetime.fromisoformat(text)
-    assert created.utcoffset() == timedelta(0)
-    assert timedelta(0) <= datetime.now(UTC) - created + timedelta(seconds=1) < timedelta(hours=1)
 
 
 def test_the_stored_config_is_the_run(run, tmp_path):

@@ -109,29 +109,6 @@ def test_a_dataset_holds_numbers(dataset: xarray.Dataset) -> None:
         assert array.dtype.kind in "fiub" or (is_label and array.dtype.kind in "OUT"), name
 
 
-def first_only(dataset: xarray.Dataset) -> xarray.Dataset:
-    """Return a dataset with NaN except at the first entry of its first dimension."""
-    number = xarray.zeros_like(dataset[first_dimension(dataset)], dtype=int)
-    number[0] = 1
-    return dataset.where(number == 1)
-
-
-def first_dimension(dataset: xarray.Dataset) -> Any:
-    return next(array.dims[0] for array in dataset.data_vars.values() if array.ndim)
-
-
-def test_a_dataset_is_averaged_masked_and_listed(dataset: xarray.Dataset) -> None:
-    dimension = first_dimension(dataset)
-    mean, masked = dataset.mean(dimension, skipna=False), first_only(dataset)
-    for name, array in dataset.data_vars.items():
-        if array.dims[:1] == (dimension,):
-            assert np.allclose(mean[name], array.values.mean(axis=0), equal_nan=True)
-            assert np.isnan(masked[name][-1]).all()
-            assert np.array_equal(masked[name][0], array[0], equal_nan=True)
-    assert set(mean.data_vars) == set(dataset.data_vars)
-    assert len(dataset.to_dataframe()) == np.prod(list(dataset.sizes.values()))
-
-
 @pytest.mark.parametrize(
     ("kind", "selection", "members"),
     [

@@ -53,6 +53,10 @@ def test_a_file_is_written_and_replaced(tmp_path, monkeypatch, hard_links):
     assert path.read_bytes() == b"new"
     move_aside(path, tmp_path / "b.h5")
     assert names(tmp_path) == ["b.h5"]
+    write_atomically(path, b"3")
+    with pytest.raises(ResultExistsError, match=r"b\.h5 exists already"):
+        move_aside(path, tmp_path / "b.h5")
+    assert (path.read_bytes(), (tmp_path / "b.h5").read_bytes()) == (b"3", b"new")
 
 
 def no_link(*paths, **options):

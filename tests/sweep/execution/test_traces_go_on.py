@@ -1,7 +1,6 @@
 """Protects resumed traces: lost, missing or outdated traces are computed again, no others."""
 
 import functools
-import pickle
 
 import pytest
 from support.sweeping import Listener, digest_of, run_sweep
@@ -10,7 +9,6 @@ from support.sweeps import FakeEngine, plan_with_traces, shard_files
 import rbstab
 from rbstab.store.dataset_file import write_dataset
 from rbstab.store.disk.paths import open_regular
-from rbstab.store.document import read_document, write_document
 from rbstab.store.errors import StoreError
 from rbstab.sweep.execution.events import Warned
 from rbstab.sweep.folder.shard_inventory import shard_inventory
@@ -147,25 +145,3 @@ def test_an_engine_that_owes_traces(tmp_path):
     run = rbstab.simulate(plan_with_traces(4).config_of(2))
     found = rbstab.open_traces(tmp_path / "a").of(2)
     assert (found["contact_force"] == run["contact_force"]).all()
-
-
-def test_a_shard_can_be_sent_to_another_process():
-    shard = FakeEngine(plan_with_traces()).compute(0, 5)
-    again = pickle.loads(pickle.dumps(shard))  # noqa: S301
-    assert shard.traces is not None
-    assert all((again.traces[name] == data).all() for name, data in shard.traces.items())
-
-
-def test_a_manifest_of_a_newer_version(tmp_path):
-    path = tmp_path / "a"
-    run_sweep(path, plan_with_traces())
-    manifest = read_document(path / "manifest.json")
-    for change, error in (
-        ({"schema_version": 4}, "newer rbstab"),
-        ({"schema_version": 0}, "damaged"),
-        ({"keep": {"every": "1"}}, "damaged"),
-        ({"keep": 7}, "damaged"),
-    ):
-        write_document(path / "manifest.json", manifest | change)
-        with pytest.raises(StoreError, match=error):
-            read_folder(path)

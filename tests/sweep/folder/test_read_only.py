@@ -84,13 +84,6 @@ def test_a_sweep_that_is_not_finished(tmp_path, read_only, monkeypatch):
         sweep_to_folder(PLAN, tmp_path, OPTIONS)
 
 
-def test_a_new_folder(tmp_path, read_only):
-    (tmp_path / "new").mkdir()
-    read_only()
-    with pytest.raises(StoreError, match="cannot be written"):
-        sweep_to_folder(PLAN, tmp_path / "new", OPTIONS)
-
-
 def test_the_lock_of_another_process_is_still_seen(tmp_path, read_only):
     sweep_to_folder(PLAN, tmp_path, OPTIONS)
     with locked(tmp_path):

@@ -122,7 +122,7 @@ class ProvedConvergence:
             for variant in plan.variants
             if variant not in shared and undecided_reason(plan, variant) is None
         }
-        self._levels: tuple[tuple[int, int], Array] | None = None
+        self._boxes: tuple[tuple[int, int], tuple[Array, Array]] | None = None
         self.bounds = {
             variant: bound
             for variant, proof in self._proofs.items()
@@ -161,7 +161,7 @@ class ProvedConvergence:
             table: Their table, with `START_COLUMNS`.
             found: What is proved of them otherwise.
         """
-        levels = self.box_levels(start, stop)
+        levels, _ = self.boxes(start, stop)
         if not levels.any():
             return found
         more = found.copy()
@@ -173,34 +173,20 @@ class ProvedConvergence:
             codes[rows[new == PROVED]] = PROVED
         return more
 
-    def box_levels(self, start: int, stop: int) -> Array:
-        """Return the level, J, that proofs for many bodies at once give for each member.
-
-        Such a member has one rest state, a minimum, and its motions with v(0) below the level
-        converge to it. Members of which no such proof says anything have 0; shape (stop - start,).
-        """
-        if self._levels is None or self._levels[0] != (start, stop):
-            found = np.zeros(stop - start)
-            for proofs, rows, own in self._robust_rows(start, stop):
-                found[rows] = proofs.levels(own, len(rows))
-            self._levels = (start, stop), found
-        return self._levels[1]
-
-    def one_state(self, own: Array) -> Array:
-        """Return whether the body of each member has one rest state, by any proof of it.
-
-        Args:
-            own: What proofs of single bodies say of all members, as `MemberConvergence.one_state`.
+    def boxes(self, start: int, stop: int) -> tuple[Array, Array]:
+        """Return what proofs for many bodies at once say of each member, whatever its start.
 
         Returns:
-            The codes in `ONE_STATE_WORDS`, shape (members,).
+            The level, J: such a member has one rest state, a minimum, and its motions with v(0)
+            below the level converge to it; 0 where no such proof says anything. And whether its
+            body has one rest state, by its code in `ONE_STATE_WORDS`. Both of shape (stop - start,).
         """
-        found = own.copy()
-        for proofs, rows, values in self._robust_rows(0, len(own)):
-            of_boxes = proofs.one_state(values, len(rows))
-            decided = of_boxes != STATES_UNDECIDED
-            found[rows[decided]] = of_boxes[decided]
-        return found
+        if self._boxes is None or self._boxes[0] != (start, stop):
+            levels, codes = np.zeros(stop - start), np.zeros(stop - start, np.int8)
+            for proofs, rows, own in self._robust_rows(start, stop):
+                levels[rows], codes[rows] = proofs.of(own, len(rows))
+            self._boxes = (start, stop), (levels, codes)
+        return self._boxes[1]
 
     def counterexamples(self) -> dict[str, BodiesRecord]:
         """Return by variant a body between the bounds of the plan that has not one rest state."""
@@ -211,13 +197,6 @@ class ProvedConvergence:
             record = proofs.counterexample(values)
             if record is not None:
                 found[proofs.variant] = record
-        return found
-
-    def have_own_bodies(self, start: int, stop: int) -> Array:
-        """Return which members are of a variant of several bodies that a theorem decides."""
-        found = np.zeros(stop - start, dtype=bool)
-        for _, rows, _ in self._robust_rows(start, stop):
-            found[rows] = True
         return found
 
     def _robust_rows(

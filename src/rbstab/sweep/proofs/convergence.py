@@ -179,7 +179,7 @@ class ProvedConvergence:
         Returns:
             The level, J: such a member has one rest state, a minimum, and its motions with v(0)
             below the level converge to it; 0 where no such proof says anything. And whether its
-            body has one rest state, by its code in `ONE_STATE_WORDS`. Both of shape (stop - start,).
+            body has one rest state, by its code in `ONE_STATE_WORDS`. Both of shape (members,).
         """
         if self._boxes is None or self._boxes[0] != (start, stop):
             levels, codes = np.zeros(stop - start), np.zeros(stop - start, np.int8)

@@ -114,16 +114,6 @@ class Table(Dataset):
         """The names of the columns, without `run`."""
         return [n for n, v in self.variables.items() if v.dimensions[:1] == (RUN,) and n != RUN]
 
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return the data of a column, or of another array.
-
-        Raises:
-            KeyError: There is no such column or array.
-        """
-        if name not in self.variables:
-            raise no_such_array(name, self.variables, "column")
-        return self.variables[name].data
-
     def __repr__(self) -> str:
         """Return one line: title, members, how many have each outcome."""
         return line("Table", str(self.attributes.get("title", "")), self._facts())

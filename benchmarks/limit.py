@@ -14,6 +14,7 @@ from benchmarks.measure import line
 from benchmarks.swept import MAX_LOOP_MEMBERS, Sweeping, plan_of
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.folder.open_folder import open_folder
+from rbstab.sweep.members.engine import Shard
 from rbstab.sweep.members.ensemble import SAMPLES_IN_MEMORY, EnsembleEngine
 from rbstab.sweep.members.identity import run_ids
 
@@ -90,7 +91,7 @@ def _writer(sweeping: Sweeping) -> Callable[[], None]:
             for number in range(place.folder.shards):
                 start, stop = place.folder.bounds(number)
                 part: dict[str, Array] = {n: column[start:stop] for n, column in outcome.items()}
-                place.folder.write(number, part)
+                place.folder.write(sweeping.plan, number, Shard(part))
 
     return write
 

@@ -112,6 +112,18 @@ def test_another_plan_or_shard_size_is_refused(tmp_path):
     assert read_folder(path).manifest.shard_size == 10
 
 
+def test_a_sweep_that_another_command_begins_meanwhile_is_no_foreign_file(tmp_path, monkeypatch):
+    real, path = Path.iterdir, tmp_path / "a"
+
+    def begun_before(folder):
+        monkeypatch.setattr(Path, "iterdir", real)
+        run_sweep(path)
+        return real(folder)
+
+    monkeypatch.setattr(Path, "iterdir", begun_before)
+    assert run_sweep(path).finished
+
+
 @pytest.mark.parametrize("size", [10, None])
 def test_a_manifest_that_appears_in_the_same_instant(tmp_path, monkeypatch, size):
     """Another process writes its manifest after this one has checked that there is none."""

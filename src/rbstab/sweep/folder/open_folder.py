@@ -265,7 +265,8 @@ def _started(path: Path, plan: Plan, wanted: Manifest, *, fixed_size: bool) -> S
         known = (PLAN_FILE, SHARDS, TRACES, LOCK_FILE)
         names = [file.name for file in path.iterdir()]
         foreign = [n for n in names if n not in known and not n.endswith(PARTIAL_SUFFIX)]
-        if foreign:
+        # Another command may have begun the sweep since.
+        if foreign and not path_exists(path / MANIFEST):
             raise ResultExistsError(f"{path} holds other files ({min(foreign)})")
         with suppress(ResultExistsError):  # another command has just written it
             write_document(path / MANIFEST, wanted.data, replace=False)

@@ -112,8 +112,8 @@ def test_wrong_manifest(reader, folder, key, value):
         # A command uses the engine of the manifest; the folder then holds another sweep.
         possible |= key == "engine" and value == "heyoka" and "--dry-run" in arguments
         other = key == "engine" and arguments[:1] == [plan]
-        outcomes = ("NotAResultError", "StoreError", "exit 4", "read")
-        outcomes += ("exit 0",) * possible + ("exit 2",) * other
+        outcomes = {"NotAResultError", "StoreError", "exit 4", "read"}
+        outcomes |= {*["exit 0"] * possible, *["exit 2"] * other}
         assert found.outcome in outcomes, (way, found)
         assert found.outcome != "read" or "Unread" in found.text, (way, found)
         assert found.seconds < TIME_LIMIT

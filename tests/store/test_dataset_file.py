@@ -86,9 +86,10 @@ def test_what_is_written_is_read(file: Path) -> None:
 
 def test_some_arrays_of_some_runs(file: Path) -> None:
     """Arrays that are not along `run` are always read."""
-    found = read_dataset(file, KIND, ["energy"]).variables
-    assert set(dataset().variables) - set(found) == {"position", "status", "id", "count"}
-    one = read_dataset(file, KIND, row=2).variables
+    found: Dataset = read_dataset(file, KIND, ["energy"])
+    assert set(dataset()) - set(found) == {"position", "status", "id", "count"}
+    whole: Dataset = read_dataset(file, KIND, row=2)
+    one = whole.variables
     assert one["position"].data.tolist() == NUMBERS[2].tolist()
     assert one["position"].dimensions == ("axis",)
     assert one["run"].data == 5
@@ -207,7 +208,7 @@ def test_a_file_is_compared_with_its_seal_again_when_it_changed(
         read_dataset(file, KIND)
     assert len(seal._unchanged) == 1
     with monkeypatch.context() as patch:
-        patch.setattr(seal.hashlib, "sha256", bytearray)  # of no use for a digest
+        patch.setattr("rbstab.store.disk.seal.hashlib.sha256", bytearray)  # no digest
         read_dataset(file, KIND)
     content = bytearray(file.read_bytes())
     content[content.index(NUMBERS.tobytes())] ^= 1

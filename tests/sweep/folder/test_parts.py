@@ -6,6 +6,7 @@ import os
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from support import sweeping
@@ -82,7 +83,11 @@ def test_a_folder_that_was_moved_is_finished_there(tmp_path):
 
 def test_only_who_replaces_something_must_be_alone(tmp_path):
     path, plan = tmp_path / "a", plan_of()
-    replacing = ({"force": True}, {"retry_failed": True}, {"plan": plan_of(59), "force": True})
+    replacing: tuple[dict[str, Any], ...] = (
+        {"force": True},
+        {"retry_failed": True},
+        {"plan": plan_of(59), "force": True},
+    )
     with open_folder(path, plan, 10), open_folder(path, plan, None):
         run_sweep(path, part=Part(2, 3))
         assert run_sweep(path).finished
@@ -92,9 +97,9 @@ def test_only_who_replaces_something_must_be_alone(tmp_path):
     before = shard_files(path)
     for alone in (locked(path), open_folder(path, plan, 10, force=True)):
         with alone:
-            for options in ({}, {"part": Part(1, 3)}, *replacing):
+            for refused in ({}, {"part": Part(1, 3)}, *replacing):
                 with pytest.raises(FolderInUseError):
-                    run_sweep(path, **options)
+                    run_sweep(path, **refused)
     assert shard_files(path) == before
     assert run_sweep(path, retry_failed=True).finished
 

@@ -99,6 +99,14 @@ def test_no_status_without_a_meaning_is_read(tmp_path):
     assert read_table(tmp_path / "t.h5", SHARD, ["steps"])["steps"].tolist() == [0, 1, 2, 3]
 
 
+def test_a_column_is_known_by_its_declaration_also_if_words_were_added_since():
+    status = LAYOUT["status"]
+    assert status.describes(status._replace(flags=status.flags[:1]).of([0, 0]))
+    for change in ({"flags": ()}, {"flags": ("late",)}, {"unit": "s"}, {"dtype": "i4"}):
+        assert not status.describes(status._replace(**change).of([0, 0]))
+    assert not status.describes(LAYOUT["final_position"].of(np.zeros((2, 3))))
+
+
 def test_threads_may_write_at_once(tmp_path):
     def work(index):
         for k in range(5):

@@ -13,7 +13,8 @@ from threading import Thread
 from benchmarks.measure import line
 from benchmarks.swept import MAX_LOOP_MEMBERS, Sweeping, plan_of
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.folder.open_folder import open_for_sweep
+from rbstab.sweep.folder.open_folder import open_folder
+from rbstab.sweep.members.engine import Shard
 from rbstab.sweep.members.ensemble import EnsembleEngine
 
 MEMBERS = 2 * MAX_LOOP_MEMBERS
@@ -83,12 +84,12 @@ def _writer(sweeping: Sweeping) -> Callable[[], None]:
     def write() -> None:
         with (
             tempfile.TemporaryDirectory(dir="results") as folder,
-            open_for_sweep(Path(folder) / "sweep", sweeping.plan, None) as place,
+            open_folder(Path(folder) / "sweep", sweeping.plan, None) as place,
         ):
             for number in range(place.folder.shards):
                 start, stop = place.folder.bounds(number)
                 part: dict[str, Array] = {n: column[start:stop] for n, column in outcome.items()}
-                place.folder.write(number, part)
+                place.folder.write(sweeping.plan, number, Shard(part))
 
     return write
 

@@ -13,7 +13,7 @@ from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.sweep.execution.pools import Pool, Processes, Threads
 from rbstab.sweep.execution.run import ShardRun
 from rbstab.sweep.folder.members_file import digest_of_shards, write_members_file
-from rbstab.sweep.folder.open_folder import open_for_sweep
+from rbstab.sweep.folder.open_folder import open_folder
 from rbstab.sweep.folder.shard_inventory import shard_inventory
 from rbstab.sweep.members.engine import EngineFactory, MemberEngine
 from rbstab.sweep.members.engines import factory_for
@@ -149,7 +149,7 @@ class Sweeping:
         """
         with (
             tempfile.TemporaryDirectory(dir="results") as folder,
-            open_for_sweep(Path(folder) / "sweep", self.plan, None) as place,
+            open_folder(Path(folder) / "sweep", self.plan, None) as place,
         ):
             inventory = shard_inventory(place.folder)
             begin = time.perf_counter()

@@ -10,9 +10,10 @@ from unittest.mock import patch
 
 from benchmarks.measure import by_turns, line
 from benchmarks.swept import Sweeping, plan_of
+from rbstab.store.dataset import Dataset
+from rbstab.store.dataset_file import Checksum, write_dataset
 from rbstab.store.disk.atomic import write_all
 from rbstab.store.motions import Motions
-from rbstab.store.motions_file import FileChecksum
 from rbstab.sweep.folder import sweep_folder
 from rbstab.sweep.members.traces import layout_of
 
@@ -69,10 +70,12 @@ def _seconds_of_disk(size: int) -> float:
 def _without_writing() -> Iterator[None]:
     """Make this process compute motions without writing them."""
 
-    def nothing(_path: object, _motions: Motions) -> FileChecksum:
-        return FileChecksum("", 0)
+    def nothing(path: Path, dataset: Dataset, *, replace: bool = False) -> Checksum:
+        if isinstance(dataset, Motions):
+            return Checksum("", 0)
+        return write_dataset(path, dataset, replace=replace)
 
-    with patch.object(sweep_folder, "write_motions", nothing):
+    with patch.object(sweep_folder, "write_dataset", nothing):
         yield
 
 

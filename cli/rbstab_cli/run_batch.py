@@ -126,7 +126,7 @@ class Batch:
         """Return whether the run that was interrupted is stored: the interrupt came afterwards."""
         from rbstab.config.load import run_id
         from rbstab.store.errors import StoreError
-        from rbstab.store.run_file import open_result
+        from rbstab.store.result import open_result
 
         if self.begun is None:
             return False

@@ -154,26 +154,20 @@ def _folder_word(sweep: "Sweep") -> str:
 
 
 MAX_NAMED = 6
-"""The largest number of ranges of members, or of parts, that a message lists."""
+"""The largest number of ranges of members that a message lists."""
 
 
 def _print_missing(sweep: "Sweep") -> None:
     """Print which shards are missing, and the command that computes them."""
-    from rbstab.sweep.folder.parts import parts_with_missing
     from rbstab.sweep.folder.sweep_folder import resuming_command
 
     missing = sweep.inventory.missing
     ranges = [f"{first} to {stop - 1}" for first, stop in sweep.folder.ranges(missing)]
-    parts = list(map(str, parts_with_missing(sweep.folder.path, missing)))
-    of_parts = f", of part {_listed(parts)}" if parts else ""
     click.echo(
-        f"{len(missing)} of {sweep.folder.shards} shards are missing{of_parts}: "
-        f"members {_listed(ranges)}",
+        f"{len(missing)} of {sweep.folder.shards} shards are missing: members {_listed(ranges)}",
         err=True,
     )
-    option = f" --part {parts[0]}, and so on" if parts else ""
-    command = resuming_command(sweep.folder.path)
-    click.echo(f"Run the missing shards: {command}{option}", err=True)
+    click.echo(f"Run the missing shards: {resuming_command(sweep.folder.path)}", err=True)
 
 
 def _listed(names: list[str]) -> str:

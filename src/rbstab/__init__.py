@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from rbstab.packaged.examples import example
     from rbstab.store.errors import StoreError
     from rbstab.store.motions import Motions
-    from rbstab.store.run_file import write_result
+    from rbstab.store.result import write_result
     from rbstab.store.table import Table
     from rbstab.sweep.folder.stored_traces import SweepTraces, open_traces
     from rbstab.sweep.plan.load import load_plan
@@ -83,7 +83,7 @@ _MODULES = {
     "sensitivities": "rbstab.experiment.tuning.sensitivities",
     "simulate": "rbstab.experiment.simulate",
     "tune": "rbstab.experiment.tuning.tune",
-    "write_result": "rbstab.store.run_file",
+    "write_result": "rbstab.store.result",
 }
 
 

@@ -10,7 +10,7 @@ from support.ridges import LETS_GO
 from support.user_code import SPRING
 
 from rbstab.elements.user_code.template import TEMPLATE
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
 CONFIG = GOOD.replace("title: A short run", "schema_version: 2\ntitle: A spring") + (
     "elements:\n  mine: {kind: python, file: mine.py, class: Mine, parameters: {k: 3}}\n"

@@ -83,8 +83,8 @@ def test_a_sweep_is_one_netcdf_file(sweep: Path, rbstab: Invoke) -> None:
     done = rbstab("export", "swept", "-o", "sweep.nc")
     assert done.exit_code == 0, done.output
     table = open_sweep(sweep)
-    assert done.stdout == f"-> sweep.nc: 12 rows, {len(table.layout)} columns\n"
-    arrays = {**table.arrays, **{name: extra.data for name, extra in table.extras.items()}}
+    assert done.stdout == f"-> sweep.nc: 12 rows, {len(table.columns)} columns\n"
+    arrays = {name: table[name] for name in table}
     with netCDF4.Dataset("sweep.nc") as file:
         assert file.data_model == "NETCDF4"
         assert len(file.dimensions["run"]) == 12
@@ -96,10 +96,10 @@ def test_a_sweep_is_one_netcdf_file(sweep: Path, rbstab: Invoke) -> None:
                 assert (found.dtype, found.tobytes()) == (data.dtype, data.tobytes()), name
             else:
                 assert found.tolist() == data.astype(str).tolist(), name
-        for name, column in table.layout.items():
-            found = file[name]
+        for name in table.columns:
+            found, column = file[name], table.variables[name]
             assert (found.units, found.long_name) == (column.unit, column.long_name)
-            assert found.dimensions == ("run", *column.dimensions)
+            assert found.dimensions == column.dimensions
     with xarray.open_dataset("sweep.nc", engine="h5netcdf", decode_times=False) as dataset:
         assert set(dataset.variables) >= set(arrays)
         for name in ("settling_time", "peak_orientation", "run"):

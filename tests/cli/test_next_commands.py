@@ -151,7 +151,7 @@ def test_the_folder_is_tried_before_the_work(
         "rbstab.experiment.run_to_file.simulate_problem",
         "rbstab.experiment.proof_cache.proof_for",
         "rbstab.sweep.sweep.sweep_to_folder",
-        "rbstab.sweep.folder.disk_space.sweep_bytes",
+        "rbstab.sweep.folder.open_folder.sweep_bytes",
     ):
         monkeypatch.setattr(name, fail)
     done = rbstab(*arguments, "-o", "/proc/results")
@@ -175,14 +175,14 @@ def test_stored_results_are_read_from_a_folder_that_cannot_be_written(
         raise StoreError(f"{folder} cannot be written: tried")
 
     assert rbstab("run", "good.yaml").exit_code == 0
-    monkeypatch.setattr("rbstab.store.disk.existence.check_folder", fail)
+    monkeypatch.setattr("rbstab.store.disk.paths.check_folder", fail)
     assert "already done" in rbstab("run", "good.yaml").stderr
     Path("other.yaml").write_text(GOOD)
     assert "cannot be written: tried" in rbstab("run", "good.yaml", "other.yaml").stderr
 
 
 def test_trying_a_folder_leaves_nothing(folder: Path) -> None:
-    from rbstab.store.disk.existence import check_folder
+    from rbstab.store.disk.paths import check_folder
 
     check_folder(folder / "a" / "b")
     assert [path.name for path in folder.iterdir()] == ["good.yaml"]

@@ -10,7 +10,7 @@ from cli.conftest import Invoke
 from support.made_runs import made_file
 
 from rbstab.report.model.figure import Axis, Figure, Panel
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
 
 @pytest.fixture

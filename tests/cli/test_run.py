@@ -14,7 +14,7 @@ from support.printed_paths import printed
 
 import rbstab as api
 from rbstab.experiment import run_to_file
-from rbstab.store.run_file import write_result
+from rbstab.store.result import write_result
 
 
 def test_a_run_leaves_a_file_and_a_table(folder: Path, rbstab: Invoke) -> None:

@@ -229,7 +229,9 @@ def test_a_body_that_refutes_is_named_by_all_commands(
 def test_counts_of_many_members_have_separators(capsys: pytest.CaptureFixture[str]) -> None:
     counts = dict(zip(KINDS, (12_000, 9999, 8001, 0, 0), strict=True))
     outcomes = SweepOutcomes(counts, 1234, 8, 2, "5 s", wanted(None), "")
-    found = MemberAnswers(30_000, 9999, 0, 12_000, 8001, 21_999, 30_000, {"why": 20_001}, outcomes)
+    found = MemberAnswers(
+        30_000, 9999, 0, 12_000, 8001, 21_999, 30_000, {"why": 20_001}, outcomes, {}
+    )
     print_member_answers(found)
     outcome, desired, *lines = capsys.readouterr().out.splitlines()
     assert outcome == (

@@ -145,7 +145,7 @@ def test_the_folder_of_proofs_is_tried_before_the_work(
 @pytest.mark.usefixtures("folder")
 def test_stored_proofs_are_enough(rbstab: Invoke, monkeypatch: pytest.MonkeyPatch) -> None:
     """The folder of proofs of another user can be read only."""
-    from rbstab.store.disk.existence import check_folder
+    from rbstab.store.disk.paths import check_folder
     from rbstab.store.errors import StoreError
 
     def fail(folder: Path) -> None:
@@ -154,7 +154,7 @@ def test_stored_proofs_are_enough(rbstab: Invoke, monkeypatch: pytest.MonkeyPatc
         check_folder(folder)
 
     assert rbstab("run", "good.yaml").exit_code == 0
-    monkeypatch.setattr("rbstab.store.disk.existence.check_folder", fail)
+    monkeypatch.setattr("rbstab.store.disk.paths.check_folder", fail)
     Path("again.yaml").write_text(GOOD)
     Path("other.yaml").write_text(GOOD.replace("mass: 41", "mass: 42"))
     assert rbstab("run", "again.yaml").exit_code == 0

@@ -26,7 +26,7 @@ from rbstab.experiment.robust.bodies import CODE_VARIES, prove_within
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.runs.figures.curves import element_states
-from rbstab.store.run_file import write_result
+from rbstab.store.result import write_result
 from rbstab_cli.main import cli
 
 LIGAMENT = element_text(

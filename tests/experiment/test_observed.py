@@ -10,6 +10,7 @@ from rbstab.config.load import load_config
 from rbstab.experiment import record
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
+from rbstab.systems.quantities import named_elements
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -47,7 +48,7 @@ def test_samples_are_those_of_the_equations(name):
         if "rotational" in names:
             couple = seen.wrenches[names.index("rotational")].couple
             expected["stabilizing_couple"] = couple
-        own = [seen.wrenches[names.index(one)] for one in record.named_elements(given.system)]
+        own = [seen.wrenches[names.index(one)] for one in named_elements(given.system)]
         if own:
             expected["element_force"] = np.array([one.force for one in own])
             expected["element_couple"] = np.array([one.couple for one in own])

@@ -15,7 +15,7 @@ from rbstab.experiment.run_to_file import run_to_file
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.store_run import depends_on_machine, store_run
 from rbstab.store.errors import ResultExistsError, StoreError
-from rbstab.store.run_file import open_result, write_result
+from rbstab.store.result import open_result, write_result
 
 CONFIG = load_config(plain(), ["integration.duration=0.05", "integration.samples=6"])
 

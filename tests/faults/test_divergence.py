@@ -11,7 +11,7 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config, run_id
 from rbstab.experiment.run_to_file import run_to_file
 from rbstab.experiment.simulate import simulate
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
 # Changes and the statuses allowed: an integrator may fail before it meets an infinity.
 OVERFLOWS = {

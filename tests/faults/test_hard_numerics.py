@@ -102,17 +102,11 @@ def worst(verdicts: list[str]) -> str:
 
 SLOW_CASES = {
     "J 1e12:1:1 of a held body",
-    "J 1e12:1:1",
     "J 1:1:1e12",
-    "J turned 1e8",
     "J turned 1e12",
     "K_r turned 1e12",
-    "L_r turned 1e12",
     "stiff K_c",
-    "K_c 1e12:1",
-    "stiff L_c",
     "stiff own state",
-    "R = 1e6",
     "R = 1e8 near rest",
     "spin 1e6",
     "K_s = 1e9",
@@ -121,12 +115,7 @@ SLOW_CASES = {
 """These meet a limit; the daily tests run them with fewer steps."""
 
 LONG_CASES = {
-    "gravity 1e-12",
     "gravity 1e6",
-    "spin 1e3",
-    "R = 0 of a held body",
-    "R = 1e-12",
-    "R = 1e3",
     "K_s = 1e9 on a slope",
 }
 """These are completed, but not in a second."""
@@ -185,7 +174,6 @@ SPIN = {"initial.angular_velocity": [3.0, 0.0, 0.0]}
 
 KNOWN = {
     "J 1e12:1:1": Known({"body.inertia": [1e12, 1.0, 1.0], **SPIN}),
-    "J 1:1e12:1e12": Known({"body.inertia": [1.0, 1e12, 1e12], **SPIN}),
     "J 1e-12": Known(
         {"body.inertia": diagonal(1e-12), "integration.duration": 1e-12, **SPIN}, ENGINES
     ),
@@ -210,9 +198,6 @@ KNOWN = {
         }
     ),
     "mass 1e12": Known({"body.mass": 1e12, "gravity": [0.0, 0.0, -9.81], **SPIN}),
-    "mass 1e-6": Known(
-        {"body.mass": 1e-6, "integration.duration": 1e-7, "initial.velocity": [0.0, 1e4, 0.0]}
-    ),
     "all of it tiny": Known(
         {
             "body.mass": 1e-12,
@@ -222,18 +207,10 @@ KNOWN = {
             **SPIN,
         }
     ),
-    "gains 1e-300": Known({**gains(*[1e-300] * 4), "initial.velocity": [1.0, 2.0, 3.0], **SPIN}),
     "gravity 1e-9": Known({"gravity": [0.0, 0.0, -1e-9]}, ENGINES),
-    "gravity 1e3": Known({"gravity": [0.0, 0.0, -1e3], **SPIN}),
     "gravity 1e9": Known({"gravity": [0.0, 0.0, -1e9], **SPIN}, ("heyoka",)),
-    "at rest under 1e6": Known(
-        {"gravity": [0.0, 0.0, -1e6], "initial.position": [0.0, 0.0, -1e4], **gains(4100, 2, 4, 6)}
-    ),
-    "spin 1e6": Known({"initial.angular_velocity": [1e6, 0.0, 0.0]}),
     "speed 1e6": Known({"initial.velocity": [1e6, 0.0, 0.0], **SPIN}, ("heyoka",)),
-    "distance 1e12": Known({"initial.position": [1e12, 0.0, 0.0], **SPIN}, ("heyoka",)),
     "spin 1e-12": Known({"initial.angular_velocity": [1e-12, 0.0, 0.0]}, ("scipy",)),
-    "1e-9 s": Known({"integration.duration": 1e-9, **SPIN}),
     "1e4 s": Known(
         {
             **gains(4e-3, 8e-3, 1e-3, 2e-3),
@@ -320,20 +297,11 @@ NEAR = math.pi / 2
 
 COMPARED: dict[str, tuple[str, dict[str, Any]]] = {
     "J 1e12:1:1 of a held body": ("permanent", {"body.inertia": [1e12, 1.0, 1.0]}),
-    "J 1e12:1:1": ("visco-elastic", {"body.inertia": [1e12, 1.0, 1.0]}),
     "J 1:1:1e12": ("embedded", {"body.inertia": [1.0, 1.0, 1e12]}),
-    "J turned 1e8": ("free", {"body.inertia": turned([1e8, 1e4, 1.0]), **SLOW}),
     "J turned 1e12": ("free", {"body.inertia": turned([1e12, 1e6, 1.0]), **SLOW}),
     "K_r turned 1e12": ("free", {"controller.K_r": turned([4e12, 4e6, 4.0])}),
-    "L_r turned 1e12": ("visco-elastic", {"controller.L_r": turned([4e12, 4e6, 4.0])}),
     "stiff K_c": ("visco-elastic", {"controller.K_c": diagonal(1e12)}),
-    "K_c 1e12:1": ("visco-elastic", {"controller.K_c": [1e12, 1.0, 1.0]}),
-    "stiff L_c": ("embedded", {"controller.L_c": diagonal(6e9)}),
     "stiff own state": ("embedded", {"controller.L_d": diagonal(1e-6)}),
-    "cos θ2 = 2e-3": (
-        "free",
-        {"initial.orientation": [0.0, NEAR - 2e-3, 0.0], "integration.duration": 0.2},
-    ),
     "cos θ2 = 1e-6": (
         "permanent",
         {
@@ -357,15 +325,10 @@ COMPARED: dict[str, tuple[str, dict[str, Any]]] = {
         {"initial.orientation": [0.0, 1.5, 0.0], "initial.angular_velocity": [0.0, 9.0, 0.0]},
     ),
     "R = 0": ("visco-elastic", {"body.contact_point": diagonal(0.0)}),
-    "R = 0 of a held body": ("permanent", {"body.contact_point": diagonal(0.0)}),
-    "R = 1e-12": ("embedded", {"body.contact_point": [1e-12, 0.0, 0.0]}),
-    "R = 1e3": ("permanent", {"body.contact_point": [1e3, 0.0, 0.0]}),
-    "R = 1e6": ("visco-elastic", {"body.contact_point": [1e6, 0.0, 0.0]}),
     "R = 1e8 near rest": (
         "visco-elastic",
         {"body.contact_point": [1e8, 0.0, 0.0], "initial.angular_velocity": [1e-9, 0.0, 1e-9]},
     ),
-    "nearly at rest": ("visco-elastic", {"initial.angular_velocity": [1e-12, 0.0, 0.0]}),
     "near rest under a load": (
         "free",
         {
@@ -375,14 +338,8 @@ COMPARED: dict[str, tuple[str, dict[str, Any]]] = {
         },
     ),
     "gravity 1e6": ("free", {"gravity": [0.0, 0.0, -1e6]}),
-    "gravity 1e-12": ("visco-elastic", {"gravity": [0.0, 0.0, -1e-12]}),
     "spin 1e6": ("free", {"initial.angular_velocity": [1e6, 1e6, 1e6]}),
-    "spin 1e3": (
-        "free",
-        {"initial.angular_velocity": [1e3, 1.0, 1.0], "integration.duration": 0.1},
-    ),
     "K_s = 1e9": ("sliding", {"controller.K_s": diagonal(1e9)}),
-    "K_s = 1e-9": ("sliding", {"controller.K_s": diagonal(1e-9)}),
     "K_s = 1e12 in a layer": (
         "sliding",
         {"controller.K_s": diagonal(1e12), "controller.law": "{boundary_layer: 1e-3}"},

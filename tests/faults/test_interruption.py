@@ -4,14 +4,14 @@ import errno
 import os
 
 import pytest
-from support.configs import PERMANENT, VISCO_ELASTIC, plain
+from support.configs import VISCO_ELASTIC, plain
 from support.problems import ENGINES
 
 from rbstab.config.load import load_config
 from rbstab.experiment.run_to_file import run_to_file
 from rbstab.experiment.simulate import simulate
 from rbstab.store.errors import ResultExistsError, StoreError
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
 SHORT = ("integration.duration=0.05", "integration.samples=3", "integration.rtol=1e-9")
 
@@ -69,29 +69,6 @@ def test_an_interrupted_repetition_keeps_the_old_result(tmp_path):
         run_to_file(other, path, force=True, progress=Interrupted(1))
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_progress_is_told_in_order_and_to_the_end():
-    for engine in ENGINES:
-        progress = Interrupted(0)
-        simulate(config_of(engine), progress=progress)
-        assert progress.times == sorted(progress.times)
-        assert progress.times[-1] == pytest.approx(0.05)
-
-
-@pytest.mark.parametrize("text", [VISCO_ELASTIC, PERMANENT])
-def test_a_full_disk_at_the_end_of_a_run(tmp_path, text, monkeypatch):
-    def full(descriptor):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    path = tmp_path / "a.h5"
-    with monkeypatch.context() as patch:
-        patch.setattr(os, "fsync", full)
-        with pytest.raises(StoreError, match=r"a\.h5 cannot be written: No space left on device"):
-            run_to_file(config_of(text=text), path)
-    assert list(tmp_path.iterdir()) == []
-    assert run_to_file(config_of(text=text), path).computed
-    assert open_result(path).status == "completed"
 
 
 def test_a_full_disk_does_not_lose_a_different_result(tmp_path, monkeypatch):

@@ -75,15 +75,11 @@ def rbstab() -> Invoke:
 
 READING = [
     ("show", "results/traitor.h5"),
-    ("show", "results/traitor.h5", "--json"),
     ("show", "results/traitor.h5", "--config"),
     ("report", "results/traitor.h5", "results/plan", "-o", "report.html"),
-    ("report", "results/traitor.h5", "-o", "report.md"),
     ("report", "results/traitor.h5", "-o", "report.pdf"),
     ("plot", "results/traitor.h5", "results/plan"),
     ("sweep", "--status", "results/plan"),
-    ("cache",),
-    ("schema",),
     ("list", "results"),
     ("compare", "results/traitor.h5", "results/traitor.h5"),
 ]
@@ -98,8 +94,6 @@ def test_reading_runs_no_code(marker: Path, rbstab: Invoke, arguments: tuple[str
 
 RUNNING = [
     ("run", "traitor.yaml"),
-    ("run", "traitor.yaml", "--force"),
-    ("run", "plan.yaml", "--member", "1"),
     ("run", "results/plan/plan.yaml", "--member", "1"),
     ("check", "traitor.yaml"),
     ("stability", "traitor.yaml"),
@@ -109,7 +103,6 @@ RUNNING = [
     ("guard", "traitor.yaml"),
     ("sweep", "plan.yaml"),
     ("sweep", "plan.yaml", "--dry-run"),
-    ("sweep", "plan.yaml", "--retry-failed"),
     ("sweep", "results/plan/plan.yaml", "-o", "again"),
 ]
 

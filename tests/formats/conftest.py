@@ -5,7 +5,7 @@ from support.configs import EMBEDDED, FREE, PERMANENT, VISCO_ELASTIC, edited, pl
 
 from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
-from rbstab.store.run_file import write_result
+from rbstab.store.result import write_result
 
 # Short runs suffice: the duration of a run does not change the kinds of content of its file.
 SHORT = ("integration.duration=0.02", "integration.samples=5", "integration.rtol=1e-9")

@@ -1,6 +1,5 @@
 """Protects the content of a result file: arrays, dimensions, units, attributes, and HDF5 layout."""
 
-from datetime import UTC, datetime, timedelta
 from importlib.metadata import version
 
 import h5py
@@ -9,7 +8,7 @@ import numpy as np
 import pytest
 
 from rbstab.config.load import load_config, run_id
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
 TIME, VECTOR, PARTS = ("time",), ("time", "axis"), ("time", "part")
 
@@ -118,22 +117,6 @@ def test_status(run, kind):
             assert number > 0
 
 
-def test_created_now_in_utc(run):
-    _, path = run
-    text = open_result(path).attributes["created"]
-    assert isinstance(text, str)
-    created = datetime.fromisoformat(text)
-    assert created.utcoffset() == timedelta(0)
-    assert timedelta(0) <= datetime.now(UTC) - created + timedelta(seconds=1) < timedelta(hours=1)
-
-
-def test_warnings_name_the_broken_triangle(run):
-    _, path = run
-    warnings = open_result(path).attributes["warnings"]
-    assert isinstance(warnings, str)
-    assert "10 > 8 + 0.4" in warnings
-
-
 def test_the_stored_config_is_the_run(run, tmp_path):
     _, path = run
     stored = open_result(path)
@@ -188,34 +171,6 @@ def test_layout(run):
     with netCDF4.Dataset(path) as file:
         assert not any(dimension.isunlimited() for dimension in file.dimensions.values())
         assert set(file.groups) == {"certificate"}
-
-
-def test_creation_order_is_tracked(run):
-    """netCDF-4 requires it for the names in the file and the attributes of every array."""
-    tracked = h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED
-    _, path = run
-    with h5py.File(path) as file:
-        group = h5py.h5g.open(file.id, b"/").get_create_plist()
-        assert group.get_link_creation_order() == tracked
-        assert list(file)[:4] == ["certificate", "axis", "part", "time"]
-        checks = h5py.h5g.open(file.id, b"/certificate").get_create_plist()
-        assert checks.get_link_creation_order() == tracked
-        for name, dataset in datasets(file).items():
-            if name != "config":
-                assert dataset.id.get_create_plist().get_attr_creation_order() == tracked, name
-
-
-def test_creation_order_of_the_attributes_of_the_config(runs):
-    _, path = runs["free"]
-    with h5py.File(path) as file:
-        assert file["config"].id.get_create_plist().get_attr_creation_order() != 0
-
-
-def test_the_config_says_what_it_is(run):
-    _, path = run
-    with h5py.File(path) as file:
-        assert file["config"].attrs["long_name"] == "resolved config, YAML"
-        assert file["config"].shape == ()
 
 
 def test_small(run):

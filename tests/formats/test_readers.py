@@ -1,12 +1,12 @@
 """Protects other readers: all readers of HDF5 and netCDF-4 find equal values, units and texts."""
 
-import h5py
 import netCDF4
 import numpy as np
+import pytest
 import xarray
 from support.results import assert_equal
 
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
 FILE_ONLY = ("format", "kind")
 """Attributes of the file, not of the run."""
@@ -28,32 +28,6 @@ def same(found, expected):
     if expected.dtype == object:
         return np.asarray(found).tolist() == expected.tolist()
     return np.asarray(found).tobytes() == expected.tobytes()
-
-
-def test_rbstab(run):
-    result, path = run
-    assert_equal(open_result(path), result)
-
-
-def test_h5py(run):
-    result, path = run
-    with h5py.File(path) as file:
-        names = [name for name in result.variables if "/" not in name]
-        assert [name for name in file if name != "certificate"] == [*names, "config"]
-        assert [f"certificate/{name}" for name in file["certificate"]] == grouped(result)
-        for name, variable in result.variables.items():
-            dataset = file[name]
-            text = h5py.check_string_dtype(dataset.dtype) is not None
-            assert same(dataset.asstr()[()] if text else dataset[()], variable.data), name
-            assert dataset.attrs["units"] == variable.unit
-            assert dataset.attrs["long_name"] == variable.long_name
-            assert isinstance(dataset.attrs["units"], str)
-            if not dataset.is_scale:
-                scales = tuple(axis[0].name.rpartition("/")[2] for axis in dataset.dims)
-                assert scales == variable.dimensions, name
-        assert file["config"].asstr()[()] == result.config
-        assert {k: file.attrs[k] for k in result.attributes} == result.attributes
-        assert all(isinstance(v, str | np.number) for v in file.attrs.values())
 
 
 def test_netcdf4(run):
@@ -121,15 +95,11 @@ def test_the_certificate_is_a_group(run):
         assert same(decoded(found) if expected.dtype == object else found.values, expected), name
 
 
-def test_xarray_with_h5netcdf(run):
+@pytest.mark.parametrize("engine", ["h5netcdf", "netcdf4"])
+def test_xarray(run, engine):
     result, path = run
-    with xarray.open_dataset(path, engine="h5netcdf") as dataset:
-        assert_dataset(dataset, result)
-
-
-def test_xarray_with_netcdf4(run):
-    result, path = run
-    with xarray.open_dataset(path, engine="netcdf4") as dataset:
+    assert_equal(open_result(path), result)
+    with xarray.open_dataset(path, engine=engine) as dataset:
         assert_dataset(dataset, result)
 
 
@@ -140,14 +110,3 @@ def test_the_dataset_from_memory_is_the_one_from_the_file(run):
     assert ours.attrs == result.attributes | {"config": result.config}
     with xarray.open_dataset(path, engine="h5netcdf") as dataset:
         assert dataset.drop_vars("config").equals(ours)
-
-
-def test_selecting_by_name(runs):
-    """Dimensions and coordinates select entries by name."""
-    result, path = runs["visco-elastic"]
-    with xarray.open_dataset(path, engine="h5netcdf") as dataset:
-        spring = dataset["energy"].sel(part="rotational stabilizer", time=0.02).item()
-        last = result["energy"][-1, result["part"].tolist().index("rotational stabilizer")]
-        assert spring == last != 0.0
-        pitch = dataset["orientation"].sel(axis=2).values
-        assert pitch.tolist() == result["orientation"][:, 1].tolist()

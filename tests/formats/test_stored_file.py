@@ -7,10 +7,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-import xarray
 
-from rbstab.config.load import load_config, run_id
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
 STORED = Path(__file__).parent / "data" / "run_format_1.h5"
 
@@ -81,30 +79,3 @@ def test_energy_at_the_start_by_hand(stored):
     assert stored["lyapunov_rate"][0] == pytest.approx(-translational - rotational, rel=1e-14)
     assert stored["stabilizing_force"][0] == pytest.approx([-2486.4, 907.2, -448.0], rel=1e-14)
     assert stored["stabilizing_couple"][0] == pytest.approx([-960, -1920, 672], rel=1e-14)
-
-
-def test_energy_only_decreases(stored):
-    v = stored["lyapunov"]
-    assert (np.diff(v) < 0).all()
-    assert 0 < v[-1] < 1e-3 * v[0]
-    assert np.abs(stored["energy_residual"]).max() < 1e-9 * v[0]
-
-
-def test_its_config_still_loads_as_that_run(stored, tmp_path):
-    """Every version of the program recognises a result by its run id."""
-    path = tmp_path / "config.yaml"
-    path.write_text(stored.config, encoding="utf-8")
-    config = load_config(path)
-    assert config.controller.L_t == (210.0, 210.0, 140.0)
-    assert (config.integration.duration, config.integration.samples) == (2.0, 41)
-    assert run_id(config) == stored.run_id
-
-
-def test_xarray_reads_it():
-    with xarray.open_dataset(STORED, engine="h5netcdf") as dataset:
-        assert dict(dataset.sizes) == {"time": 41, "axis": 3, "part": 4}
-        assert dataset["orientation"].dims == ("time", "axis")
-        assert dataset["orientation"].attrs["units"] == "rad"
-        assert dataset["contact_force"].sel(time=0, axis=1).item() == pytest.approx(
-            7397.398766438735, rel=1e-12
-        )

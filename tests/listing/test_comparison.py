@@ -18,7 +18,7 @@ from rbstab.experiment.summary import summary_of
 from rbstab.integrate import step_ends
 from rbstab.listing.comparison import Row, compare
 from rbstab.store.errors import StoreError
-from rbstab.store.run_file import open_result, write_result
+from rbstab.store.result import open_result, write_result
 from rbstab.sweep.folder.sweep_table import open_sweep
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"

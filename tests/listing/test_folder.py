@@ -16,7 +16,7 @@ from rbstab.listing.folder import Entry, entries_of, proofs_in
 from rbstab.listing.kinds import Kind
 from rbstab.store.disk.seal import SEAL_SIZE
 from rbstab.store.errors import StoreError
-from rbstab.store.run_file import open_result, write_result
+from rbstab.store.result import open_result, write_result
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
 

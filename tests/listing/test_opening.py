@@ -32,7 +32,6 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     store_proof_of(STORED / "runs/range_left.h5", tmp_path)
     shutil.copy(SWEEP / "members.h5", "alone.h5")
     shutil.copy(STORED / "runs/embedded.h5", "run.h5")
-    Path("sweep/check.json").write_text("{}")
     Path("a.yaml").write_text(CONFIG)
     Path("plan.yaml").write_text(PLAN)
     Path("none").mkdir()
@@ -45,7 +44,6 @@ OTHERS = [
     ("sweep/shards/00000000.h5", "a shard of a sweep", "rbstab.open_sweep('sweep')"),
     ("sweep/traces/00000000.h5", "a file of traces of a sweep", "rbstab.open_traces('sweep')"),
     ("sweep/manifest.json", "the manifest of a sweep", "rbstab.open_sweep('sweep')"),
-    ("sweep/check.json", "the comparison of a sweep with SciPy", "rbstab.open_sweep('sweep')"),
     ("proofs/within-1.json", "a proof within tolerances", "`rbstab show` prints it"),
     ("a.yaml", "a config", "rbstab.simulate('a.yaml')"),
     ("plan.yaml", "the plan of a sweep", "rbstab.load_plan('plan.yaml')"),

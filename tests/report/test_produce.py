@@ -12,7 +12,7 @@ from rbstab.report.produce import produce
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.writers.write import write_report
 from rbstab.store.errors import StoreError
-from rbstab.store.run_file import write_result
+from rbstab.store.result import write_result
 
 
 def with_array(result, name, value):

@@ -7,12 +7,11 @@ import sys
 from html.parser import HTMLParser
 from pathlib import Path
 
-import numpy as np
 import pytest
 from support.results import result
 
 import rbstab
-from rbstab.store.cards import MAX_POINTS, bar, card, curve, optional_module
+from rbstab.store.cards import optional_module
 from rbstab.store.result import Result
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
@@ -48,8 +47,7 @@ def test_a_run() -> None:
     assert re.search(r", \d+ samples, \d+ arrays>$", shown)
     assert len(shown) < 210
     page = opened._repr_html_()
-    assert "polyline" in Tags(page).tags
-    assert "lyapunov [J] over time [s]: " in page
+    Tags(page)
     assert ">seen<" in page
     assert "consistent" not in shown + page
 
@@ -59,7 +57,7 @@ def test_a_sweep() -> None:
     title = "A map over spin, stored by rbstab 0.1.0"
     assert repr(table) == f'<rbstab.Table "{title}": 30 members, 30 returns, 31 columns>'
     page = table._repr_html_()
-    assert "rect" in Tags(page).tags
+    Tags(page)
     assert "30 returns" in page
 
 
@@ -132,40 +130,6 @@ def test_texts_cannot_become_markup_and_control_no_terminal() -> None:
     page = odd._repr_html_()
     assert "script" not in Tags(page).tags
     assert "<script" not in page
-
-
-def test_a_curve_has_its_ends_and_its_peaks() -> None:
-    x = np.linspace(0, 1, 100_000)
-    y = np.zeros_like(x)
-    y[31_415] = 5.0
-    drawn = curve(x, y, "y")
-    points = re.findall(r"([\d.]+),([\d.]+)", drawn.partition('points="')[2].partition('"')[0])
-    assert len(points) <= MAX_POINTS + 2
-    assert points[0] == ("0.0", "90.0")
-    assert points[-1] == ("320.0", "90.0")
-    assert min(float(up) for _, up in points) == 0.0
-    assert "y: 0 to 5" in drawn
-
-
-@pytest.mark.parametrize("y", [[], [1.0], [np.nan, np.nan, 2.0]])
-def test_no_curve(y: list[float]) -> None:
-    assert curve(np.arange(len(y), dtype=float), np.array(y), "y") == ""
-
-
-def test_odd_curves() -> None:
-    for y in ([1.0, np.nan, 2.0], [3.0, 3.0, 3.0], [-1e308, 0, 1e308]):
-        Tags(curve(np.arange(3.0), np.array(y), "y"))
-    assert curve(np.zeros(3), np.arange(3.0), "y") == ""
-
-
-def test_a_bar_is_full() -> None:
-    widths = re.findall(r'<rect x="[\d.]+" width="([\d.]+)"', bar({"completed": 3, "failed": 1}))
-    assert widths == ["240.0", "80.0"]
-    assert bar({}) == ""
-
-
-def test_a_card_without_title() -> None:
-    assert "untitled" in card("Result", "", [])
 
 
 def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -77,16 +77,6 @@ def test_the_order_of_keys_does_not_count(path):
     assert read_document(path) == {"b": 1, "a": {"d": 2, "c": 3}}
 
 
-def test_folders_are_made(tmp_path):
-    write_document(tmp_path / "b" / "c" / "a.json", {"a": 1})
-    assert read_document(tmp_path / "b" / "c" / "a.json") == {"a": 1}
-
-
-def test_people_can_read_the_texts(path):
-    write_document(path, {"a": "θ2 = -π/2"})
-    assert "θ2 = -π/2" in path.read_text(encoding="utf-8")
-
-
 class Part(BaseModel):
     """A part of a model."""
 

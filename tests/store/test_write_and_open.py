@@ -6,51 +6,21 @@ import h5py
 import numpy as np
 import pytest
 import xarray
-from support.results import AWKWARD, assert_equal, result
+from support.results import assert_equal, result
 
 import rbstab
-from rbstab.listing import opening
-from rbstab.store.result import Result
-from rbstab.store.run_file import open_result, write_result
-from rbstab.store.variables import Variable
+from rbstab.store.result import Result, open_result, write_result
 
 
 def test_to_the_last_bit(tmp_path):
-    path = tmp_path / "a.h5"
-    write_result(path, result())
-    assert_equal(open_result(path), result())
+    path = tmp_path / "a" / "b.h5"
+    write_result(str(path), result())
+    assert_equal(open_result(str(path)), result())
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        result().config = ""  # type: ignore[misc]  # The test writes to a frozen field on purpose.
 
 
-def test_awkward_numbers_are_among_them():
-    vectors = result()["orientation"]
-    assert np.array_equal(vectors.flat[: len(AWKWARD)], AWKWARD, equal_nan=True)
-
-
-def test_a_path_may_be_a_text(tmp_path):
-    write_result(tmp_path / "a.h5", result())
-    assert open_result(str(tmp_path / "a.h5")).run_id == result().run_id
-
-
-def test_a_path_to_write_may_be_a_text(tmp_path):
-    write_result(str(tmp_path / "a.h5"), result())
-    assert_equal(open_result(tmp_path / "a.h5"), result())
-
-
-@pytest.mark.parametrize("samples", [1, 2, 10_000])
-def test_numbers_of_samples(tmp_path, samples):
-    path = tmp_path / "a.h5"
-    write_result(path, result(samples=samples))
-    assert_equal(open_result(path), result(samples=samples))
-
-
-def test_folders_are_made(tmp_path):
-    path = tmp_path / "a" / "b" / "c.h5"
-    write_result(path, result())
-    assert_equal(open_result(path), result())
-    assert sorted(tmp_path.rglob("*")) == [tmp_path / "a", tmp_path / "a" / "b", path]
-
-
-TEXTS = ["", "a", "é😀", "a\nb", "x" * 65_000, " a ", "\t", "1", "\x1b[31m"]
+TEXTS = ["", "a", "é😀", "a\nb", "x" * 200_000, " a ", "\t", "1", "\x1b[31m"]
 
 
 @pytest.mark.parametrize("text", TEXTS)
@@ -60,16 +30,6 @@ def test_texts_survive(tmp_path, text):
     written = dataclasses.replace(original, attributes=attributes, config=text)
     write_result(tmp_path / "a.h5", written)
     assert_equal(open_result(tmp_path / "a.h5"), written)
-
-
-def test_warnings_of_any_length(tmp_path):
-    """Compact attributes of HDF5 hold at most 64 KiB."""
-    original = result()
-    written = dataclasses.replace(
-        original, attributes=original.attributes | {"warnings": "odd\n" * 50_000}
-    )
-    write_result(tmp_path / "a.h5", written)
-    assert open_result(tmp_path / "a.h5").attributes["warnings"] == "odd\n" * 50_000
 
 
 @pytest.mark.parametrize("field", ["title", "config"])
@@ -97,25 +57,6 @@ def test_the_file_does_not_depend_on_the_layout_in_memory(tmp_path):
     assert_equal(open_result(tmp_path / "a.h5"), original)
 
 
-def test_writing_leaves_the_result_alone(tmp_path):
-    written = result()
-    write_result(tmp_path / "a.h5", written)
-    assert_equal(written, result())
-
-
-def test_access():
-    one = result()
-    assert one["time"].tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
-    assert "time" in one
-    assert "velocity" not in one
-    assert one.status == "completed"
-    assert one.run_id == "0" * 32
-    with pytest.raises(KeyError):
-        one["velocity"]
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        one.config = ""  # type: ignore[misc]  # The test writes to a frozen field on purpose.
-
-
 def test_as_a_dataset():
     dataset = result().to_xarray()
     assert dict(dataset.sizes) == {"axis": 3, "part": 3, "time": 5}
@@ -133,13 +74,6 @@ def test_a_result_without_any_array(tmp_path):
     bare = Result({}, dict(result().attributes), "")
     write_result(tmp_path / "a.h5", bare)
     assert_equal(open_result(tmp_path / "a.h5"), bare)
-
-
-def test_names_from_the_package():
-    assert rbstab.write_result is write_result
-    assert rbstab.open_result is opening.open_result
-    assert issubclass(rbstab.Result, Result)
-    assert Variable._fields == ("dimensions", "data", "unit", "long_name", "flags")
 
 
 @pytest.mark.parametrize("locking", [True, False])

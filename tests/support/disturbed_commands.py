@@ -15,7 +15,7 @@ import yaml
 from rbstab.store.disk.atomic import PARTIAL_SUFFIX
 from rbstab.store.disk.lock import is_locked
 from rbstab.store.document import read_document
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 from rbstab.sweep.folder.sweep_table import read_sweep
 from support.configs import VISCO_ELASTIC, plain
 from support.forked_commands import Command, CommandServer, Ended

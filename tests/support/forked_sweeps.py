@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
+from rbstab.store.errors import StoreError
 from rbstab.sweep.execution.events import ShardDone
-from rbstab.sweep.folder.parts import parse_part
+from rbstab.sweep.folder.open_folder import parse_part
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
 from support.forked_commands import ONE_THREAD
@@ -79,10 +80,19 @@ def sweep_whole(path: Path, keep: str, delay: float, pipe: Connection) -> None:
     sweep_to_folder(plan_with_traces(MEMBERS, keep), path, options, on_event)
 
 
-def sweep_part(path: Path, part: str, delay: float, pipe: Connection) -> None:
+def sweep_part(
+    path: Path, part: str, delay: float, changes: dict[str, Any], pipe: Connection
+) -> None:
     """Run a part of the sweep when it is told to, and send how many of its shards are done."""
-    factory, plan = functools.partial(FakeEngine, delay=delay), plan_of(MEMBERS)
-    options = SweepOptions(factory, 1, SHARD_SIZE, part=parse_part(part))
+    factory = functools.partial(FakeEngine, delay=delay)
+    given = {"shard_size": SHARD_SIZE, "members": MEMBERS, **changes}
+    plan = plan_of(given.pop("members"))
+    only = None if part == "1/1" else parse_part(part)
     pipe.send("ready")
     pipe.recv()
-    pipe.send(len(sweep_to_folder(plan, path, options).inventory.done))
+    try:
+        done = sweep_to_folder(plan, path, SweepOptions(factory, 1, part=only, **given))
+    except StoreError as error:
+        pipe.send(f"{type(error).__name__}: {error}")
+        sys.exit(1)
+    pipe.send(len(done.inventory.done))

@@ -7,8 +7,7 @@ import numpy as np
 import yaml
 
 from rbstab.config.load import load_config, resolved_yaml, run_id
-from rbstab.store.result import Result
-from rbstab.store.run_file import write_result
+from rbstab.store.result import Result, write_result
 from rbstab.store.variables import Variable
 from rbstab.systems.quantities import BY_NAME
 from support.configs import VISCO_ELASTIC, plain

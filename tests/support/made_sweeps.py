@@ -8,13 +8,14 @@ import numpy as np
 
 from rbstab.integrate.status import RunStatus
 from rbstab.report.reading.sources import SweepFile
-from rbstab.store.table_file import write_table
-from rbstab.store.variables import RUN, Variable
-from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
-from rbstab.sweep.folder.open_folder import open_for_sweep
+from rbstab.store.dataset_file import write_dataset
+from rbstab.store.table import Table, columns_from
+from rbstab.store.variables import RUN
+from rbstab.sweep.folder.members_file import plan_variables, varied_arrays, varied_layout
+from rbstab.sweep.folder.open_folder import open_folder
 from rbstab.sweep.folder.sweep_table import MEMBERS
+from rbstab.sweep.members.engine import Shard
 from rbstab.sweep.members.outcome import STATUSES, columns_of
-from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan, plan_id
 from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
@@ -58,17 +59,15 @@ def write_sweep(
         "created": "2026-01-01",
         "rbstab_version": "0",
     }
-    text = np.array(plan_yaml(plan), dtype=object)
-    extras = grid_extras(plan) | {"plan": Variable((), text, "", "plan")}
     arrays = _arrays(plan, columns)
-    with open_for_sweep(path.parent, plan, 1 + plan.members // 2, force=True) as opened:
+    with open_folder(path.parent, plan, 1 + plan.members // 2, force=True) as opened:
         folder = opened.folder
         for number in range(folder.shards):
             members = slice(*folder.bounds(number))
-            folder.write(number, {name: arrays[name][members] for name in folder.columns})
-    write_table(
-        path, MEMBERS, known, {name: arrays[name] for name in (RUN, *known)}, attributes, extras
-    )
+            outcome = {name: arrays[name][members] for name in folder.manifest.columns}
+            folder.write(plan, number, Shard(outcome))
+    found = columns_from(known, arrays) | plan_variables(plan)
+    write_dataset(path, Table(found, attributes, kind=MEMBERS), replace=True)
     return SweepFile(0, "sweep-1", path.parent.name, path)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.sweep.members.single import SingleRuns
+from rbstab.sweep.plan.dump import plan_data
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan
 from support.config_elements import STRUT, TIE, config_data
@@ -54,6 +55,11 @@ def drawn(base: Any, vary: Any, members: int = 12, **more: Any) -> Plan:
     return load_plan(
         {"base": base, "vary": vary, "design": "random", "members": members, "seed": 3} | more
     )
+
+
+def keeping(plan: Plan, every: int) -> Plan:
+    """Return a plan that keeps the motion of every so many members."""
+    return load_plan(plan_data(plan) | {"keep": {"traces": {"every": every}}})
 
 
 def listed(base: Any, **vary: Any) -> Plan:

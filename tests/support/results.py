@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rbstab.store.disk.seal import seal_line
+from rbstab.store.disk.seal import FORMAT
 from rbstab.store.result import Result
 from rbstab.store.variables import Variable
 
@@ -49,7 +49,8 @@ def with_data(result: Result, name: str, data: NDArray[Any]) -> Result:
 
 def sealed(content: bytes) -> bytes:
     """Return content with a right seal: anybody can make one, as it is no signature."""
-    return content + seal_line(hashlib.sha256(content).hexdigest())
+    digest = hashlib.sha256(content).hexdigest()
+    return content + f"\nrbstab format {FORMAT:03d} sha256 {digest}\n".encode()
 
 
 def assert_equal(found: Result, expected: Result) -> None:

@@ -1,6 +1,7 @@
 """Proofs of stored runs, made once and stored beside copies of them; sweeps with proved members."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -8,9 +9,10 @@ from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_file
 from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.store.dataset_file import write_dataset
 from rbstab.store.document import write_document
-from rbstab.store.run_file import open_result
-from rbstab.store.table_file import read_table, write_table
+from rbstab.store.result import open_result
+from rbstab.store.table import read_table
 from rbstab.sweep.folder.sweep_table import MEMBERS
 from rbstab.sweep.proofs.columns import CONVERGENCE
 
@@ -36,8 +38,9 @@ def say_proved(sweep: Path, members: Iterable[int]) -> None:
     """Say in the members file of a sweep that these members converge to rest state 1."""
     file = sweep / "members.h5"
     table = read_table(file, MEMBERS)
-    arrays = {name: data.copy() for name, data in table.arrays.items()}
+    arrays = {name: table[name].copy() for name in ("convergence", "proved_rest_state")}
     for member in members:
         arrays["convergence"][member] = CONVERGENCE.index("proved")
         arrays["proved_rest_state"][member] = 1
-    write_table(file, MEMBERS, table.layout, arrays, table.attributes, table.extras)
+    changed = {name: table.variables[name]._replace(data=data) for name, data in arrays.items()}
+    write_dataset(file, replace(table, variables={**table.variables, **changed}), replace=True)

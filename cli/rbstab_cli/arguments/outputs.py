@@ -27,7 +27,7 @@ def check_results_folder(folder: Path, results: Iterable[Path], *, force: bool =
     Returns:
         Whether the folder was tried.
     """
-    from rbstab.store.disk.existence import check_folder, path_exists
+    from rbstab.store.disk.paths import check_folder, path_exists
     from rbstab.store.errors import StoreError
 
     try:
@@ -47,7 +47,7 @@ def check_proofs_folder(folder: Path, has_all: Callable[[], bool]) -> None:
         has_all: Tells whether all proofs are stored there already.
     """
     from rbstab.experiment.proof_cache import PROOFS
-    from rbstab.store.disk.existence import check_folder
+    from rbstab.store.disk.paths import check_folder
     from rbstab.store.errors import StoreError
 
     try:

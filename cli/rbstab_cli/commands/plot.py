@@ -108,7 +108,7 @@ def _figures(taken: Taken) -> "dict[str, Figure]":
 
 def _hint(path: Path) -> str:
     """Return the end of a message if an argument that is no file may be the name of a figure."""
-    from rbstab.store.disk.existence import path_exists
+    from rbstab.store.disk.paths import path_exists
     from rbstab.store.errors import StoreError
 
     try:

@@ -77,7 +77,7 @@ def command(
     The formats html, md and pdf need the packages of `pip install "rbstab[report]"`.
     """
     from rbstab.report.reading.sources import read_sources
-    from rbstab.store.disk.existence import path_is_dir
+    from rbstab.store.disk.paths import path_is_dir
     from rbstab.store.errors import StoreError
     from rbstab_cli.output.progress import working
 

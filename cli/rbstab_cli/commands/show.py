@@ -44,7 +44,7 @@ def command(result: Path, as_json: bool, as_config: bool) -> None:
     to rest.
     """
     from rbstab.store.errors import StoreError
-    from rbstab.store.run_file import open_result
+    from rbstab.store.result import open_result
 
     if as_json and as_config:
         raise click.UsageError("--json cannot be combined with --config")

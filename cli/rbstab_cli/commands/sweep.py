@@ -19,7 +19,7 @@ from rbstab_cli.arguments.outputs import check_proofs_folder, check_results_fold
 from rbstab_cli.arguments.plans import is_in_sweep_folder, sweep_name
 
 if TYPE_CHECKING:
-    from rbstab.sweep.folder.parts import Part
+    from rbstab.sweep.folder.open_folder import Part
     from rbstab.sweep.options import SweepOptions
     from rbstab.sweep.plan.plan import Plan
     from rbstab.sweep.sweep import Sweep
@@ -30,7 +30,7 @@ def _part(_context: click.Context, _parameter: click.Parameter, text: str | None
     """Parse the value I/N of --part."""
     if text is None:
         return None
-    from rbstab.sweep.folder.parts import parse_part
+    from rbstab.sweep.folder.open_folder import parse_part
 
     try:
         return parse_part(text)
@@ -202,9 +202,12 @@ def command(
                     prove=False if loaded.prove is not None else prove,
                 )
     except StoreError as error:
+        from rbstab.sweep.folder.open_folder import OtherSweepError
+
         # The status is of a folder, which the error names.
         click.echo(f"{plan}: {error}" if plan else str(error), err=True)
-        raise click.exceptions.Exit(exit_codes.STORAGE) from error
+        is_other = isinstance(error, OtherSweepError)
+        raise click.exceptions.Exit(exit_codes.USAGE if is_other else exit_codes.STORAGE) from error
 
 
 WITHOUT_HEYOKA = "heyoka is not installed: using scipy, which is much slower"

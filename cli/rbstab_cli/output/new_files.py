@@ -48,7 +48,7 @@ def _as_bytes(content: str | bytes) -> bytes:
 
 
 def _holds(path: Path, content: bytes) -> bool:
-    from rbstab.store.disk.regular_file import read_regular
+    from rbstab.store.disk.paths import read_regular
     from rbstab.store.errors import StoreError
 
     try:
@@ -58,7 +58,7 @@ def _holds(path: Path, content: bytes) -> bool:
 
 
 def _problems(path: Path) -> list[str]:
-    from rbstab.store.disk.existence import check_folder, check_writable, path_exists
+    from rbstab.store.disk.paths import check_folder, check_writable, path_exists
     from rbstab.store.errors import StoreError
 
     try:

@@ -15,7 +15,7 @@ def check_target(path: Path, *, force: bool) -> None:
         path: The file.
         force: Whether an existing file is replaced; a folder, a pipe or a device never is.
     """
-    from rbstab.store.disk.existence import check_writable, path_exists
+    from rbstab.store.disk.paths import check_writable, path_exists
     from rbstab.store.errors import StoreError
 
     try:

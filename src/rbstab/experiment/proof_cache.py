@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from rbstab.config.schema import Config
 from rbstab.files.existence import exists
 from rbstab.integrate.problem import Problem
-from rbstab.store.disk.identity import identity_of
+from rbstab.store.disk.paths import identity_of
 from rbstab.store.document import Model, read_model, write_document
 from rbstab.store.errors import NotAResultError, StoreError
 

@@ -22,10 +22,9 @@ from rbstab.experiment.store_run import (
 from rbstab.experiment.stored_certificate import certificate_lines
 from rbstab.integrate.problem import Problem, Progress
 from rbstab.store.disk.atomic import remove_abandoned
-from rbstab.store.disk.existence import check_writable, path_exists
+from rbstab.store.disk.paths import check_writable, path_exists
 from rbstab.store.errors import StoreError
-from rbstab.store.result import Result
-from rbstab.store.run_file import open_result
+from rbstab.store.result import Result, open_result
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof

@@ -11,15 +11,14 @@ import numpy as np
 
 from rbstab.integrate.status import RunStatus
 from rbstab.store.disk.atomic import move_aside
-from rbstab.store.disk.existence import path_exists
+from rbstab.store.disk.paths import path_exists
 from rbstab.store.errors import (
     NewerSchemaError,
     NotAResultError,
     ResultExistsError,
     StoreError,
 )
-from rbstab.store.result import Result
-from rbstab.store.run_file import open_result, write_result
+from rbstab.store.result import Result, open_result, write_result
 
 MAX_ATTEMPTS = 20
 """Attempts to store a result. A further one is needed if another process changes the file between

@@ -17,7 +17,6 @@ from rbstab.report.reading.sources import Run, SweepFile, read_sources
 from rbstab.report.runs.config_tables import flat, value_text, with_unit
 from rbstab.store.errors import StoreError
 from rbstab.sweep.folder.member_answers import member_answers
-from rbstab.sweep.folder.members_file import sweep_summary
 from rbstab.sweep.folder.sweep_table import read_sweep
 
 Outcome = dict[str, float | str]
@@ -160,28 +159,28 @@ def _peak(value: float, *, resolved: bool) -> float | str:
 
 
 def _of_sweep(sweep: SweepFile) -> Outcome:
-    found, answers = sweep_summary(sweep.path), member_answers(sweep.path)
-    outcomes = answers.outcomes
+    answers = member_answers(sweep.path)
+    found, outcomes = answers.summary, answers.outcomes
     return {
         "outcome": outcomes.sentence,
         "decides": outcomes.deciding or NO_VALUE,
-        "members": str(found.members),
-        **{f"members {status}": str(count) for status, count in found.by_status.items()},
+        "members": str(answers.members),
+        **{f"members {status}": str(count) for status, count in found["by_status"].items()},
         **{
             f"members: come to rest, {word}": f"{count} of {answers.members}"
             for word, count in answers.by_word.items()
         },
-        "members that settled": str(found.settled),
-        "settling time, median [s]": found.settling_median,
-        RESIDUAL: found.worst_residual,
+        "members that settled": str(answers.settled),
+        "settling time, median [s]": found["settling_median"],
+        RESIDUAL: found["worst_residual"],
     }
 
 
 def _plan_of(sweep: SweepFile) -> dict[str, Any]:
     """Return the plan in the file of a sweep; empty if it cannot be read."""
-    extras = read_sweep(sweep.path, ()).extras
+    table = read_sweep(sweep.path, ())
     try:
-        data = parse_source(str(extras["plan"].data.item()), "plan").data
+        data = parse_source(str(table["plan"]), "plan").data
     except (ConfigError, KeyError):
         return {}
     return data if isinstance(data, dict) else {}

@@ -14,9 +14,9 @@ from rbstab.files.shell_words import shell_word
 from rbstab.integrate.status import RunStatus
 from rbstab.listing.kinds import Kind, kind_of
 from rbstab.processes.mapped import mapped
-from rbstab.store.disk.existence import path_exists, path_is_file
+from rbstab.store.disk.paths import path_exists, path_is_file
 from rbstab.store.errors import StoreError
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 from rbstab.sweep.folder.member_answers import MemberAnswers, member_answers
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, SweepFolder, read_folder
 from rbstab.sweep.folder.sweep_table import read_sweep

@@ -11,9 +11,9 @@ from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
 from rbstab.listing.proofs import what_it_says
 from rbstab.processes.mapped import mapped
 from rbstab.report.model.words import listed
-from rbstab.store.disk.existence import path_is_file
+from rbstab.store.disk.paths import path_is_file
 from rbstab.store.errors import StoreError
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SHARDS, TRACES, read_folder
 

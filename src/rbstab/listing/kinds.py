@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rbstab.config.source import YAML
 from rbstab.experiment.proof_cache import PROOFS
-from rbstab.store.disk.existence import path_is_dir, path_is_file
+from rbstab.store.disk.paths import path_is_dir, path_is_file
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import FILE_SUFFIX, SHARDS, SWEEP_FILE, TRACES
 

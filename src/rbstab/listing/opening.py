@@ -34,9 +34,9 @@ def open_result(path: str | Path) -> "Result":
         StoreError: The file cannot be opened.
     """
     from rbstab.experiment.answers.result import Result
-    from rbstab.store import run_file
+    from rbstab.store import result
 
-    stored = _opened(run_file.open_result, path, "the result of a run")
+    stored = _opened(result.open_result, path, "the result of a run")
     return Result(stored.variables, stored.attributes, stored.config)
 
 
@@ -130,7 +130,7 @@ def _sweep(path: Path) -> tuple[str, str]:
 
 def _run(path: Path) -> tuple[str, str] | None:
     """Return what a file is if it is the result of a run, and not damaged."""
-    from rbstab.store.run_file import open_result
+    from rbstab.store.result import open_result
 
     with suppress(StoreError):
         open_result(path)

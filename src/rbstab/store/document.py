@@ -9,7 +9,7 @@ from typing import Any, NoReturn, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from rbstab.store.disk.atomic import write_atomically
-from rbstab.store.disk.regular_file import read_regular
+from rbstab.store.disk.paths import read_regular
 from rbstab.store.errors import NotAResultError, StoreError
 
 MAX_BYTES = 16 << 20
@@ -35,7 +35,7 @@ def write_document(path: Path, data: dict[str, Any], *, replace: bool = True) ->
         ResultExistsError: The file exists and `replace` is not set.
         StoreError: The file cannot be written, or the data are too large.
     """
-    with_digest = {**data, "digest": _digest(data)}
+    with_digest = {**data, "digest": digest_of(data)}
     content = json.dumps(with_digest, indent=1, ensure_ascii=False, allow_nan=False).encode()
     if _is_too_large(content):
         raise StoreError(f"{path} cannot be written: it would be too large to be read again")
@@ -59,7 +59,7 @@ def read_document(path: Path) -> dict[str, Any]:
     try:
         data = json.loads(content.decode(), parse_constant=_refuse, parse_float=_finite)
         written = data.pop("digest")
-        intact = bool(written == _digest(data))
+        intact = bool(written == digest_of(data))
     except UnicodeDecodeError as error:
         raise NotAResultError(f"{path} is damaged: it is not a text file") from error
     except KeyError as error:
@@ -120,5 +120,6 @@ def _finite(text: str) -> float:
     return number
 
 
-def _digest(data: dict[str, Any]) -> str:
+def digest_of(data: dict[str, Any]) -> str:
+    """Return the SHA-256 of plain data, in hexadecimal."""
     return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()

@@ -1,160 +1,114 @@
 """Lay out an HDF5 file in memory, so that HDF5 itself never writes to a disk.
 
 h5py drops the errors of writes that HDF5 makes while it closes an object, and HDF5 may end the
-process if a disk fills. So HDF5 writes into memory: all metadata and small arrays. For large arrays
-it only reserves space. The caller writes everything to the disk, and sees every error.
+process if a disk fills. So HDF5 writes into memory: all metadata and texts. For the other arrays it
+only reserves space. The caller writes everything to the disk, and sees every error.
 """
 
-import io
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from typing import Any, NamedTuple
+from threading import get_ident
+from typing import NamedTuple
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
+
+from rbstab.store.dataset import Dataset
+from rbstab.store.variables import Variable, described
 
 TEXT = h5py.string_dtype("utf-8")
 
-_PAGE = 4096
 
+class Layout(NamedTuple):
+    """The layout of an HDF5 file.
 
-class Piece(NamedTuple):
-    """A piece of a file, from `Layout.pieces`.
-
-    Args:
-        offset: Its first byte in the file.
-        size: Its number of bytes.
-        array: The name of the array that it holds.
-        content: Its bytes, if it holds no array but what HDF5 wrote.
+    Attributes:
+        pieces: Ascending and without gaps: the bytes that HDF5 wrote, and the names of the arrays
+            for which it reserved space.
+        offsets: The first byte of each array of numbers, by name; 0 if it is empty.
     """
 
-    offset: int
-    size: int
-    array: str | None
-    content: bytes
+    pieces: tuple[bytes | str, ...]
+    offsets: dict[str, int]
 
 
-class Layout:
-    """The layout of an HDF5 file: what HDF5 wrote, and the space that it reserved for arrays."""
-
-    def __init__(self) -> None:
-        self._memory = _SparseMemory()
-        self._arrays: dict[str, tuple[int, int]] = {}
-
-    @contextmanager
-    def file(self) -> Iterator[h5py.File]:
-        """Return a context that yields the new file. Its content stays in memory."""
-        with h5py.File(self._memory, "w", track_order=True) as file:
-            yield file
-
-    def reserve(
-        self, file: h5py.File, name: str, shape: tuple[int, ...], dtype: np.dtype[Any]
-    ) -> h5py.Dataset:
-        """Create an array whose data the caller will write.
-
-        Args:
-            file: The open file.
-            name: The name of the array.
-            shape: Its shape.
-            dtype: The type of its numbers, in the byte order of the file.
-        """
-        properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-        properties.set_layout(h5py.h5d.CONTIGUOUS)
-        properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-        properties.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
-        properties.set_obj_track_times(False)
-        properties.set_attr_creation_order(h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED)
-        kind, space = h5py.h5t.py_create(dtype), h5py.h5s.create_simple(shape)
-        dataset = h5py.h5d.create(file.id, name.encode(), kind, space, properties)
-        size = int(np.prod(shape, dtype=int)) * dtype.itemsize
-        if size:
-            self._arrays[name] = dataset.get_offset(), size
-        return h5py.Dataset(dataset)
-
-    @property
-    def size(self) -> int:
-        """The size of the file, bytes; known when the file is closed."""
-        return self._memory.size
-
-    def offset(self, name: str) -> int:
-        """Return the offset of a reserved array in the file; 0 if it is empty."""
-        return self._arrays.get(name, (0, 0))[0]
-
-    def pieces(self) -> Iterator[Piece]:
-        """Yield all pieces of the file, ascending and without gaps."""
-        end = 0
-        for name, (offset, size) in sorted(self._arrays.items(), key=lambda item: item[1]):
-            yield from self._written(end, offset)
-            yield Piece(offset, size, name, b"")
-            end = offset + size
-        yield from self._written(end, self.size)
-
-    def _written(self, start: int, stop: int) -> Iterator[Piece]:
-        if stop > start:
-            yield Piece(start, stop - start, None, self._memory.content(start, stop))
-
-
-def array_bytes(data: NDArray[Any]) -> memoryview:
-    """Return the bytes of an array, as they stand in a file."""
-    return np.ascontiguousarray(data).reshape(-1).view(np.uint8).data
-
-
-def meant_bytes(layout: Layout, arrays: Mapping[str, NDArray[Any]]) -> Iterator[memoryview]:
-    """Yield the bytes of a file in ascending order.
+def layout_of(dataset: Dataset, format_: int) -> Layout:
+    """Lay out a dataset as a netCDF-4 file.
 
     Args:
-        layout: The layout.
-        arrays: The data of the reserved arrays by name, in the byte order of the file.
+        dataset: The dataset. Its arrays of numbers are in the byte order of the file.
+        format_: The version of the format.
+
+    Raises:
+        ValueError: An array has another shape than its coordinates.
     """
-    for piece in layout.pieces():
-        name = piece.array
-        yield memoryview(piece.content) if name is None else array_bytes(arrays[name])
+    scales, arrays = _scales(dataset), dataset.variables
+    # Two threads cannot have a file of one name, although it is only in memory.
+    name = f"layout {get_ident()}"
+    with h5py.File(name, "w", driver="core", backing_store=False, track_order=True) as file:
+        for group in dict.fromkeys(name.rpartition("/")[0] for name in arrays):
+            if group:
+                file.create_group(group, track_order=True)
+        # The scales come first, because netCDF readers number dimensions in this order.
+        for name, v in {**scales, **arrays}.items():
+            if v.is_text:
+                data = v.data.astype(object)
+                added = file.create_dataset(name, data=data, dtype=TEXT, track_order=True)
+            elif name in arrays:
+                added = _reserve(file, name, v)
+            else:
+                added = file.create_dataset(name, data=v.data, track_order=True)
+            added.attrs.update(described(v))
+            if name in scales:
+                added.make_scale(name.rpartition("/")[2])
+                continue
+            for axis, dimension in enumerate(v.dimensions):
+                added.dims[axis].attach_scale(file[_coordinate_name(name, dimension)])
+        file.attrs.update({**dataset.attributes, "format": format_, "kind": dataset.kind})
+        file.flush()
+        image = file.id.get_file_image()
+        numbers = {name: v.data.nbytes for name, v in arrays.items() if not v.is_text}
+        offsets = {name: file[name].id.get_offset() or 0 for name in numbers}
+    pieces, end = list[bytes | str](), 0
+    for offset, name in sorted((offsets[name], name) for name, size in numbers.items() if size):
+        pieces += [image[end:offset], name]
+        end = offset + numbers[name]
+    return Layout((*pieces, image[end:]), offsets)
 
 
-class _SparseMemory(io.RawIOBase):
-    """A file in memory that only keeps the pages that were written; all others are zero."""
+def _reserve(file: h5py.File, name: str, variable: Variable) -> h5py.Dataset:
+    """Create an array whose data the caller will write."""
+    properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    properties.set_layout(h5py.h5d.CONTIGUOUS)
+    properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    properties.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+    properties.set_obj_track_times(False)
+    properties.set_attr_creation_order(h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED)
+    kind = h5py.h5t.py_create(variable.data.dtype)
+    space = h5py.h5s.create_simple(variable.data.shape)
+    return h5py.Dataset(h5py.h5d.create(file.id, name.encode(), kind, space, properties))
 
-    def __init__(self) -> None:
-        super().__init__()
-        self.size = 0
-        self._position = 0
-        self._pages: dict[int, bytearray] = {}
 
-    def seek(self, offset: int, whence: int = 0) -> int:
-        self._position = offset + {0: 0, 1: self._position, 2: self.size}[whence]
-        return self._position
+def _scales(dataset: Dataset) -> dict[str, Variable]:
+    """Return the coordinates of all dimensions; where there is none, the numbers of the entries.
 
-    def write(self, content: Any) -> int:
-        for page, begin, end, done in self._parts(self._position, len(content)):
-            memory = self._pages.setdefault(page, bytearray(_PAGE))
-            memory[begin:end] = content[done : done + end - begin]
-        self._position += len(content)
-        self.size = max(self.size, self._position)
-        return len(content)
+    Raises:
+        ValueError: An array has another shape than its coordinates.
+    """
+    found, arrays = dict[str, Variable](), dataset.variables
+    for name, v in arrays.items():
+        if len(v.dimensions) != v.data.ndim:
+            raise ValueError(f"{name} has {v.data.ndim} dimensions (expected {len(v.dimensions)})")
+        for dimension, length in zip(v.dimensions, v.data.shape, strict=True):
+            scale, numbers = _coordinate_name(name, dimension), np.arange(1, length + 1)
+            made = Variable((dimension,), numbers, "1", f"number of the {dimension}")
+            found.setdefault(scale, arrays.get(scale, made))
+    for name, v in arrays.items():
+        lengths = tuple(len(found[_coordinate_name(name, one)].data) for one in v.dimensions)
+        if v.data.shape != lengths:
+            raise ValueError(f"{name} has the shape {v.data.shape} (expected {lengths})")
+    return found
 
-    def readinto(self, target: Any) -> int:
-        size = max(0, min(len(target), self.size - self._position))
-        target[:size] = self.content(self._position, self._position + size)
-        self._position += size
-        return size
 
-    def truncate(self, size: int | None = None) -> int:
-        self.size = self._position if size is None else size
-        return self.size
-
-    def content(self, start: int, stop: int) -> bytes:
-        zeros = bytes(_PAGE)
-        return b"".join(
-            self._pages.get(page, zeros)[begin:end]
-            for page, begin, end, _ in self._parts(start, stop - start)
-        )
-
-    def _parts(self, start: int, size: int) -> Iterator[tuple[int, int, int, int]]:
-        """Yield page, first and last byte in it, and bytes before, for a range of bytes."""
-        done = 0
-        while done < size:
-            page, begin = divmod(start + done, _PAGE)
-            end = min(_PAGE, begin + size - done)
-            yield page, begin, end, done
-            done += end - begin
+def _coordinate_name(name: str, dimension: str) -> str:
+    """Return the name of the coordinate of an array's dimension; it is in the array's group."""
+    group, slash, _ = name.rpartition("/")
+    return f"{group}{slash}{dimension}"

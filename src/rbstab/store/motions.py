@@ -1,33 +1,19 @@
-"""Motions of runs in memory: arrays with the dimensions run, time and axis."""
+"""Motions of runs: arrays with the dimensions run, time and axis, in memory and in their files."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rbstab.store.array_names import no_such_array
 from rbstab.store.cards import line
-from rbstab.store.variables import RUN, Variable, dataset_of, make_read_only
+from rbstab.store.dataset import Dataset
+from rbstab.store.dataset_file import read_dataset
+from rbstab.store.variables import RUN
 
-if TYPE_CHECKING:
-    import xarray
-
-_ORDER = {RUN: 0, "time": 1, "axis": 2}
-
-
-def coordinates_of(variables: Mapping[str, Variable]) -> list[str]:
-    """Return the names of the coordinates, which are the arrays named like their dimension.
-
-    `run`, `time` and `axis` come first, in this order.
-    """
-    names = [name for name, variable in variables.items() if variable.dimensions == (name,)]
-    return sorted(names, key=lambda name: _ORDER.get(name, len(_ORDER)))
+MOTIONS = "a file of traces of a sweep"
+"""The kind of the files."""
 
 
-@dataclass(frozen=True, repr=False)
-class Motions:
+class Motions(Dataset):
     """The trajectories of one or several runs at common times, as arrays by name.
 
     An array has the shape (time,) or (time, 3); with several runs, (run, time) or (run, time, 3).
@@ -39,13 +25,6 @@ class Motions:
         attributes: Metadata: texts and numbers.
     """
 
-    variables: Mapping[str, Variable] = field(repr=False)
-    attributes: Mapping[str, str | int | float] = field(default_factory=dict, repr=False)
-
-    def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        make_read_only(variable.data for variable in self.variables.values())
-
     def __repr__(self) -> str:
         """Return one line: how many runs, if several, samples and arrays."""
         samples = len(self["time"]) if "time" in self else 0
@@ -54,51 +33,32 @@ class Motions:
         facts = [*runs, f"{samples} samples", f"{len(self.variables)} arrays"]
         return line("Motions", "", facts)
 
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return the array with this name.
-
-        Raises:
-            KeyError: There is no such array.
-        """
-        if name not in self.variables:
-            raise no_such_array(name, self.variables)
-        return self.variables[name].data
-
-    def __contains__(self, name: str) -> bool:
-        return name in self.variables
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.variables)
-
-    def keys(self) -> list[str]:
-        """Return the names of the arrays."""
-        return list(self.variables)
-
-    _ipython_key_completions_ = keys
-
-    def to_xarray(self) -> "xarray.Dataset":
-        """Return the motions as an `xarray.Dataset` (needs the package xarray).
-
-        Raises:
-            ImportError: xarray is not installed.
-        """
-        return dataset_of(self.variables, self.attributes)
-
 
 def stack_motions(runs: list[Motions]) -> Motions:
     """Join the motions of single runs along the dimension `run`; their times must be equal."""
-    first = runs[0].variables
-    coordinates = coordinates_of(first)
-    stacked = {
-        name: Variable(
-            (RUN, *variable.dimensions),
-            np.stack([run[name] for run in runs]),
-            variable.unit,
-            variable.long_name,
-        )
-        for name, variable in first.items()
-        if (name not in coordinates or name == RUN) and all(name in run for run in runs)
-    }
-    stacked[RUN] = stacked[RUN]._replace(dimensions=(RUN,))
-    common = {name: first[name] for name in coordinates if name != RUN}
-    return Motions(common | stacked, runs[0].attributes)
+    stacked = {}
+    for name, one in runs[0].variables.items():
+        if name == RUN:
+            stacked[name] = one._replace(dimensions=(RUN,), data=np.stack([m[RUN] for m in runs]))
+        elif one.dimensions == (name,):
+            stacked[name] = one
+        elif all(name in run for run in runs):
+            data = np.stack([run[name] for run in runs])
+            stacked[name] = one._replace(dimensions=(RUN, *one.dimensions), data=data)
+    return Motions(stacked, runs[0].attributes)
+
+
+def read_motions(path: Path, row: int | None = None, *, checked: bool = False) -> Motions:
+    """Read motions; see `read_dataset`.
+
+    Args:
+        path: The file.
+        row: The index of the only run to read; default all runs.
+        checked: Whether the file was compared with its seal before.
+
+    Raises:
+        NotAResultError: The file is damaged, or has no motions.
+        NewerSchemaError: The file was written by a newer rbstab.
+        StoreError: The file cannot be opened.
+    """
+    return read_dataset(path, MOTIONS, row=row, checked=checked, form=Motions)

@@ -1,24 +1,25 @@
-"""A result in memory: named arrays with dimensions, and attributes."""
+"""The result of one run, in memory and in its file, described in `results/README.md`."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from numpy.typing import NDArray
+import numpy as np
 
-from rbstab.store.array_names import no_such_array
-from rbstab.store.cards import card, curve, line
-from rbstab.store.variables import (
-    Variable,
-    dataset_of,
-    flat_columns,
-    frame_of,
-    make_read_only,
-)
+from rbstab.store.cards import card, line
+from rbstab.store.dataset import Dataset
+from rbstab.store.dataset_file import read_dataset, write_dataset
+from rbstab.store.errors import NotAResultError
+from rbstab.store.variables import Variable, dataset_of, flat_columns, frame_of
 
 if TYPE_CHECKING:
     import pandas
     import xarray
+
+RESULT = "the result of a run"
+"""The kind of the files."""
+
+REQUIRED_ATTRIBUTES = ("title", "status", "run_id", "engine")
 
 SHOWN = {
     "status": "status",
@@ -40,43 +41,14 @@ WORDS_OF_VERDICTS = {
 """By each word of the attribute `verdict`: the word that people read (`Sureness`). Files keep
 theirs, so that older and newer versions read the same."""
 
-CURVE = ("time", "lyapunov")
-"""The arrays of the curve that a result shows of itself."""
-
 
 @dataclass(frozen=True, repr=False)
-class Result:
+class Result(Dataset):
     """The stored result of one run; users have it as `rbstab.Result`, where its parts are named."""
 
     variables: dict[str, Variable]
     attributes: dict[str, str | int | float]
-    config: str = field(repr=False)
-
-    def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        make_read_only(variable.data for variable in self.variables.values())
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return the array with this name, such as "orientation", in SI units.
-
-        Raises:
-            KeyError: The result has no such array.
-        """
-        if name not in self.variables:
-            raise no_such_array(name, self.variables)
-        return self.variables[name].data
-
-    def __contains__(self, name: str) -> bool:
-        return name in self.variables
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.variables)
-
-    def keys(self) -> list[str]:
-        """Return the names of the arrays."""
-        return list(self.variables)
-
-    _ipython_key_completions_ = keys
+    config: str = field(default="", repr=False)
 
     def __repr__(self) -> str:
         """Return one line: title, status, what the checks found, size."""
@@ -84,15 +56,9 @@ class Result:
         return line("Result", str(self.attributes.get("title", "")), [*facts, self._size()])
 
     def _repr_html_(self) -> str:
-        """Return a card for notebooks: the same facts, and v over time."""
-        facts = self._facts()
+        """Return a card for notebooks: the same facts."""
         title = str(self.attributes.get("title", ""))
-        plot = ""
-        if all(name in self for name in CURVE):
-            x, y = (self.variables[name] for name in CURVE)
-            if x.data.ndim == 1 and x.data.shape == y.data.shape:
-                plot = curve(x.data, y.data, f"{CURVE[1]} [{y.unit}] over {CURVE[0]} [{x.unit}]")
-        return card("Result", title, [*facts, ("content", self._size())], plot)
+        return card("Result", title, [*self._facts(), ("content", self._size())])
 
     def _facts(self) -> list[tuple[str, str]]:
         """Return what the result shows of itself: names and words."""
@@ -135,7 +101,7 @@ class Result:
             for name, variable in self.variables.items()
             if name.rpartition("/")[0] == group
         }
-        return dataset_of(arrays, {} if group else self.attributes | {"config": self.config})
+        return dataset_of(arrays, {} if group else {**self.attributes, "config": self.config})
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return one row a sample: the arrays along `time` (needs the package pandas).
@@ -147,3 +113,42 @@ class Result:
             ImportError: pandas is not installed.
         """
         return frame_of(flat_columns(self.variables, ("time",)), "time")
+
+
+def write_result(path: str | Path, result: Result, *, replace: bool = False) -> None:
+    """Write a result to a file atomically.
+
+    Args:
+        path: The file. Missing folders are created.
+        result: The result.
+        replace: Whether an existing file is replaced.
+
+    Raises:
+        ResultExistsError: The file exists and `replace` is not set.
+        StoreError: The file cannot be written (full disk, no permission, ...).
+        TypeError: `result` is no result.
+    """
+    if not isinstance(result, Result):
+        raise TypeError(f"the result is of type {type(result).__name__} (expected a Result)")
+    config = Variable((), np.array(result.config, dtype=object), "", "resolved config, YAML")
+    dataset = Dataset({**result.variables, "config": config}, result.attributes, kind=RESULT)
+    write_dataset(Path(path), dataset, replace=replace)
+
+
+def open_result(path: str | Path) -> Result:
+    """Read the result of a run from its file; see `rbstab.open_result`.
+
+    Raises:
+        NewerSchemaError: The file was written by a newer rbstab.
+        NotAResultError: The file is damaged, or is not a result of rbstab.
+        StoreError: The file cannot be opened.
+    """
+    found = read_dataset(Path(path), RESULT, form=Result)
+    config = found.variables.get("config")
+    missing = [name for name in REQUIRED_ATTRIBUTES if name not in found.attributes]
+    if missing or config is None:
+        raise NotAResultError(f"{path} is damaged: {', '.join(missing) or 'config'} is missing")
+    if config.data.shape != () or not config.is_text:
+        raise NotAResultError(f"{path} is damaged: its config is not a text")
+    arrays = {name: one for name, one in found.variables.items() if name != "config"}
+    return Result(arrays, dict(found.attributes), config.data.item())

@@ -1,24 +1,25 @@
-"""Tables of runs in memory: columns along the dimension `run`, with their units and meanings."""
+"""Tables of runs: columns along the dimension `run`, in memory and in their files."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rbstab.store.array_names import no_such_array, safe_name
-from rbstab.store.cards import bar, card, line
+from rbstab.store.cards import card, line
+from rbstab.store.dataset import Dataset
+from rbstab.store.dataset_file import read_dataset
+from rbstab.store.errors import NotAResultError
 from rbstab.store.variables import (
     RUN,
     FlatColumns,
     Variable,
-    check_shape,
     dataset_of,
-    flag_attributes,
+    flat_columns,
     frame_of,
-    make_read_only,
-    split,
+    no_such_array,
+    safe_name,
 )
 
 if TYPE_CHECKING:
@@ -28,7 +29,14 @@ if TYPE_CHECKING:
 AXES = 3
 """The length of the dimension `axis` of vectors."""
 
-_LAST_ASCII = 127
+VARIED = "varied"
+"""The attribute with the names of the columns of varied keys."""
+
+GRID_AXIS, GRID_LENGTH = "grid_axis", "grid_length"
+"""The arrays with the names and lengths of the axes along which members are counted."""
+
+SHOWN = ("outcome", "status")
+"""The columns of flags of which a table shows the first one that it has."""
 
 
 class Column(NamedTuple):
@@ -60,76 +68,58 @@ class Column(NamedTuple):
         """The size of the entry of one run, bytes."""
         return int(np.dtype(self.dtype).itemsize * np.prod(self.shape, dtype=int))
 
+    def of(self, data: Any) -> Variable:
+        """Return the column with its data."""
+        dimensions, data = (RUN, *self.dimensions), np.asarray(data, self.dtype)
+        return Variable(dimensions, data, self.unit, self.long_name, self.flags)
+
+    def describes(self, stored: Variable) -> bool:
+        """Whether a column is stored as it is now, or was before words were added to its flags."""
+        flags = self.flags[: len(stored.flags)]
+        described = ((RUN, *self.dimensions), np.dtype(self.dtype), self.unit, flags)
+        same = (stored.dimensions, stored.data.dtype, stored.unit, stored.flags) == described
+        return same and stored.data.shape[1:] == self.shape and bool(flags) == bool(self.flags)
+
 
 Layout = Mapping[str, Column]
 """Columns by name."""
 
-Arrays = Mapping[str, NDArray[Any]]
-"""Data of columns by name; the first axis is along runs."""
+
+def columns_from(layout: Layout, arrays: Mapping[str, Any]) -> dict[str, Variable]:
+    """Return columns with their data.
+
+    Args:
+        layout: The columns.
+        arrays: Their data by name, and `run`, the numbers of the runs.
+    """
+    numbers = Variable((RUN,), np.asarray(arrays[RUN]), "1", "number of the run")
+    return {RUN: numbers, **{name: column.of(arrays[name]) for name, column in layout.items()}}
 
 
-VARIED = "varied"
-"""The attribute with the names of the columns of varied keys."""
-
-GRID_AXIS, GRID_LENGTH = "grid_axis", "grid_length"
-"""The arrays with the names and lengths of the axes along which members are counted."""
-
-SHOWN = ("outcome", "status")
-"""The columns of flags of which a table shows the first one that it has."""
-
-
-@dataclass(frozen=True, repr=False)
-class Table:
+class Table(Dataset):
     """The results of a sweep's members: one array per column, such as `table["settling_time"]`.
 
     The first axis of each column is the member, in the order of the member numbers. The arrays are
     read-only: copy one to change it.
 
     Attributes:
-        layout: The declaration of each column by name: dimensions, unit, meaning.
-        arrays: The data of each column by name, and `run`, the member numbers; shape (member,), of
-            vectors (member, 3), SI units.
+        variables: Each column by name, with dimensions, unit, meaning and data, shape (member,), of
+            vectors (member, 3), SI units; `run`, the member numbers; and arrays without the
+            dimension `run`, such as `grid_length`.
         attributes: Metadata: texts and numbers.
-        extras: Arrays without the dimension `run`, such as `grid_length`.
     """
 
-    layout: Layout
-    arrays: Arrays = field(repr=False)
-    attributes: Mapping[str, str | int | float]
-    extras: Mapping[str, Variable] = field(default_factory=dict, repr=False)
-
-    def __post_init__(self) -> None:
-        """Make the arrays read-only."""
-        make_read_only([*self.arrays.values(), *(extra.data for extra in self.extras.values())])
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        """Return the data of a column, or of an array in `extras`.
-
-        Raises:
-            KeyError: There is no such column or array.
-        """
-        if name not in self.arrays and name not in self.extras:
-            raise no_such_array(name, self.keys(), "column")
-        return self.arrays[name] if name in self.arrays else self.extras[name].data
-
-    def __contains__(self, name: str) -> bool:
-        return name in self.arrays or name in self.extras
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.keys())
-
-    def keys(self) -> list[str]:
-        """Return the names of the columns, and of the arrays in `extras`."""
-        return [*self.arrays, *self.extras]
-
-    _ipython_key_completions_ = keys
+    @property
+    def columns(self) -> list[str]:
+        """The names of the columns, without `run`."""
+        return [n for n, v in self.variables.items() if v.dimensions[:1] == (RUN,) and n != RUN]
 
     def __repr__(self) -> str:
         """Return one line: title, members, how many have each outcome."""
         return line("Table", str(self.attributes.get("title", "")), self._facts())
 
     def _repr_html_(self) -> str:
-        """Return a card for notebooks: the same facts, and a bar of the outcomes."""
+        """Return a card for notebooks: the same facts."""
         members, *outcomes, columns = self._facts()
         facts = [
             ("members", members),
@@ -137,25 +127,22 @@ class Table:
             ("content", columns),
         ]
         title = str(self.attributes.get("title", ""))
-        return card("Table", title, facts, bar(self._counts()))
+        return card("Table", title, facts)
 
     def _facts(self) -> list[str]:
-        counts = [f"{count} {word}" for word, count in self._counts().items()]
-        return [f"{len(self.arrays[RUN])} members", *counts, f"{len(self.layout)} columns"]
+        """Return how many members, how many with each word of that column, how many columns."""
+        counts: list[str] = []
+        if self._shown:
+            flags = self.variables[self._shown].flags
+            found = np.bincount(self[self._shown], minlength=len(flags)).tolist()
+            pairs = zip(flags, found, strict=True)
+            counts = [f"{n} {word.replace('_', ' ')}" for word, n in pairs if n]
+        return [f"{len(self[RUN])} members", *counts, f"{len(self.columns)} columns"]
 
     @property
     def _shown(self) -> str:
         """The column of flags that the table shows of itself; "" if none was read."""
-        return next((n for n in SHOWN if n in self.arrays and n in self.layout), "")
-
-    def _counts(self) -> dict[str, int]:
-        """Return how many runs have each word of that column, without words that none has."""
-        if not self._shown:
-            return {}
-        flags = self.layout[self._shown].flags
-        found = np.bincount(self.arrays[self._shown], minlength=len(flags))[: len(flags)]
-        pairs = zip(flags, found, strict=True)
-        return {word.replace("_", " "): int(n) for word, n in pairs if n}
+        return next((name for name in SHOWN if name in self), "")
 
     def words(self, name: str) -> NDArray[Any]:
         """Return a column of integer codes as words: `table.words("status")[0]` is "completed".
@@ -163,12 +150,10 @@ class Table:
         Raises:
             KeyError: There is no such column.
         """
-        coded = [
-            column for column, layout in self.layout.items() if layout.flags and column in self
-        ]
+        coded = [name for name in self.columns if self.variables[name].flags]
         if name not in coded:
             raise no_such_array(name, coded, "column of words")
-        return np.array(self.layout[name].flags, dtype=object)[self.arrays[name]]
+        return self.variables[name].readable
 
     def shaped(self, name: str) -> NDArray[Any]:
         """Return a column, reshaped to the axes of the plan, in the order of `grid_axis`.
@@ -179,11 +164,8 @@ class Table:
         Raises:
             KeyError: There is no such column.
         """
-        if name not in self.arrays:
-            raise no_such_array(name, self.arrays, "column")
-        data = self.arrays[name]
-        lengths = tuple(self[GRID_LENGTH].tolist())
-        return data.reshape(lengths + data.shape[1:])
+        data = self[name]
+        return data.reshape(*self[GRID_LENGTH].tolist(), *data.shape[1:])
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return one row a member, as `flat` (needs the package pandas).
@@ -200,12 +182,7 @@ class Table:
 
         Vectors are split (`final_position_0`), and codes are words.
         """
-        arrays, units = {RUN: self.arrays[RUN]}, {RUN: "1"}
-        for name, column in self.layout.items():
-            found = split(name, self._readable(name))
-            arrays |= found
-            units |= dict.fromkeys(found, column.unit)
-        return FlatColumns(arrays, units)
+        return flat_columns(self.variables, (RUN,))
 
     def to_xarray(self) -> "xarray.Dataset":
         """Return the numbers as an `xarray.Dataset` (needs the package xarray).
@@ -217,26 +194,21 @@ class Table:
         Raises:
             ImportError: xarray is not installed.
         """
-        axes = self._axes()
-        numbers = self.arrays[RUN].reshape(tuple(axes.values()))
-        variables = {RUN: Variable(tuple(axes), numbers, "1", "number of the member")} | {
-            name: Variable((name,), np.arange(1, length + 1), "1", "component of a vector")
-            for name, length in dimensions_of(self.layout).items()
-        }
-        for name, column in self.layout.items():
-            if name in self.varied:
-                variables[name] = self._varied(name, axes)
-            elif np.dtype(column.dtype).kind != "S":
-                data = self.arrays[name].reshape(*axes.values(), *column.shape)
-                dimensions = (*axes, *column.dimensions)
-                variables[name] = Variable(dimensions, data, column.unit, column.long_name)
-        variables |= {name: extra for name, extra in self.extras.items() if not extra.dimensions}
-        coordinates = [RUN, *(name for name in self.varied if name in variables)]
-        dataset = dataset_of(variables, self.attributes, coordinates)
-        for name, column in self.layout.items():
-            if name in dataset.data_vars:
-                dataset[name].attrs.update(attributes_of(column))
-        return dataset
+        axes, varied = self._axes(), self.varied
+        found = {name: v for name, v in self.variables.items() if not v.dimensions}
+        for name in (RUN, *self.columns):
+            column = self.variables[name]
+            shape, dimensions = column.data.shape[1:], column.dimensions[1:]
+            for one, length in zip(dimensions, shape, strict=True):
+                numbers = np.arange(1, length + 1)
+                found[one] = Variable((one,), numbers, "1", "component of a vector")
+            if name in varied:
+                found[name] = self._varied(name, axes)
+            elif column.data.dtype.kind != "S":
+                data = column.data.reshape(*axes.values(), *shape)
+                found[name] = column._replace(dimensions=(*axes, *dimensions), data=data)
+        coordinates = [RUN, *(name for name in varied if name in found)]
+        return dataset_of(found, self.attributes, coordinates)
 
     @property
     def varied(self) -> list[str]:
@@ -245,8 +217,8 @@ class Table:
 
     def varied_values(self, name: str) -> Variable:
         """Return the values of a varied key along `run`; variants as words."""
-        column = self.layout[name]
-        return Variable((RUN,), self._readable(name), column.unit, column.long_name)
+        column = self.variables[name]
+        return column._replace(data=column.readable, flags=())
 
     def _varied(self, name: str, axes: Mapping[str, int]) -> Variable:
         """Return the values of a varied key along its axis; along all axes if it has none."""
@@ -262,72 +234,48 @@ class Table:
         """Return the names and lengths of the dimensions that count members, slowest first."""
         names = self[GRID_AXIS].tolist() if GRID_AXIS in self else []
         if names in ([], ["point"]):
-            return {RUN: len(self.arrays[RUN])}
-        taken = {RUN, *dimensions_of(self.layout), *self.layout}.difference(self.varied)
+            return {RUN: len(self[RUN])}
+        taken = {one for name in self.columns for one in (name, *self.variables[name].dimensions)}
+        taken = (taken | {"axis"}).difference(self.varied)
         safe = [f"{name}_axis" if name in taken else name for name in map(safe_name, names)]
         return dict(zip(safe, self[GRID_LENGTH].tolist(), strict=True))
 
-    def _readable(self, name: str) -> NDArray[Any]:
-        """Return a column with words in place of codes, and texts in place of bytes."""
-        if self.layout[name].flags:
-            return self.words(name)
-        data = self.arrays[name]
-        return data.astype(str).astype(object) if data.dtype.kind == "S" else data
 
-
-def check_columns(layout: Layout, arrays: Arrays) -> None:
-    """Check that the data of columns are as their declarations say.
+def read_table(path: Path, kind: str, names: Iterable[str] | None = None) -> Table:
+    """Read columns of runs.
 
     Args:
-        layout: The columns.
-        arrays: The data of some of these columns, and `run`.
+        path: The file.
+        kind: What it must be.
+        names: The columns to read; default all. Arrays without the dimension `run` are all read.
 
     Raises:
-        ValueError: A column has a wrong type or shape, a flag without a word, or a text that is not
-            ASCII; or the numbers of the runs are not consecutive.
+        NotAResultError: The file is damaged, or is not of this kind.
+        NewerSchemaError: The file was written by a newer rbstab.
+        StoreError: The file cannot be opened.
     """
-    runs = arrays[RUN]
+    table = read_dataset(path, kind, names, form=Table)
+    try:
+        _check(table)
+    except (KeyError, ValueError) as error:
+        raise NotAResultError(f"{path} is damaged: {error}") from error
+    return table
+
+
+def _check(table: Table) -> None:
+    """Check that the runs are counted, and that each column has an entry and a word for each.
+
+    Raises:
+        KeyError, ValueError: It is not so.
+    """
+    runs = table[RUN]
     if runs.dtype != np.dtype("i8") or runs.ndim != 1:
         raise ValueError(f"{RUN} has a wrong type or shape")
     if len(runs) and (runs[0] < 0 or np.any(runs[1:] - runs[:-1] != 1)):
         raise ValueError(f"{RUN} does not count the runs")
-    for name, column in layout.items():
-        if name in arrays:
-            check_column(name, column, arrays[name], len(runs))
-
-
-def check_column(name: str, column: Column, data: NDArray[Any], runs: int) -> None:
-    """Check that the data of a column are as its declaration says.
-
-    Args:
-        name: The name of the column.
-        column: Its declaration.
-        data: Its data.
-        runs: The number of runs.
-
-    Raises:
-        ValueError: It has a wrong type or shape, a flag without a word, or text that is not ASCII.
-    """
-    if data.dtype != np.dtype(column.dtype):
-        raise ValueError(f"{name} has the type {data.dtype} (expected {column.dtype})")
-    check_shape(name, data, (runs, *column.shape))
-    if column.flags and data.size and not 0 <= data.min() <= data.max() < len(column.flags):
-        raise ValueError(f"{name} has a flag without a meaning")
-    if data.dtype.kind == "S" and np.any(np.ascontiguousarray(data).view("u1") > _LAST_ASCII):
-        raise ValueError(f"{name} has a text that is not ASCII")
-
-
-def dimensions_of(layout: Layout) -> dict[str, int]:
-    """Return the lengths of the dimensions of columns, by name."""
-    lengths = {"axis": AXES}
-    for column in layout.values():
-        lengths |= dict(zip(column.dimensions, column.shape, strict=True))
-    return lengths
-
-
-def attributes_of(column: Column) -> dict[str, Any]:
-    """Return the attributes of a column in a file; flags follow the CF conventions."""
-    attributes: dict[str, Any] = {"units": column.unit, "long_name": column.long_name}
-    if column.flags:
-        attributes |= flag_attributes(column.flags, column.dtype)
-    return attributes
+    for name in table.columns:
+        column = table.variables[name]
+        if len(column.data) != len(runs) or column.data.ndim != len(column.dimensions):
+            raise ValueError(f"{name} has the shape {column.data.shape}")
+        if column.flags and not set(np.unique(column.data)) <= set(range(len(column.flags))):
+            raise ValueError(f"{name} has a flag without a meaning")

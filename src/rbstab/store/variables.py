@@ -1,13 +1,14 @@
-"""Arrays with dimensions and units, and how pandas and xarray take them."""
+"""Arrays with dimensions, units and words, and how pandas and xarray take them."""
 
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rbstab.store.array_names import safe_name
 from rbstab.store.cards import optional_module
 
 if TYPE_CHECKING:
@@ -17,6 +18,9 @@ if TYPE_CHECKING:
 
 RUN = "run"
 """The dimension of runs, and its coordinate, the numbers of the runs."""
+
+MAX_LISTED = 40
+"""The most names that an error lists."""
 
 
 class Variable(NamedTuple):
@@ -33,21 +37,29 @@ class Variable(NamedTuple):
         """Whether the array holds texts."""
         return self.data.dtype.kind in "OUT"
 
+    @property
+    def readable(self) -> NDArray[Any]:
+        """The data with words in place of codes, and texts in place of bytes."""
+        if self.flags:
+            return np.array(self.flags, dtype=object)[self.data]
+        if self.data.dtype.kind == "S":
+            return np.char.decode(self.data, "ascii", "replace").astype(object)
+        return self.data
 
-def coordinate_name(name: str, dimension: str) -> str:
-    """Return the name of the coordinate of an array's dimension; it is in the array's group."""
-    group, slash, _ = name.rpartition("/")
-    return f"{group}{slash}{dimension}"
+
+def no_such_array(name: object, names: Iterable[str], kind: str = "array") -> KeyError:
+    """Return the error about a name that no array has: the name that was meant, or all names."""
+    names = list(names)
+    close = get_close_matches(str(name), names, n=1)
+    if close:
+        return KeyError(f"no {kind} {name!r}; did you mean {close[0]}?")
+    rest = ", ..." if len(names) > MAX_LISTED else ""
+    return KeyError(f"no {kind} {name!r}; there are: {', '.join(names[:MAX_LISTED])}{rest}")
 
 
-def check_shape(name: str, data: NDArray[Any], shape: tuple[int, ...]) -> None:
-    """Check the shape of an array.
-
-    Raises:
-        ValueError: The shape is wrong.
-    """
-    if np.shape(data) != shape:
-        raise ValueError(f"{name} has the shape {np.shape(data)} (expected {shape})")
+def safe_name(key: str) -> str:
+    """Return a config key as a netCDF name, such as `body_inertia_0` for `body.inertia[0]`."""
+    return re.sub(r"[^A-Za-z0-9_]+", "_", key).strip("_")
 
 
 def make_read_only(arrays: Iterable[NDArray[Any]]) -> None:
@@ -66,28 +78,11 @@ class FlatColumns(NamedTuple):
     units: dict[str, str]
 
 
-def split(
-    name: str, data: NDArray[Any], rows: int = 1, labels: Sequence[Sequence[str]] | None = None
-) -> dict[str, NDArray[Any]]:
-    """Return an array as flat columns, whose names end with the labels of their entries.
-
-    Args:
-        name: The name of the array.
-        data: The array.
-        rows: How many of the first dimensions count the rows.
-        labels: The labels along each further dimension; default their numbers, from 0.
-    """
-    shape = data.shape[rows:]
-    names = labels if labels is not None else [list(map(str, range(n))) for n in shape]
-    entries = data.reshape(-1, *shape)
-    return {
-        safe_name("_".join((name, *label))): entries[(slice(None), *index)]
-        for index, label in zip(np.ndindex(*shape), product(*names), strict=True)
-    }
-
-
 def flat_columns(variables: Mapping[str, Variable], along: tuple[str, ...]) -> FlatColumns:
     """Return the arrays whose first dimensions are those of the rows, as flat columns.
+
+    Codes are words. Vectors are split: the names end with the labels of the entries, or with their
+    numbers, from 0.
 
     Args:
         variables: Arrays by name, with their coordinates. Those of groups are left out.
@@ -97,21 +92,27 @@ def flat_columns(variables: Mapping[str, Variable], along: tuple[str, ...]) -> F
     arrays = {name: grid.ravel() for name, grid in zip(along, grids, strict=True)}
     units = {name: variables[name].unit for name in along}
     for name, variable in variables.items():
-        dimensions = variable.dimensions
-        if "/" in name or name in along or dimensions[: len(along)] != along:
+        rows, dimensions = variable.dimensions[: len(along)], variable.dimensions[len(along) :]
+        if "/" in name or name in along or rows != along:
             continue
-        labels = [_labels(variables, dimension) for dimension in dimensions[len(along) :]]
-        found = split(name, variable.data, len(along), labels)
-        arrays |= found
-        units |= dict.fromkeys(found, variable.unit)
+        shape = variable.data.shape[len(along) :]
+        labels = [
+            _labels(variables.get(one), length)
+            for one, length in zip(dimensions, shape, strict=True)
+        ]
+        entries = variable.readable.reshape(-1, *shape)
+        for index, label in zip(np.ndindex(*shape), product(*labels), strict=True):
+            column = safe_name("_".join((name, *label)))
+            arrays[column] = entries[(slice(None), *index)]
+            units[column] = variable.unit
     return FlatColumns(arrays, units)
 
 
-def _labels(variables: Mapping[str, Variable], dimension: str) -> Sequence[str]:
+def _labels(coordinate: Variable | None, length: int) -> Sequence[str]:
     """Return the words along a dimension, or the numbers of its entries, from 0."""
-    coordinate = variables[dimension]
-    count = len(coordinate.data)
-    return coordinate.data.tolist() if coordinate.is_text else list(map(str, range(count)))
+    if coordinate is not None and coordinate.is_text:
+        return [str(word) for word in coordinate.data]
+    return list(map(str, range(length)))
 
 
 def joined(parts: Sequence[FlatColumns]) -> FlatColumns:
@@ -183,15 +184,18 @@ def dataset_of(
 
 def _entry(variable: Variable, is_label: bool) -> tuple[Any, ...]:
     """Return an array as xarray takes it; of texts that are no labels, the codes."""
-    data, attributes = variable.data, {"units": variable.unit, "long_name": variable.long_name}
+    data, words = variable.data, variable.flags
     if variable.is_text and not is_label:
-        words, codes = np.unique(data.astype(str), return_inverse=True)
-        data = codes.reshape(data.shape)
-        attributes |= flag_attributes(words.tolist(), data.dtype)
-    return variable.dimensions, data, attributes
+        found, codes = np.unique(data.astype(str), return_inverse=True)
+        data, words = codes.reshape(data.shape), tuple(found.tolist())
+    return variable.dimensions, data, described(variable._replace(data=data, flags=words))
 
 
-def flag_attributes(words: Sequence[str], dtype: Any) -> dict[str, Any]:
-    """Return the attributes that give the words of the codes 0, 1, ... (CF conventions)."""
-    meanings = " ".join(word.replace(" ", "_") for word in words)
-    return {"flag_values": np.arange(len(words), dtype=dtype), "flag_meanings": meanings}
+def described(variable: Variable) -> dict[str, Any]:
+    """Return the attributes of an array; the words of the codes 0, 1, ... by the CF conventions."""
+    attributes: dict[str, Any] = {"units": variable.unit, "long_name": variable.long_name}
+    if variable.flags:
+        codes = np.arange(len(variable.flags), dtype=variable.data.dtype)
+        meanings = " ".join(word.replace(" ", "_") for word in variable.flags)
+        attributes |= {"flag_values": codes, "flag_meanings": meanings}
+    return attributes

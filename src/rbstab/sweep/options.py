@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from rbstab.sweep.execution.pools import Pool
-from rbstab.sweep.folder.parts import Part
+from rbstab.sweep.folder.open_folder import Part
 from rbstab.sweep.members.engine import EngineFactory
 
 

@@ -1,6 +1,5 @@
 """Run a sweep, or one part of it, and finish it when all its shards are stored."""
 
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
@@ -10,37 +9,44 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.processes.processors import processor_count
-from rbstab.store.disk.existence import check_writable
-from rbstab.sweep.execution.comparison import compare_with_scipy, read_comparison
+from rbstab.store.disk.atomic import remove_all_abandoned
+from rbstab.store.disk.paths import check_writable
+from rbstab.sweep.execution.comparison import compare_with_scipy
 from rbstab.sweep.execution.events import EventCallback, Finishing, Started
 from rbstab.sweep.execution.pools import Pool, Processes, Threads
 from rbstab.sweep.execution.run import ShardRun
-from rbstab.sweep.folder.disk_space import check_disk_space
 from rbstab.sweep.folder.members_file import (
+    comparison_of,
     digest_of_shards,
     is_finished,
-    known_convergence,
-    stored_convergence,
+    members_of_shards,
     write_members_file,
 )
 from rbstab.sweep.folder.open_folder import (
-    OpenFolder,
+    WHOLE,
+    Part,
+    check_disk_space,
     locked_folder,
-    open_for_part,
-    open_for_sweep,
+    open_folder,
 )
-from rbstab.sweep.folder.parts import Part, remove_part_locks
 from rbstab.sweep.folder.shard_inventory import ShardInventory, shard_inventory
-from rbstab.sweep.folder.sweep_folder import SweepFolder
-from rbstab.sweep.folder.sweep_table import read_sweep
+from rbstab.sweep.folder.sweep_folder import SHARDS, TRACES, SweepFolder
+from rbstab.sweep.folder.sweep_table import read_members_file, read_sweep
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.scipy_comparison import ENGINE, ScipyComparison
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.bodies import Bodies, bodies_of
 from rbstab.sweep.proofs.boxes import prove_boxes
-from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, keep_proofs
-from rbstab.sweep.proofs.known import PROOF_COLUMNS, convergence_now
+from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
+from rbstab.sweep.proofs.convergence import (
+    PROOF_COLUMNS,
+    MemberConvergence,
+    ProvedConvergence,
+    convergence_now,
+    keep_proofs,
+    stored_convergence,
+)
 from rbstab.sweep.proofs.one_state import one_state_of
 from rbstab.sweep.proofs.prove_bodies import BUDGET, FEW, BodyProofs, Progress, prove_bodies
 
@@ -82,20 +88,17 @@ def sweep_to_folder(
 
     Raises:
         ResultExistsError: The folder holds something else, such as a different sweep.
-        FolderInUseError: Another process is writing to the folder.
+        FolderInUseError: Another command runs in the folder, and one of the two must be alone.
         StoreError: A file cannot be written or read.
         EngineMissingError: The engine cannot be used.
         ExecutorError: The executor cannot continue.
     """
     stop = stop or Event()
     options = options or SweepOptions()
-    with _open_folder(path, plan, options) as opened:
+    alone = options.force or options.retry_failed
+    with open_folder(path, plan, options.shard_size, force=options.force, alone=alone) as opened:
         folder = opened.folder
-        numbers = (
-            range(folder.shards)
-            if options.part is None
-            else options.part.shard_numbers(folder.shards)
-        )
+        numbers = (options.part or WHOLE).shard_numbers(folder.shards)
         before = shard_inventory(folder, numbers, read_traces=True)
         inventory = before.counting_failed_as_missing() if options.retry_failed else before
         if inventory.missing:
@@ -104,7 +107,7 @@ def sweep_to_folder(
         if plan.prove is not None:
             keep_proofs(plan, path.parent)
         members = folder.members_of(numbers)
-        on_event(Started(folder, inventory, opened.moved_aside, opened.changed_versions, members))
+        on_event(Started(folder, inventory, opened.moved_aside, opened.changed, members))
         factory = options.factory
         if options.pool is None:
             factory = factory or factory_for(plan.engine)
@@ -162,11 +165,11 @@ def prove_members(  # noqa: PLR0913 (options by name)
         stop: Set by an interrupt; what was proved until then is stored.
 
     Raises:
-        FolderInUseError: Another process is writing to the folder.
+        FolderInUseError: Another command runs in the folder, and one of the two must be alone.
         StoreError: A file cannot be written or read.
     """
     folder = sweep.folder
-    stored, results, begin = stored_convergence(folder), folder.path.parent, monotonic()
+    stored, results, begin = _stored(folder), folder.path.parent, monotonic()
     with locked_folder(folder.path):
         bodies, known = bodies_of(plan) if bodies is None else bodies, stored
         boxes = prove_boxes(plan, results, stop=stop) if len(bodies) > FEW else []
@@ -201,10 +204,10 @@ def store_convergence(plan: Plan, sweep: Sweep, shared: ProvedConvergence) -> Me
         What is proved of the members, these proofs and earlier ones together.
 
     Raises:
-        FolderInUseError: Another process is writing to the folder.
+        FolderInUseError: Another command runs in the folder, and one of the two must be alone.
         StoreError: A file cannot be written or read.
     """
-    stored = stored_convergence(sweep.folder)
+    stored = _stored(sweep.folder)
     found = shared.of(0, plan.members).beside(stored)
     if not np.array_equal(found.codes, stored.codes):
         with locked_folder(sweep.folder.path):
@@ -212,18 +215,15 @@ def store_convergence(plan: Plan, sweep: Sweep, shared: ProvedConvergence) -> Me
     return found
 
 
+def _stored(folder: SweepFolder) -> MemberConvergence:
+    """Return what the members file says of convergence."""
+    return stored_convergence(read_members_file(folder, KNOWN_COLUMNS))
+
+
 def _write_known(plan: Plan, sweep: Sweep, found: MemberConvergence) -> None:
     write_members_file(
         plan, sweep.folder, digest_of_shards(sweep.inventory), sweep.comparison, found
     )
-
-
-def _open_folder(
-    path: Path, plan: Plan, options: SweepOptions
-) -> AbstractContextManager[OpenFolder]:
-    if options.part is not None:
-        return open_for_part(path, plan, options.shard_size, options.part)
-    return open_for_sweep(path, plan, options.shard_size, force=options.force)
 
 
 class _Control(NamedTuple):
@@ -243,19 +243,21 @@ def _finish(
     """Compare members with SciPy, and write the members file. All shards must be stored."""
     on_event, stop = control
     digest = digest_of_shards(inventory)
-    finished = is_finished(folder, digest)
+    before = members_of_shards(folder, digest)
+    finished = is_finished(folder, before)
     if not finished:
         check_writable(folder.sweep_file)
     comparison = None
     if plan.engine != ENGINE:
-        before = read_comparison(folder)
-        comparison = compare_with_scipy(plan, folder, digest, compare, stop, on_event)
+        kept = comparison_of(folder, before)
+        comparison = compare_with_scipy(plan, folder, digest, compare, kept, stop, on_event)
         if comparison is None:
             return Sweep(folder, inventory, None, finished=False)
-        # The file of the sweep states the comparison.
-        finished = finished and comparison == before
+        finished = finished and comparison == kept
     if not finished:
         on_event(Finishing())
-        write_members_file(plan, folder, digest, comparison, known_convergence(folder, digest))
-    remove_part_locks(folder.path)
+        known = None if before is None else stored_convergence(before)
+        write_members_file(plan, folder, digest, comparison, known)
+    for inner in (folder.path, folder.path / SHARDS, folder.path / TRACES):
+        remove_all_abandoned(inner)
     return Sweep(folder, inventory, comparison, finished=True)

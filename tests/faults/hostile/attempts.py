@@ -59,7 +59,7 @@ def content_of(result: Result) -> str:
 
 def sweep(path: Path) -> str:
     table = rbstab.open_sweep(path)
-    return repr({name: table[name].tobytes() for name in table.layout})
+    return repr({name: table[name].tobytes() for name in table.columns})
 
 
 def traces(path: Path) -> str:

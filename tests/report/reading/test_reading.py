@@ -19,7 +19,7 @@ def paths(tmp_path_factory):
     """Sixty files: copies of two results, and three files that are no result."""
     from rbstab.config.load import load_config
     from rbstab.experiment.simulate import simulate
-    from rbstab.store.run_file import write_result
+    from rbstab.store.result import write_result
 
     folder = tmp_path_factory.mktemp("many")
     found = []

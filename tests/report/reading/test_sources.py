@@ -1,6 +1,7 @@
 """Protects the reading of named files and folders, and the reasons given for unreadable ones."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,11 @@ from support.sweeps import SHORT, FakeEngine, plan_of
 from rbstab.experiment.summary import summary_of
 from rbstab.report.reading import read_results, sources
 from rbstab.report.reading.sources import MAX_LABEL_LENGTH, read_sources, unique_labels
+from rbstab.store.dataset_file import write_dataset
 from rbstab.store.disk.seal import SEAL_SIZE
-from rbstab.store.run_file import write_result
-from rbstab.store.table_file import SHARD, read_table, write_table
+from rbstab.store.result import write_result
+from rbstab.store.table import Column, read_table
+from rbstab.sweep.folder.sweep_folder import SHARD
 from rbstab.sweep.folder.sweep_table import MEMBERS
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
@@ -238,13 +241,15 @@ def test_columns_of_other_shapes_and_kinds(name, column, good, tmp_path, sweep):
     """The seals of the files are right."""
     copy = Path(shutil.copytree(sweep, tmp_path / "copy"))
     path, kind, refused = copy / "shards/00000001.h5", SHARD, "a shard"
-    if name not in read_table(path, kind).layout:
+    if name not in read_table(path, kind):
         path, kind, refused = copy / "members.h5", MEMBERS, "the members file"
     table = read_table(path, kind)
-    layout = {**table.layout, name: table.layout[name]._replace(**column)}
-    rows = len(table["run"])
-    arrays = {**table.arrays, name: np.zeros((rows, *layout[name].shape), layout[name].dtype)}
-    write_table(path, kind, layout, arrays, table.attributes, table.extras)
+    stored = table.variables[name]
+    kept = stored.dimensions[1:], stored.data.dtype.str, *stored[2:]
+    changed = Column(*kept)._replace(**column)
+    data = np.zeros((len(table["run"]), *changed.shape), changed.dtype)
+    variables = {**table.variables, name: changed.of(data)}
+    write_dataset(path, replace(table, variables=variables), replace=True)
     assert reason(copy, good) == f"{path} is not {refused} of this sweep"
 
 

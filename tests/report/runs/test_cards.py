@@ -24,7 +24,7 @@ from rbstab.report.model.document import Cards
 from rbstab.report.reading.answers import RegionCheck
 from rbstab.report.runs.answers import MAX_CARDS, answer_blocks, answer_sentence
 from rbstab.report.runs.config_tables import MAX_SPECIAL, own_keys
-from rbstab.store.run_file import write_result
+from rbstab.store.result import write_result
 
 
 def cards_of(*paths):

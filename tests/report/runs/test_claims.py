@@ -22,7 +22,7 @@ from rbstab.report.reading.sources import read_sources
 from rbstab.report.runs.claims import claims_section
 from rbstab.report.runs.facts import facts_of
 from rbstab.store.document import write_document
-from rbstab.store.run_file import write_result
+from rbstab.store.result import write_result
 
 STIFFNESS = 6.0
 BARRIER = {"kind": "guard", "method": "barrier", "stiffness": STIFFNESS}

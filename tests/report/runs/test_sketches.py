@@ -8,7 +8,7 @@ from support.made_runs import DECAY, V_START, made_file, made_result
 
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.runs.sketches import LOWEST, decay_sketches
-from rbstab.store.run_file import write_result
+from rbstab.store.result import write_result
 
 END = 2.0
 """s: the duration of a made up run."""

@@ -32,8 +32,7 @@ from rbstab.report.runs.provenance_tables import (
 )
 from rbstab.report.runs.reference_tables import _row, reference_section
 from rbstab.report.runs.tables import summary_table
-from rbstab.store.result import Result
-from rbstab.store.run_file import write_result
+from rbstab.store.result import Result, write_result
 
 ORIGIN = (0.0, 0.0, 0.0)
 

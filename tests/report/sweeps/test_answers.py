@@ -213,7 +213,7 @@ def statements_of(members, one_state, *, older=False):
     assert found.one_state == OneState()
     vars(found)["one_state"] = one_state
     if older:
-        del found.table.layout["rest_orientation"]
+        del found.table.variables["rest_orientation"]
     return [one for one in card_of(found)[1].statements if "one rest state" in one.question]
 
 

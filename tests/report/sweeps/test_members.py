@@ -43,7 +43,7 @@ def test_ends(members):
 
 def test_only_what_is_needed_is_read(members):
     found = members(GRID)
-    assert "final_position" not in found.table.layout
+    assert "final_position" not in found.table
     assert found.column("initial_angular_velocity_0").tolist()[:5] == [-2, -2, -2, -2, -1]
 
 
@@ -51,7 +51,7 @@ def test_a_plan_that_cannot_be_read(made, monkeypatch):
     def of_the_future(plan):
         return plan_yaml(plan).replace("schema_version: 1", "schema_version: 99", 1)
 
-    monkeypatch.setattr("support.made_sweeps.plan_yaml", of_the_future)
+    monkeypatch.setattr("rbstab.sweep.folder.members_file.plan_yaml", of_the_future)
     sweep = made(GRID)
     assert read_members(sweep.path).plan is None
     sections = sweep_sections(sweep)
@@ -120,7 +120,7 @@ def test_a_sweep_without_a_column_is_no_sweep(made, missing):
 @pytest.mark.parametrize("changes", [{"linspace": [-2, 2, 6]}, {"values": [1]}])
 def test_a_plan_of_other_members_is_not_taken(made, monkeypatch, changes):
     other = load_plan({"base": plain(VISCO_ELASTIC), "vary": GRID | {f"{SPIN}[0]": changes}})
-    monkeypatch.setattr("support.made_sweeps.plan_yaml", lambda _: plan_yaml(other))
+    monkeypatch.setattr("rbstab.sweep.folder.members_file.plan_yaml", lambda _: plan_yaml(other))
     assert read_members(made(GRID).path).plan is None
 
 

@@ -10,15 +10,14 @@ from pathlib import Path
 
 import pytest
 from support.open_files import open_descriptors
-from support.results import assert_equal, result
+from support.results import result
 
 from rbstab.store.disk import atomic
 from rbstab.store.disk.atomic import (
-    move_aside,
     write_atomically,
 )
-from rbstab.store.errors import ResultExistsError, StoreError
-from rbstab.store.run_file import open_result, write_result
+from rbstab.store.errors import ResultExistsError
+from rbstab.store.result import write_result
 
 NEW = b"new" * 100_000
 OLD = b"old" * 50_000
@@ -55,12 +54,6 @@ def is_unchanged(path):
         return names(path.parent) == [path.name] and path.read_bytes() == before
 
     return is_unchanged
-
-
-def test_success(path):
-    write_atomically(path, NEW, replace=True)
-    assert path.read_bytes() == NEW
-    assert names(path.parent) == [path.name]
 
 
 def test_fsync_fails(path, is_unchanged, monkeypatch):
@@ -125,19 +118,6 @@ def test_content_is_on_the_disk_before_the_name(tmp_path, replace, content, monk
     monkeypatch.setattr(os, "fsync", watched)
     write_atomically(path, content, replace=replace)
     assert seen == [(f"file of {len(content)}", False), ("folder", True)]
-
-
-def test_the_synced_folder_is_the_files_own(tmp_path, monkeypatch):
-    seen = []
-
-    def watched(descriptor):
-        if stat.S_ISDIR(os.fstat(descriptor).st_mode):
-            seen.append(os.fstat(descriptor).st_ino)
-
-    monkeypatch.setattr(os, "fsync", watched)
-    write_atomically(tmp_path / "a.h5", NEW)
-    move_aside(tmp_path / "a.h5", tmp_path / "b.h5")
-    assert seen == [tmp_path.stat().st_ino] * 2
 
 
 def test_no_descriptor_is_left_open(tmp_path):
@@ -217,65 +197,6 @@ def test_permissions_follow_the_mask(tmp_path, umask):
         assert stat.S_IMODE(path.stat().st_mode) == 0o666 & ~mask
 
 
-def test_results_are_written_this_way(tmp_path, monkeypatch):
-    path = tmp_path / "a.h5"
-    write_result(path, result(1))
-    before = path.read_bytes()
-    with monkeypatch.context() as patch:
-        patch.setattr(os, "fsync", failing(errno.ENOSPC))
-        with pytest.raises(StoreError) as caught:
-            write_result(path, result(2), replace=True)
-    assert str(caught.value) == f"{path} cannot be written: No space left on device"
-    assert path.read_bytes() == before
-    with pytest.raises(ResultExistsError, match=r"a\.h5 exists already"):
-        write_result(path, result(2))
-    assert path.read_bytes() == before
-    write_result(path, result(2), replace=True)
-    assert_equal(open_result(path), result(2))
-    assert names(tmp_path) == ["a.h5"]
-
-
-def test_without_hard_links_a_file_that_cannot_be_tested_is_not_replaced(tmp_path, monkeypatch):
-    path = tmp_path / "a.h5"
-    path.write_bytes(OLD)
-    with monkeypatch.context() as patch:
-
-        def no_link_and_then_no_answer(old, new):
-            patch.setattr(os, "stat", failing(errno.EIO))
-            raise OSError(errno.EPERM, os.strerror(errno.EPERM))
-
-        patch.setattr(os, "link", no_link_and_then_no_answer)
-        with pytest.raises(OSError, match=os.strerror(errno.EIO)):
-            write_atomically(path, NEW)
-    assert path.read_bytes() == OLD
-
-
-def test_two_writers_in_one_process(tmp_path, monkeypatch):
-    """The second writer starts just after the first one has named its file."""
-    path, link, refusals = tmp_path / "a.h5", os.link, []
-
-    def link_then_write_again(old, new):
-        monkeypatch.setattr(os, "link", link)
-        link(old, new)
-        with pytest.raises(ResultExistsError) as caught:
-            write_atomically(path, OLD)
-        refusals.append(caught.value)
-
-    monkeypatch.setattr(os, "link", link_then_write_again)
-    write_atomically(path, NEW)
-    assert refusals
-    assert path.read_bytes() == NEW
-
-
-@pytest.mark.parametrize("letter", ["a", "ö", "€"])
-def test_a_name_as_long_as_the_file_system_allows(tmp_path, letter):
-    name = letter * (250 // len(letter.encode()))
-    path = tmp_path / f"{name}.h5"
-    write_atomically(path, NEW)
-    assert path.read_bytes() == NEW
-    assert names(tmp_path) == [path.name]
-
-
 @pytest.mark.parametrize("number", [errno.EIO, errno.ENOSPC])
 def test_a_folder_that_fails_to_sync_is_reported(tmp_path, monkeypatch, number):
     """The file is complete, but a power cut may take its name."""
@@ -303,6 +224,22 @@ def test_a_partial_file_that_cannot_be_removed_loses_no_result(tmp_path, monkeyp
     assert names(tmp_path) == ["a.h5"]
 
 
+@pytest.mark.parametrize("number", [errno.ENOLCK, errno.EIO])
+def test_without_locks(tmp_path, monkeypatch, number):
+    """A lock only protects the partial file from other writers; without one nothing is lost."""
+    monkeypatch.setattr(atomic, "try_lock", failing(number))
+    write_atomically(tmp_path / "a.h5", NEW)
+    assert (tmp_path / "a.h5").read_bytes() == NEW
+    assert names(tmp_path) == ["a.h5"]
+
+
+@pytest.mark.parametrize("letter", ["a", "€"])
+def test_a_name_as_long_as_the_file_system_allows(tmp_path, letter):
+    path = tmp_path / f"{letter * (250 // len(letter.encode()))}.h5"
+    write_atomically(path, NEW)
+    assert names(tmp_path) == [path.name]
+
+
 def test_an_interruption_of_the_lock_leaves_nothing(tmp_path, monkeypatch):
     def interrupt(file):
         raise KeyboardInterrupt
@@ -311,14 +248,19 @@ def test_an_interruption_of_the_lock_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(atomic, "try_lock", interrupt)
     with pytest.raises(KeyboardInterrupt):
         write_atomically(tmp_path / "a.h5", NEW)
-    assert names(tmp_path) == []
-    assert open_descriptors() == before
+    assert (names(tmp_path), open_descriptors()) == ([], before)
 
 
-@pytest.mark.parametrize("number", [errno.ENOLCK, errno.EIO])
-def test_without_locks(tmp_path, monkeypatch, number):
-    """A lock only protects the partial file from other writers; without one nothing is lost."""
-    monkeypatch.setattr(atomic, "try_lock", failing(number))
-    write_atomically(tmp_path / "a.h5", NEW)
-    assert (tmp_path / "a.h5").read_bytes() == NEW
-    assert names(tmp_path) == ["a.h5"]
+def test_without_hard_links_a_file_that_cannot_be_tested_is_not_replaced(tmp_path, monkeypatch):
+    path = tmp_path / "a.h5"
+    path.write_bytes(OLD)
+    with monkeypatch.context() as patch:
+
+        def no_link_and_then_no_answer(old, new):
+            patch.setattr(os, "stat", failing(errno.EIO))
+            raise OSError(errno.EPERM, os.strerror(errno.EPERM))
+
+        patch.setattr(os, "link", no_link_and_then_no_answer)
+        with pytest.raises(OSError, match=os.strerror(errno.EIO)):
+            write_atomically(path, NEW)
+    assert path.read_bytes() == OLD

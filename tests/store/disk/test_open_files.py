@@ -6,19 +6,14 @@ import threading
 
 import pytest
 from support.open_files import keep_open_files
-from support.results import assert_equal, result
 
-from rbstab.store.disk import atomic
 from rbstab.store.disk.atomic import (
     PARTIAL_SUFFIX,
-    atomic_file,
     move_aside,
-    remove_partial_files,
-    write_all,
+    remove_all_abandoned,
     write_atomically,
 )
 from rbstab.store.errors import ResultExistsError
-from rbstab.store.run_file import open_result, write_result
 
 
 @pytest.fixture(autouse=True)
@@ -58,49 +53,14 @@ def test_a_file_is_written_and_replaced(tmp_path, monkeypatch, hard_links):
     assert path.read_bytes() == b"new"
     move_aside(path, tmp_path / "b.h5")
     assert names(tmp_path) == ["b.h5"]
+    write_atomically(path, b"3")
+    with pytest.raises(ResultExistsError, match=r"b\.h5 exists already"):
+        move_aside(path, tmp_path / "b.h5")
+    assert (path.read_bytes(), (tmp_path / "b.h5").read_bytes()) == (b"3", b"new")
 
 
 def no_link(*paths, **options):
     raise OSError("no hard links")
-
-
-def test_a_failure_leaves_nothing(tmp_path):
-    def write_half():
-        with atomic_file(tmp_path / "a.h5") as file:
-            write_all(file, b"half")
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        write_half()
-    assert names(tmp_path) == []
-
-
-def test_an_interruption_of_the_lock_leaves_nothing(tmp_path, monkeypatch):
-    def interrupt(file):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(atomic, "try_lock", interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        write_atomically(tmp_path / "a.h5", b"new")
-    assert names(tmp_path) == []
-
-
-def test_the_next_writer_removes_what_a_killed_one_left(tmp_path):
-    partial = tmp_path / f".a.h5{PARTIAL_SUFFIX}"
-    partial.write_bytes(b"half")
-    write_atomically(tmp_path / "a.h5", b"new")
-    assert names(tmp_path) == ["a.h5"]
-
-
-def test_a_living_writer_keeps_its_partial_file(tmp_path):
-    path = tmp_path / "a.h5"
-    with atomic_file(path, replace=True) as first:
-        write_all(first, b"first")
-        with atomic_file(path, replace=True) as second:
-            write_all(second, b"second")
-        assert path.read_bytes() == b"second"
-    assert path.read_bytes() == b"first"
-    assert names(tmp_path) == ["a.h5"]
 
 
 def test_a_reader_keeps_its_file(tmp_path):
@@ -111,15 +71,6 @@ def test_a_reader_keeps_its_file(tmp_path):
         write_atomically(path, b"new", replace=True)
     assert path.read_bytes() == b"old"
     assert names(tmp_path) == ["a.h5"]
-
-
-def test_an_opened_result_can_be_replaced(tmp_path):
-    """`open_result` does not keep its file open."""
-    path = tmp_path / "a.h5"
-    write_result(path, result())
-    opened = open_result(path)
-    write_result(path, result(), replace=True)
-    assert_equal(opened, result())
 
 
 def test_a_file_is_replaced_when_its_reader_has_ended(tmp_path):
@@ -139,7 +90,7 @@ def test_an_open_partial_file_stays(tmp_path):
     kept, left = (tmp_path / f".{name}{PARTIAL_SUFFIX}" for name in "ab")
     left.touch()
     with kept.open("wb"):
-        remove_partial_files(tmp_path, 0.0)
+        remove_all_abandoned(tmp_path)
     assert names(tmp_path) == [kept.name]
-    remove_partial_files(tmp_path, 0.0)
+    remove_all_abandoned(tmp_path)
     assert names(tmp_path) == []

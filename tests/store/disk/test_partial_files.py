@@ -2,7 +2,6 @@
 
 import os
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from rbstab.store.disk import atomic
 from rbstab.store.disk.atomic import (
     PARTIAL_SUFFIX,
     atomic_file,
-    remove_partial_files,
+    remove_all_abandoned,
     write_all,
     write_atomically,
 )
@@ -111,16 +110,9 @@ def test_a_new_partial_file_that_another_writer_removes_is_made_again(tmp_path, 
     assert open_descriptors() == before
 
 
-@pytest.mark.parametrize(
-    ("older_than", "left"),
-    [(0.0, []), (50.0, ["future", "new", "recent"]), (200.0, ["future", "new", "old", "recent"])],
-)
-def test_partial_files_of_an_age_are_removed(tmp_path, older_than, left):
-    now = time.time()
-    for name, age in {"old": 100.0, "recent": 20.0, "new": 0.0, "future": -1000.0}.items():
-        path = tmp_path / f".{name}{PARTIAL_SUFFIX}"
-        path.touch()
-        os.utime(path, (now - age, now - age))
+def test_what_killed_writers_left_in_a_folder_is_removed(tmp_path):
     (tmp_path / ".other").touch()
-    remove_partial_files(tmp_path, older_than)
-    assert names(tmp_path) == sorted([".other", *(f".{name}{PARTIAL_SUFFIX}" for name in left)])
+    (tmp_path / f".a.0123{PARTIAL_SUFFIX}").touch()
+    with atomic_file(tmp_path / "b"):
+        remove_all_abandoned(tmp_path)
+        assert names(tmp_path) == [f".b{PARTIAL_SUFFIX}", ".other"]

@@ -8,12 +8,11 @@ import pytest
 from support.hang_guard import within
 
 from rbstab.store.dataset_file import checksum_of
-from rbstab.store.disk.regular_file import read_regular
+from rbstab.store.disk.paths import read_regular
 from rbstab.store.errors import StoreError
-from rbstab.store.motions_file import read_motions
-from rbstab.store.run_file import open_result
+from rbstab.store.result import open_result
 
-READERS = [open_result, read_motions, checksum_of, read_regular]
+READERS = [open_result, checksum_of, read_regular]
 
 
 POSIX_KINDS = ["pipe", "socket", "device", "endless device", "terminal"]

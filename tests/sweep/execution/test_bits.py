@@ -15,7 +15,7 @@ from support.sweeps import FakeEngine, plan_of, plan_with_traces, shard_files
 import rbstab
 from rbstab.sweep.execution.events import Warned
 from rbstab.sweep.execution.pools import Pool, Processes, Threads
-from rbstab.sweep.folder.parts import Part
+from rbstab.sweep.folder.open_folder import Part
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
 

@@ -8,17 +8,17 @@ from support.switching import data
 from support.user_code import SPRING, mine
 
 from rbstab.config.errors import ConfigError
-from rbstab.config.load import load_config, run_id
+from rbstab.config.load import run_id
 from rbstab.config.user_code.permission import CodeNotAllowedError
 from rbstab.sweep.execution.computing import Task
-from rbstab.sweep.folder.layout import varied_layout
 from rbstab.sweep.folder.member_answers import proving_command
+from rbstab.sweep.folder.members_file import varied_layout
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.load import load_plan, plan_to_read
 from rbstab.sweep.plan.plan import plan_id
-from rbstab.sweep.proofs.known import without_theorem
+from rbstab.sweep.proofs.variants import without_theorem
 from rbstab.sweep.sweep import sweep_to_folder
 
 KEY = "elements.mine.parameters.k"
@@ -93,19 +93,6 @@ def test_a_reader_without_permission_does_not_say_that_no_theorem_covers_the_mem
     assert proving_command(stored.parent, None).endswith(" --prove")
 
 
-def test_another_text_is_another_sweep(folder):
-    first = plan_of()
-    (folder / "mine.py").write_text(SPRING + "# changed\n")
-    assert plan_id(plan_of()) != plan_id(first)
-
-
-def test_values_that_are_not_valid(folder):
-    with pytest.raises(ConfigError, match=r"elements\.mine\.parameters\.k is -1"):
-        plan_of(vary={KEY: {"linspace": [-1, 1, 3]}})
-    with pytest.raises(ConfigError, match=r"elements\.mine\.parameters\.c"):
-        plan_of(vary={"elements.mine.parameters.c": {"linspace": [1, 2, 3]}})
-
-
 def test_columns_have_units(folder):
     columns = varied_layout(plan_of())
     assert columns["elements_mine_parameters_k"].unit == "N/m"
@@ -123,10 +110,3 @@ def test_a_worker_gets_the_permission_of_the_sender(folder, allowed):
     assert not computed.error
     found = computed.shard.outcome["final_position"][:, 0]
     np.testing.assert_allclose(found, expected(plan)[:2], atol=1e-9)
-
-
-def test_members_are_single_runs_with_other_parameters(folder):
-    config = load_config(
-        data({"mine": mine(k=3.0)}), ["elements.mine.parameters.k=7"], allow_python=True
-    )
-    assert config.elements["mine"].parameters["k"] == 7.0

@@ -9,7 +9,8 @@ from support.sweeping import Listener, digest_of, run_sweep
 from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.sweep.execution.events import ShardDone, Started, Warned
-from rbstab.sweep.folder.members_file import counts_by_status, sweep_summary
+from rbstab.sweep.folder.member_answers import member_answers
+from rbstab.sweep.folder.members_file import counts_by_status
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.options import SweepOptions
@@ -73,12 +74,12 @@ def test_members_that_fail(tmp_path):
     assert done.finished
     expected = {"completed": 57, "diverged": 3}
     assert counts_by_status(done.inventory.counts) == expected
-    assert sweep_summary(path / "members.h5").by_status == expected
+    assert member_answers(path / "members.h5").summary["by_status"] == expected
     assert read_sweep(path / "members.h5").words("status")[17] == "diverged"
     listener = Listener()
     done = run_sweep(path, listener=listener, retry_failed=True)
     assert listener.computed == [1, 5]
-    assert sweep_summary(path / "members.h5").by_status == {"completed": 60}
+    assert counts_by_status(done.inventory.counts) == {"completed": 60}
 
 
 def test_stopping_at_the_first_that_fails(tmp_path):

@@ -21,7 +21,7 @@ from rbstab.sweep.execution.computing import ExecutorError
 from rbstab.sweep.execution.events import ShardDone, Warned
 from rbstab.sweep.execution.pools import Pool, Processes, Threads
 from rbstab.sweep.execution.run import ShardRun
-from rbstab.sweep.folder.open_folder import open_for_sweep
+from rbstab.sweep.folder.open_folder import open_folder
 from rbstab.sweep.folder.shard_inventory import shard_inventory
 from rbstab.sweep.folder.sweep_table import read_sweep
 
@@ -78,7 +78,7 @@ def test_a_member_that_always_crashes_is_given_up_alone(tmp_path):
     run_sweep(tmp_path / "b", plan)
     tables = [read_sweep(tmp_path / name / "members.h5") for name in "ab"]
     others = [member for member in range(30) if member != 13]
-    for name in tables[1].layout:
+    for name in tables[1].columns:
         ours, theirs = (table[name][others] for table in tables)
         assert ours.tobytes() == theirs.tobytes(), name
     assert tables[0].words("status")[13] == "crashed"
@@ -127,7 +127,7 @@ def test_another_error_of_a_worker_ends_the_sweep(tmp_path):
 
 def both(path, plan, listener, factory, count=1):
     """Compute all shards in this process and in workers beside it, and return the inventory."""
-    with open_for_sweep(path, plan, 10) as opened:
+    with open_folder(path, plan, 10) as opened:
         inventory = shard_inventory(opened.folder)
         pools = [Threads(), Processes(count)]
         ShardRun(plan, opened.folder, pools, listener, factory=factory).compute(inventory)
@@ -171,12 +171,12 @@ def slow_to_start(plan):
 
 
 def test_a_full_disk_ends_the_sweep_and_its_workers(tmp_path, monkeypatch):
-    def full(*_):
+    def full(*_, **options):
         raise StoreError("a.h5 cannot be written: No space left on device")
 
     before = children()
     with monkeypatch.context() as patch:
-        patch.setattr("rbstab.sweep.folder.sweep_folder.write_table", full)
+        patch.setattr("rbstab.sweep.folder.sweep_folder.write_dataset", full)
         with pytest.raises(StoreError, match="No space left"):
             run_sweep(tmp_path / "a", factory=SLOW, pool=Processes(2))
     assert not [child for child in children() if child not in before]

@@ -27,14 +27,19 @@ def finish(path):
     return sweep_to_folder(plan_of(MEMBERS), path, SweepOptions(FakeEngine, 1, SHARD_SIZE))
 
 
-def processes(path, *parts, delay=0.0):
+def processes(path, *parts, delay=0.0, **options):
     """Start one process for each part, all at the same instant."""
-    started = [ForkedSweep(sweep_part, path, part, delay) for part in parts]
+    started = [ForkedSweep(sweep_part, path, part, delay, options) for part in parts]
+    begin(started)
+    return started
+
+
+def begin(started):
+    """Tell processes to go when all are ready."""
     for process in started:
         assert process.receive() == "ready"
     for process in started:
         process.pipe.send("go")
-    return started
 
 
 def ended(started):
@@ -55,6 +60,41 @@ def test_parts_begun_in_the_same_instant(tmp_path, whole):
         assert finish(path).finished
         assert shard_files(path) == shard_files(whole)
         assert digest_of(path) == digest_of(whole)
+
+
+def test_two_commands_at_once(tmp_path, whole):
+    """Equal plans share a folder. Of two that differ, one is refused; whose, is chance."""
+    for turn in range(3):
+        path = tmp_path / f"equal{turn}"
+        assert ended(processes(path, "1/1", "1/1")) == [(0, 30), (0, 30)]
+        assert shard_files(path) == shard_files(whole)
+        assert digest_of(path) == digest_of(whole)
+        for name, other in (("plan", {"members": 59}), ("size", {"shard_size": 70})):
+            path = tmp_path / f"{name}{turn}"
+            pair = [ForkedSweep(sweep_part, path, "1/1", 0.0, one) for one in ({}, other)]
+            begin(pair)
+            found = ended(pair)
+            assert sorted(code for code, _ in found) == [0, 1]
+            (refused,) = (said for code, said in found if code)
+            assert refused.startswith("OtherSweepError: ")
+            assert shard_inventory(read_folder(path)).missing == []
+            assert not list(path.glob("**/.*.part"))
+
+
+def test_force_beside_another_command(tmp_path, whole):
+    """It waits for nobody: one of the two is refused, and what the other has made is whole."""
+    for option in ("force", "retry_failed"):
+        path = tmp_path / option
+        slow = ForkedSweep(sweep_part, path, "1/1", 1e-3, {})
+        begin([slow])
+        while not shard_files(path):
+            time.sleep(0.01)
+        forced = ForkedSweep(sweep_part, path, "1/1", 0.0, {"members": 59, option: True})
+        begin([forced])
+        ((code, refused),) = ended([forced])
+        assert (code, refused.partition(":")[0]) == (1, "FolderInUseError")
+        assert ended([slow]) == [(0, 30)]
+        assert shard_files(path) == shard_files(whole)
 
 
 def test_parts_that_are_killed_and_go_on(tmp_path, whole):

@@ -1,17 +1,17 @@
 """Protects resumed traces: lost, missing or outdated traces are computed again, no others."""
 
 import functools
-import pickle
 
 import pytest
 from support.sweeping import Listener, digest_of, run_sweep
 from support.sweeps import FakeEngine, plan_with_traces, shard_files
 
 import rbstab
-from rbstab.store.disk.regular_file import open_regular
-from rbstab.store.document import read_document, write_document
+from rbstab.store.dataset_file import write_dataset
+from rbstab.store.disk.paths import open_regular
 from rbstab.store.errors import StoreError
 from rbstab.sweep.execution.events import Warned
+from rbstab.sweep.folder.shard_inventory import shard_inventory
 from rbstab.sweep.folder.sweep_folder import read_folder
 from rbstab.sweep.folder.sweep_table import read_sweep
 
@@ -75,7 +75,7 @@ def test_looking_how_far_a_sweep_is_reads_no_traces(tmp_path, monkeypatch):
 
     monkeypatch.setattr("rbstab.store.dataset_file.open_regular", counting_open)
     folder = read_folder(tmp_path / "a")
-    assert all(folder.facts(number) is not None for number in range(6))
+    assert len(shard_inventory(folder).done) == 6
     assert len(opened) == 6
     assert all(file.bytes_read < 100 for file in opened)
 
@@ -114,22 +114,21 @@ def test_traces_of_members_that_failed_are_made_again(tmp_path):
 def test_traces_that_were_never_followed_by_their_shard(tmp_path, monkeypatch):
     """The disk is full, or the process is killed, between the two files."""
 
-    def full(*_):
-        raise StoreError("a.h5 cannot be written: No space left on device")
-
     path = tmp_path / "a"
-    with monkeypatch.context() as patch:
-        patch.setattr("rbstab.sweep.folder.sweep_folder.write_table", full)
-        with pytest.raises(StoreError, match="No space left"):
-            run_sweep(path, plan_with_traces(), threads=1)
-    assert list(shard_files(path, "traces")) == ["00000000.h5"]
-    assert not shard_files(path)
+    for folder in ("shards", "traces"):
+
+        def full(file, dataset, full=folder, **options):
+            if file.parent.name == full:
+                raise StoreError("a.h5 cannot be written: No space left on device")
+            return write_dataset(file, dataset, **options)
+
+        with monkeypatch.context() as patch:
+            patch.setattr("rbstab.sweep.folder.sweep_folder.write_dataset", full)
+            with pytest.raises(StoreError, match="No space left"):
+                run_sweep(path, plan_with_traces(), threads=1)
+        assert list(shard_files(path, "traces")) == ["00000000.h5"]
+        assert not shard_files(path)
     (path / "traces" / ".00000003.h5.0123.part").write_text("")
-    with monkeypatch.context() as patch:
-        patch.setattr("rbstab.sweep.folder.sweep_folder.write_motions", full)
-        with pytest.raises(StoreError, match="No space left"):
-            run_sweep(path, plan_with_traces())
-    assert not shard_files(path)
     assert run_sweep(path, plan_with_traces()).finished
     assert not list(path.glob("*/.*.part"))
 
@@ -146,25 +145,3 @@ def test_an_engine_that_owes_traces(tmp_path):
     run = rbstab.simulate(plan_with_traces(4).config_of(2))
     found = rbstab.open_traces(tmp_path / "a").of(2)
     assert (found["contact_force"] == run["contact_force"]).all()
-
-
-def test_a_shard_can_be_sent_to_another_process():
-    shard = FakeEngine(plan_with_traces()).compute(0, 5)
-    again = pickle.loads(pickle.dumps(shard))  # noqa: S301
-    assert shard.traces is not None
-    assert all((again.traces[name] == data).all() for name, data in shard.traces.items())
-
-
-def test_a_manifest_of_a_newer_version(tmp_path):
-    path = tmp_path / "a"
-    run_sweep(path, plan_with_traces())
-    manifest = read_document(path / "manifest.json")
-    for change, error in (
-        ({"schema_version": 3}, "newer rbstab"),
-        ({"schema_version": 0}, "damaged"),
-        ({"keep": {"every": "1"}}, "damaged"),
-        ({"keep": 7}, "damaged"),
-    ):
-        write_document(path / "manifest.json", manifest | change)
-        with pytest.raises(StoreError, match=error):
-            read_folder(path)

@@ -12,7 +12,7 @@ from support.sweeps import SHORT, FakeEngine, plan_of
 
 from rbstab.store.disk.lock import LOCK_FILE, FolderInUseError, locked
 from rbstab.store.errors import StoreError
-from rbstab.sweep.folder.parts import Part
+from rbstab.sweep.folder.open_folder import Part
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
 
@@ -76,20 +76,12 @@ def test_missing_shards(tmp_path, read_only, part, monkeypatch):
 def test_a_sweep_that_is_not_finished(tmp_path, read_only, monkeypatch):
     sweep_to_folder(PLAN, tmp_path, OPTIONS)
     (tmp_path / "members.h5").unlink()
-    (tmp_path / "check.json").unlink()
     monkeypatch.setattr(
         "rbstab.sweep.sweep.compare_with_scipy", lambda *_: pytest.fail("members were compared")
     )
     read_only()
     with pytest.raises(StoreError, match=r"members\.h5 cannot be written"):
         sweep_to_folder(PLAN, tmp_path, OPTIONS)
-
-
-def test_a_new_folder(tmp_path, read_only):
-    (tmp_path / "new").mkdir()
-    read_only()
-    with pytest.raises(StoreError, match="cannot be written"):
-        sweep_to_folder(PLAN, tmp_path / "new", OPTIONS)
 
 
 def test_the_lock_of_another_process_is_still_seen(tmp_path, read_only):

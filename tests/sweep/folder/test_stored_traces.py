@@ -10,11 +10,9 @@ from support.sweeps import FakeEngine, plan_with_traces, shard_files
 
 import rbstab
 from rbstab.store import dataset_file
-from rbstab.store.disk.seal import check_seal
+from rbstab.store.disk.seal import checked_seal
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.sweep.folder.disk_space import sweep_bytes
-from rbstab.sweep.folder.open_folder import MAX_TRACE_BYTES, default_shard_size
-from rbstab.sweep.folder.sweep_folder import read_folder
+from rbstab.sweep.folder.open_folder import MAX_TRACE_BYTES, default_shard_size, sweep_bytes
 
 EVERY = {"traces": {"every": 7}}
 
@@ -67,7 +65,7 @@ def test_as_a_dataset(tmp_path):
 def test_a_sweep_without_traces(tmp_path):
     run_sweep(tmp_path / "a", plan_with_traces(keep="summary"))
     assert not (tmp_path / "a" / "traces").exists()
-    assert "traces" not in rbstab.open_sweep(tmp_path / "a").layout
+    assert "traces" not in rbstab.open_sweep(tmp_path / "a")
     with pytest.raises(StoreError, match="its plan stores none"):
         rbstab.open_traces(tmp_path / "a")
     with pytest.raises(NotAResultError, match="not the folder of a sweep"):
@@ -120,26 +118,13 @@ def test_a_file_is_verified_once(tmp_path, monkeypatch):
 
     def counted(path, file):
         checked.append(path)
-        return check_seal(path, file)
+        return checked_seal(path, file)
 
-    monkeypatch.setattr(dataset_file, "check_seal", counted)
+    monkeypatch.setattr(dataset_file, "checked_seal", counted)
     for member in (11, 12, 19, 30):
         traces.of(member)
     of_traces = [path.name for path in checked if path.parent.name == "traces"]
     assert of_traces == ["00000001.h5", "00000003.h5"]
-
-
-def test_a_shard_names_its_traces(tmp_path):
-    run_sweep(tmp_path / "a", plan_with_traces(60, {"traces": [3]}))
-    folder = read_folder(tmp_path / "a")
-    with_traces, without = folder.read(0), folder.read(1)
-    assert with_traces is not None
-    assert without is not None
-    attributes = with_traces.attributes
-    file = folder.traces_file(0)
-    assert attributes["traces_bytes"] == file.stat().st_size
-    assert attributes["traces_digest"] == file.read_bytes()[-65:-1].decode()
-    assert "traces_digest" not in without.attributes
 
 
 @pytest.mark.parametrize("keep", ["summary", "traces", EVERY])
@@ -154,7 +139,7 @@ def test_a_disk_without_room_is_told_before_anything_is_done(tmp_path, monkeypat
     plan = plan_with_traces(2000)
     free, listener = [sweep_bytes(plan) - 1], Listener()
     usage = type("Usage", (), {"free": property(lambda _: free[0])})
-    monkeypatch.setattr("rbstab.sweep.folder.disk_space.shutil.disk_usage", lambda _: usage())
+    monkeypatch.setattr("rbstab.sweep.folder.open_folder.shutil.disk_usage", lambda _: usage())
     with pytest.raises(StoreError, match=r"GB more, and .* GB are free"):
         run_sweep(tmp_path / "a", plan, listener, shard_size=1000)
     assert listener.events == []

@@ -9,8 +9,8 @@ from support.sweeping import run_sweep
 from support.sweeps import FakeEngine, plan_of
 
 import rbstab
-from rbstab.sweep.folder.layout import varied_layout
-from rbstab.sweep.folder.members_file import counts_by_status, sweep_summary
+from rbstab.sweep.folder.member_answers import member_answers
+from rbstab.sweep.folder.members_file import counts_by_status, varied_layout
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.load import load_plan
 from rbstab_cli.main import cli
@@ -28,14 +28,14 @@ def test_what_is_stored(tmp_path):
         assert table[name].tobytes() == data.tobytes(), name
     spins = plan.values(0, 60)["initial.angular_velocity[0]"]
     assert (table["initial_angular_velocity_0"] == spins).all()
-    assert table.layout["initial_angular_velocity_0"].unit == "rad/s"
+    assert table.variables["initial_angular_velocity_0"].unit == "rad/s"
     assert table["grid_axis"].tolist() == ["initial.angular_velocity[0]"]
     assert table["plan"].item() == (tmp_path / "a" / "plan.yaml").read_text()
     manifest = json.loads((tmp_path / "a" / "manifest.json").read_text())
     assert manifest["plan_id"] == table.attributes["plan_id"] == done.folder.manifest.plan_id
     assert rbstab.open_sweep(tmp_path / "a").shaped("steps").shape == (60,)
-    summary = sweep_summary(done.folder.sweep_file)
-    assert (summary.members, summary.by_status) == (60, {"completed": 60})
+    summary = member_answers(done.folder.sweep_file).summary
+    assert (summary["members"], summary["by_status"]) == (60, {"completed": 60})
 
 
 def test_variants_and_axes_of_a_plan_in_its_file(tmp_path):

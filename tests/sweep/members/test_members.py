@@ -2,7 +2,6 @@
 
 import json
 import threading
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -19,6 +18,7 @@ from support.member_plans import (
     TURNS,
     RecordedSingleRuns,
     drawn,
+    keeping,
     listed,
     paper,
     turning,
@@ -37,7 +37,6 @@ from rbstab.sweep.members.outcome import COLUMNS, STATUSES, outcome_columns
 from rbstab.sweep.members.scipy_comparison import compare
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.plan.trace_selection import TraceSelection
 
 COMPLETED, LEFT = STATUSES.index("completed"), STATUSES.index("range left")
 
@@ -49,7 +48,7 @@ each_plan = pytest.mark.parametrize("name", PLANS)
 @cache
 def made(name: str) -> Any:
     """Return a plan, its engine, and all its members with their motions, computed at once."""
-    plan = replace(PLANS[name][0](), keep=TraceSelection(every=1))
+    plan = keeping(PLANS[name][0](), 1)
     engine = EnsembleEngine(plan, RecordedSingleRuns(plan))
     return plan, engine, engine.compute(0, plan.members)
 
@@ -83,7 +82,7 @@ def test_no_bit_depends_on_division_order_kept_motions_threads_or_what_was_compu
     plan, engine, whole = made(name)
     every = choices.draw(st.integers(0, 3))
     if every != 1:
-        plan = replace(plan, keep=TraceSelection(every=every))
+        plan = keeping(plan, every)
         engine = batches(plan)
     cuts = choices.draw(st.sets(st.integers(1, plan.members - 1), max_size=3))
     bounds = list(zip([0, *sorted(cuts)], [*sorted(cuts), plan.members], strict=True))
@@ -120,7 +119,7 @@ def test_a_member_whose_preparation_fails_fails_alone(monkeypatch):
     from rbstab.config.build import problem_of
 
     plan = listed(paper("free", engine="scipy", duration=0.02), **{"body.mass": [40.0, 45.0, 50.0]})
-    plan = replace(plan, keep=TraceSelection(every=1))
+    plan = keeping(plan, 1)
     before = alone(plan).compute(0, 3)
 
     def failing(config):
@@ -223,7 +222,7 @@ def test_a_single_run_is_the_run_of_its_config(name, member):
 def test_a_motion_agrees_with_its_own_relations():
     """Check relations within a trace, without any engine or equation of the program."""
     base = paper("visco-elastic", duration=0.2, samples=2001)
-    plan = replace(drawn(base, {PITCH: {"uniform": [5, 20]}}, 2), keep=TraceSelection(every=1))
+    plan = keeping(drawn(base, {PITCH: {"uniform": [5, 20]}}, 2), 1)
     outcome, traces = batches(plan).compute(0, 2)
     step = traces["time"][1]
     for of, rate in (
@@ -333,7 +332,7 @@ def test_motions_that_are_not_kept_cost_nothing():
     engine = batches(plan)
     assert engine.compute(0, 4).traces is None
     assert engine.variant_engines["free"].in_traces is None
-    kept = batches(replace(plan, keep=TraceSelection(every=3)))
+    kept = batches(keeping(plan, 3))
     assert kept.compute(1, 3).traces is None
     assert kept.variant_engines["free"].in_traces is not None
 

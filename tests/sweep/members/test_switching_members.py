@@ -25,8 +25,8 @@ def plan_of(elements=SWITCHING, **plan):
 def test_convergence_of_members_with_a_sliding_tie_is_not_decided():
     """No proof takes it into account; the column names the reason."""
     from rbstab.sweep.proofs.columns import MOTION_PROOFS
-    from rbstab.sweep.proofs.convergence import shares_proof
     from rbstab.sweep.proofs.motions import motion_columns
+    from rbstab.sweep.proofs.variants import shares_proof
 
     plan = plan_of({"a": ligament(-1.0), "tie": tie()}, prove="motion")
     columns = motion_columns(plan, 0, 3)
@@ -39,8 +39,8 @@ def test_convergence_of_members_with_a_sliding_tie_is_not_decided():
 def test_members_with_a_ligament_and_a_guard_are_proved():
     """At their starts, or by following them through their switches."""
     from rbstab.sweep.proofs.columns import MOTION_PROOFS
-    from rbstab.sweep.proofs.convergence import shares_proof
     from rbstab.sweep.proofs.motions import motion_columns
+    from rbstab.sweep.proofs.variants import shares_proof
 
     starts = {"initial.velocity[0]": {"values": [0.01, 0.02, 90.0]}}
     plan = plan_of(prove="motion", vary=starts)

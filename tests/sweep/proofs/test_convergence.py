@@ -1,7 +1,6 @@
 """Protects the column `convergence`: members that share a proof agree with their single runs."""
 
 from functools import partial
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,12 +12,12 @@ import rbstab
 from rbstab.analysis.exact import in_balls
 from rbstab.config.build import problem_of
 from rbstab.experiment.proof_cache import proof_for
-from rbstab.experiment.stored_proof.proof import no_proof
+from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.experiment.stored_proof.starts import enclosed_start, reached_states, start_state
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF, NOT_PROVED
-from rbstab.sweep.proofs.convergence import ProvedConvergence, outside_code
+from rbstab.sweep.proofs.convergence import ProvedConvergence
 from rbstab.sweep.proofs.starts import ProvedStarts
 from rbstab.systems.modes import modes_of
 
@@ -45,13 +44,6 @@ def test_inside_and_outside_are_those_of_single_runs(tmp_path, with_gravity):
     expected = ["proved" if word == "proved" else "not proved" for word in found]
     assert words(plan, tmp_path) == expected
     assert set(expected) == {"proved", "not proved"}
-
-
-@pytest.mark.parametrize(("goes_on", "code"), [(True, NO_PROOF), (False, NOT_PROVED)])
-def test_a_proof_that_may_go_on_excludes_no_start(goes_on, code):
-    """After more boxes the start may be in a region."""
-    proof: Any = SimpleNamespace(goes_on=goes_on)
-    assert outside_code(proof) == code
 
 
 def test_members_that_do_not_share_the_proof_are_not_judged_by_it(tmp_path):
@@ -82,6 +74,15 @@ def test_each_start_is_proved_to_reach_the_state_of_its_single_run(valleys):
     assert set(expected) == {0, 1, 2}
     proved = found.codes == CONVERGENCE.index("proved")
     assert proved.tolist() == [number > 0 for number in expected]
+
+
+@pytest.mark.parametrize(("goes_on", "code"), [(True, NO_PROOF), (False, NOT_PROVED)])
+def test_a_proof_that_may_go_on_excludes_no_start(valleys, monkeypatch, goes_on, code):
+    """After more boxes the start may be in a region."""
+    plan, _, convergence = valleys
+    monkeypatch.setattr(Proof, "goes_on", goes_on)
+    found = convergence.of(0, plan.members)
+    assert set(found.codes[found.rest_states == 0].tolist()) == {code}
 
 
 def test_proved_states_are_those_in_which_the_computed_motions_end(valleys):

@@ -19,7 +19,6 @@ from rbstab.report.sweeps.proofs import REASONS
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.plan.plan import plan_id
 from rbstab.sweep.proofs import motions
 from rbstab.sweep.proofs.columns import FIRST_UNDECIDED, MOTION_PROOFS
 from rbstab.sweep.proofs.motions import MotionProver
@@ -154,14 +153,6 @@ def test_a_sweep_with_proofs(tmp_path):
     assert table["proved_time"][0] == 0
     assert np.isnan(table["proved_time"][2])
     assert proof_file(tmp_path, plan.base_of("free")).is_file()
-
-
-def test_the_identity_has_the_limits():
-    plans = [spun([1.0], {"motion": limits}) for limits in ({"steps": 9}, {"steps": 400})]
-    plans += [spun([1.0]), spun([1.0], {"motion": {"members": 5}})]
-    ids = [plan_id(plan) for plan in plans]
-    assert ids[1] == ids[2]
-    assert len(set(ids)) == 3
 
 
 def test_every_reason_has_a_code_and_words():

@@ -55,7 +55,7 @@ def test_a_member_that_approaches_a_state_outside_of_the_range_is_not_proved(swe
     columns = {name: table[name].copy() for name in START_COLUMNS}
     proofs = RobustProofs(plan, "permanent", folder)
     values = plan.values(0, plan.members)
-    levels = proofs.levels(values, plan.members)
+    levels, _ = proofs.of(values, plan.members)
     assert proofs.codes(values, columns, levels)[0] == PROVED
     columns["rest_orientation"][0] = [0, 2.0, 0]
     assert proofs.codes(values, columns, levels)[0] == NO_PROOF

@@ -1,6 +1,7 @@
 """`rbstab export`."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,7 +85,7 @@ def _write_netcdf(output: Path, sources: "Sources", *, traces: bool) -> tuple[in
         The numbers of members and of columns.
     """
     from rbstab.listing.opening import open_sweep
-    from rbstab.store.table_file import write_table
+    from rbstab.store.dataset_file import write_dataset
 
     if traces or sources.runs or len(sources.sweeps) != 1:
         raise click.UsageError(
@@ -92,9 +93,9 @@ def _write_netcdf(output: Path, sources: "Sources", *, traces: bool) -> tuple[in
             "the folder `traces` of a sweep, are netCDF-4 as they are"
         )
     table = open_sweep(sources.sweeps[0].path)
-    kind = "the exported table of a sweep"
-    write_table(output, kind, table.layout, table.arrays, table.attributes, table.extras)
-    return len(table["run"]), len(table.layout)
+    whole = replace(table, kind="the exported table of a sweep")
+    write_dataset(output, whole, replace=True)
+    return len(table["run"]), len(table.columns)
 
 
 def _columns(sources: "Sources", *, traces: bool) -> "FlatColumns":

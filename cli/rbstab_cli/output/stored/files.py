@@ -89,9 +89,9 @@ def _shard_facts(path: Path) -> Facts:
 
     folder = read_folder(sweep_folder_of(path))
     number = int(path.stem) if path.stem.isdigit() else folder.shards
-    table = folder.read(number) if number < folder.shards else None
-    if table is None:
-        raise NotAResultError(f"{path} is not a whole shard of the sweep {folder.path}")
+    if number >= folder.shards:
+        raise NotAResultError(f"{path} is not a shard of the sweep {folder.path}")
+    table = folder.read(number)
     first, stop = folder.bounds(number)
     statuses = table["status"].tolist()
     counts = {str(s): statuses.count(i) for i, s in enumerate(STATUSES) if i in statuses}
@@ -101,14 +101,14 @@ def _shard_facts(path: Path) -> Facts:
         "shard": f"{number} of {folder.shards}, from 0",
         "members": f"{first} to {stop - 1}",
         **{f"members {status}": count for status, count in counts.items()},
-        "columns": ", ".join(table.layout),
+        "columns": ", ".join(table.columns),
     }
 
 
 def _traces_facts(path: Path) -> Facts:
 
     from rbstab.listing.kinds import sweep_folder_of
-    from rbstab.store.motions_file import read_motions
+    from rbstab.store.motions import read_motions
     from rbstab.sweep.folder.sweep_folder import read_folder
 
     folder = read_folder(sweep_folder_of(path))

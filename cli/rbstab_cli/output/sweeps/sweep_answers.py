@@ -39,7 +39,7 @@ def prove_and_tell(
     Raises:
         StoreError: A proof cannot be written.
     """
-    from rbstab.sweep.proofs.convergence import shares_proof, undecided_reason
+    from rbstab.sweep.proofs.variants import shares_proof, undecided_reason
 
     reasons = [undecided_reason(plan, variant) for variant in plan.variants]
     if None not in reasons:
@@ -61,7 +61,8 @@ def _of_shared(plan: "Plan", sweep: "Sweep", *, unlimited: bool, quiet: bool) ->
     An interrupt ends the proofs at once. Each finished one is stored.
     """
     from rbstab.sweep.folder.member_answers import MAX_COUNTED
-    from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs, shares_proof
+    from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs
+    from rbstab.sweep.proofs.variants import shares_proof
     from rbstab.sweep.sweep import store_convergence
     from rbstab_cli.output.progress import working
 

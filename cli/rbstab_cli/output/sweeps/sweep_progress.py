@@ -74,27 +74,9 @@ class ProgressPrinter:
         self._rate(time.monotonic(), self._done)
         if event.moved_aside is not None:
             self._work.print(f"the previous sweep was moved to {event.moved_aside}")
-        if event.changed_versions:
+        if event.changed:
             self._work.print(
-                "warning: this sweep was started with other versions: "
-                f"{', '.join(event.changed_versions)}"
-            )
-        if event.folder.missing_columns:
-            self._work.print(
-                f"warning: this sweep was started without the columns "
-                f"{', '.join(event.folder.missing_columns)}, and continues without them. To get "
-                "them, run it into another folder (-o DIR)."
-            )
-        if "energy_at_rest" in event.folder.missing_columns:
-            self._work.print(
-                "warning: v of the members from now on counts from the rest state that they "
-                "approach; v of the members of before, from the one nearest to the unloaded "
-                "position. They differ only if the body has several rest states."
-            )
-        if "peak_orientation_error" in event.folder.missing_columns:
-            self._work.print(
-                "warning: the peaks of the members from now on are searched between the samples; "
-                "the peaks of the members of before may be wrong if the motion is fast."
+                f"warning: this sweep was started with other versions: {', '.join(event.changed)}"
             )
         if self._done and not self.quiet:
             self._work.print(

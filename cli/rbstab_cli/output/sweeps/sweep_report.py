@@ -33,10 +33,9 @@ def report_sweep(
         proofs_follow: Whether what is proved is printed afterwards, and so is not counted here.
     """
     from rbstab.sweep.folder.member_answers import member_answers
-    from rbstab.sweep.folder.members_file import counts_by_status, sweep_summary
+    from rbstab.sweep.folder.members_file import counts_by_status
 
     by_status = counts_by_status(sweep.inventory.counts)
-    summary = sweep_summary(sweep.folder.sweep_file) if sweep.finished else None
     found = member_answers(sweep.folder.sweep_file) if sweep.finished else None
     if as_json:
         from rbstab_cli.output.json_output import print_json
@@ -46,8 +45,8 @@ def report_sweep(
         data |= _part_data(sweep) | {"finished": sweep.finished, "check": check}
         if sweep.inventory.missing:
             data["missing"] = sweep.folder.ranges(sweep.inventory.missing)
-        if found is not None and summary is not None:
-            data = found.outcomes.data | summary._asdict() | data
+        if found is not None:
+            data = found.outcomes.data | found.summary | data
             data["answers"] = answers_data(found)
         if answers is not None:
             data["proofs"] = answers.data
@@ -57,19 +56,18 @@ def report_sweep(
         outcomes = found.outcomes
         print_outcomes(outcomes._replace(proved=0) if proofs_follow else outcomes)
     _print_statuses(by_status, member_count(sweep))
-    if summary is None or found is None:
+    if found is None:
         return
     from rbstab.analysis.lyapunov import ENERGY_SCALE
     from rbstab_cli.output.tables import number
 
     completed = by_status.get("completed", 0)
-    share = f"{grouped(summary.settled)} of {grouped(completed)}"
+    share = f"{grouped(found.settled)} of {grouped(completed)}"
+    median = number(found.summary["settling_median"])
     rows = {
         "settled": f"{share} ({found.outcomes.at_rest} to the end)",
-        "settling time, median": (
-            f"{number(summary.settling_median)} s, of those settled" if summary.settled else "-"
-        ),
-        f"worst |r| / {ENERGY_SCALE}": number(summary.worst_residual, 2),
+        "settling time, median": f"{median} s, of those settled" if found.settled else "-",
+        f"worst |r| / {ENERGY_SCALE}": number(found.summary["worst_residual"], 2),
     }
     if not proofs_follow and found.any_proof:
         rows["converge to a rest state"] = counts_of(found)
@@ -88,7 +86,7 @@ def counts_of(found: "MemberAnswers") -> str:
 def answers_data(found: "MemberAnswers") -> dict[str, Any]:
     """Return the answers about the members of a sweep as data for JSON."""
     data = found._asdict() | {"one_state": found.one_state.data}
-    del data["outcomes"]
+    del data["outcomes"], data["summary"]
     return data
 
 
@@ -157,25 +155,29 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
         StoreError: It is not the folder of a sweep, or cannot be read.
     """
     from rbstab.store.disk.lock import is_locked
-    from rbstab.sweep.folder.members_file import counts_by_status, digest_of_shards, is_finished
-    from rbstab.sweep.folder.parts import running_parts
+    from rbstab.sweep.folder.members_file import (
+        counts_by_status,
+        digest_of_shards,
+        is_finished,
+        members_of_shards,
+    )
     from rbstab.sweep.folder.shard_inventory import shard_inventory
     from rbstab.sweep.folder.sweep_folder import read_folder
 
     folder = read_folder(path)
     inventory = shard_inventory(folder)
     damaged = inventory.damaged
-    finished = not inventory.missing and is_finished(folder, digest_of_shards(inventory))
+    known = None if inventory.missing else members_of_shards(folder, digest_of_shards(inventory))
+    finished = is_finished(folder, known)
     by_status = counts_by_status(inventory.counts)
-    parts = running_parts(path)
-    running = bool(parts) or is_locked(path)
+    running = is_locked(path)
     manifest = folder.manifest
     kept = manifest.keep.count(manifest.members)
     if as_json:
         from rbstab_cli.output.json_output import print_json
 
         more = {"finished": finished, "running": running, "damaged_shards": damaged}
-        more |= {"running_parts": [part._asdict() for part in parts], "traces": kept}
+        more |= {"traces": kept}
         first = {} if answers is None else answers.outcomes.data
         first |= {} if answers is None else {"answers": answers_data(answers)}
         print_json(first | _sweep_data(path, manifest, by_status) | more)
@@ -188,7 +190,7 @@ def report_status(path: Path, *, as_json: bool, answers: "MemberAnswers | None" 
         "done": f"{grouped(inventory.members)} ({inventory.members / manifest.members:.1%})",
         "shards": f"{len(inventory.done)} of {folder.shards}, {len(damaged)} damaged",
         "traces": f"of {grouped(kept)} members when all are done" if kept else "none",
-        "running": ", ".join(f"part {part}" for part in parts) or ("yes" if running else "no"),
+        "running": "yes" if running else "no",
         "finished": "yes" if finished else "no",
     }
     _print_rows(rows)
@@ -201,7 +203,7 @@ def report_dry_run(plan: "Plan", path: Path, options: "SweepOptions", *, as_json
 
     from rbstab.files.existence import exists
     from rbstab.processes.processors import processor_count
-    from rbstab.sweep.folder.disk_space import sweep_bytes
+    from rbstab.sweep.folder.open_folder import sweep_bytes
 
     members, done = _member_counts(plan, path, options)
     threads = options.threads or processor_count()

@@ -9,17 +9,13 @@ from rbstab.experiment.proof_cache import PROOFS
 from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
 from rbstab.sweep.folder.manifest import MANIFEST
-from rbstab.sweep.folder.sweep_folder import COMPARISON_FILE
 from rbstab.sweep.plan.load import is_config, is_plan
 
 RESULT = ".h5"
 
 CONFIG, PLAN, PROOF = "a config", "the plan of a sweep", "a proof"
 
-PARTS = {
-    MANIFEST: "the manifest of a sweep",
-    COMPARISON_FILE: "the comparison of a sweep with SciPy",
-}
+PARTS = {MANIFEST: "the manifest of a sweep"}
 """What the JSON files in the folder of a sweep are, by their names."""
 
 COMMANDS = {

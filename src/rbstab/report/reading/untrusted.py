@@ -12,10 +12,9 @@ from rbstab.files.shell_words import shell_word
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.element_states import state_in_file
 from rbstab.report.reading.not_results import not_a_result
-from rbstab.store.disk.existence import path_exists, path_is_dir, path_is_file
+from rbstab.store.disk.paths import path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.result import Result
-from rbstab.store.run_file import open_result
+from rbstab.store.result import Result, open_result
 from rbstab.store.variables import Variable
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, unfinished_error

@@ -170,7 +170,7 @@ def _one_state(members: Members) -> list[Statement]:
 def _level(members: Members, found: OneState) -> str:
     """Return below which v(0) motions of bodies that were proved among many converge."""
     # Of older sweeps, v may count from elsewhere.
-    if not len(found.levels) or "rest_orientation" not in members.table.layout:
+    if not len(found.levels) or "rest_orientation" not in members.table:
         return ""
     least, most = rounded_down(min(found.levels)), rounded_down(max(found.levels))
     bound = f"{least} J" if least == most else f"{least} J (of some bodies up to {most} J)"

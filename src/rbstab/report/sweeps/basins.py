@@ -55,7 +55,7 @@ def basins_of(members: Members) -> Basins | None:
 @np.errstate(all="ignore")  # a foreign file may have any numbers
 def _grouped(members: Members) -> Basins | None:
     """Return the distinct rest states of members, also of different bodies; None as `basins_of`."""
-    if "rest_orientation" not in members.table.layout:
+    if "rest_orientation" not in members.table:
         return None
     Theta, energy = members.column("rest_orientation"), members.column("energy_at_rest")
     known = members.completed & np.isfinite(Theta).all(axis=1) & np.isfinite(energy)

@@ -12,15 +12,19 @@ from rbstab.experiment.answers.outcome import KINDS
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.palette import BAD, GOOD, OPEN, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
-from rbstab.store.array_names import safe_name
 from rbstab.store.table import Table
+from rbstab.store.variables import safe_name
 from rbstab.sweep.folder.outcomes import SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import PROVED
-from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
-from rbstab.sweep.proofs.known import convergence_now, without_theorem
+from rbstab.sweep.proofs.convergence import (
+    MemberConvergence,
+    ProvedConvergence,
+    convergence_now,
+)
 from rbstab.sweep.proofs.one_state import OneState, one_state_of
+from rbstab.sweep.proofs.variants import without_theorem
 
 COLUMNS = (
     "status",
@@ -165,14 +169,14 @@ class Members:
                 for name in self.plan.variants
             ]
         )
-        if "controller_variant" in self.table.layout:
+        if "controller_variant" in self.table:
             return by_variant[self.column("controller_variant"), np.arange(len(self))]
         return by_variant[0]
 
     @property
     def _energy_at_rest(self) -> Array | None:
         """The column `energy_at_rest`; older sweeps have none."""
-        return self.column("energy_at_rest") if "energy_at_rest" in self.table.layout else None
+        return self.column("energy_at_rest") if "energy_at_rest" in self.table else None
 
     @cached_property
     def convergence(self) -> Array:
@@ -199,7 +203,7 @@ class Members:
         """The level, J, that proofs for many bodies at once give for each member; 0: none, (n,)."""
         if self._certified is None:
             return np.zeros(len(self))
-        return self._certified.box_levels(0, len(self))
+        return self._certified.boxes(0, len(self))[0]
 
     @cached_property
     def _proved(self) -> MemberConvergence:
@@ -221,6 +225,6 @@ def read_members(path: Path) -> Members:
     plan = plan_of(read_sweep(path, ()))
     varied = [safe_name(column.key) for column in plan.varied_keys] if plan is not None else []
     table = read_sweep(path, (*varied, *COLUMNS))
-    if not {*varied} <= {*table.layout}:
+    if not {*varied} <= {*table}:
         plan = None
     return Members(with_outcomes(table, plan), plan, path.absolute().parent.parent)

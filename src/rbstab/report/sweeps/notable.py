@@ -13,7 +13,7 @@ from rbstab.report.sweeps.members import FAILED, LEFT_RANGE, OUTCOMES, RETURNS, 
 from rbstab.report.sweeps.parameters import shortened
 from rbstab.report.sweeps.quantities import PEAK_LABEL, start_values
 from rbstab.report.sweeps.table_entries import number
-from rbstab.store.array_names import safe_name
+from rbstab.store.variables import safe_name
 from rbstab.sweep.members.outcome import STATUSES
 
 NUMBER_COLUMNS = {
@@ -94,7 +94,7 @@ def _varied(members: Members) -> list[str]:
 
 
 def _parameter_heads(members: Members) -> list[Head]:
-    columns = [members.table.layout[name] for name in _varied(members)]
+    columns = [members.table.variables[name] for name in _varied(members)]
     if len(columns) > MAX_COLUMNS:
         return [Head("parameters")]
     return [Head(shortened(c.long_name), c.unit, numbers=not c.flags) for c in columns]
@@ -104,10 +104,10 @@ def _parameters(members: Members, k: int) -> list[Cell]:
     """Return the parameters of a member: one cell for each, or a single cell if there are many."""
     cells = []
     for name in _varied(members):
-        flags, value = members.table.layout[name].flags, members.column(name)[k]
+        flags, value = members.table.variables[name].flags, members.column(name)[k]
         cells.append(Cell(flags[int(value)]) if flags else number(float(value), 6))
     if len(cells) <= MAX_COLUMNS:
         return cells
-    labels = [shortened(members.table.layout[name].long_name) for name in _varied(members)]
+    labels = [shortened(members.table.variables[name].long_name) for name in _varied(members)]
     assignments = (f"{label} = {cell.text}" for label, cell in zip(labels, cells, strict=True))
     return [Cell("; ".join(assignments))]

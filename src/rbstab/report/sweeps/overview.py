@@ -88,7 +88,7 @@ def _comparison(table: Columns) -> str:
         return "no member"
     unlike = int(table.attributes.get("checked_unlike", 0))
     summary = f"{counted(checked, 'member')}, {grouped(unlike)} differ"
-    if "check_difference" not in table.extras:
+    if "check_difference" not in table:
         return summary
     differences, columns = table["check_difference"], table["check_column"]
     worst = int(differences.argmax())

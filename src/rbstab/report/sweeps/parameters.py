@@ -9,8 +9,8 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
 from rbstab.report.model.words import untrusted
-from rbstab.store.array_names import safe_name
 from rbstab.store.table import Table
+from rbstab.store.variables import safe_name
 from rbstab.sweep.folder.deciding import shown_number
 from rbstab.sweep.plan.axes import VARIANT, VARIED_SECTIONS, VariedKey
 from rbstab.sweep.plan.axes import Axis as PlanAxis
@@ -111,7 +111,7 @@ def _parameter(plan: Plan, axis: PlanAxis, table: Table) -> Parameter:
     """Return an axis of a plan; of factors, it shows the first number that they scale."""
     column = _representative(axis, table)
     name = safe_name(column.key)
-    stored, values = table.layout[name], table[name]
+    stored, values = table.variables[name], table[name]
     label, unit = shortened(untrusted(stored.long_name)), stored.unit
     if column.scale:
         number = shown_number(plan, column, table)

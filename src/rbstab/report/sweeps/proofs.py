@@ -150,7 +150,7 @@ def _sentence(members: Members, command: str) -> str:
     count = {code: int(np.count_nonzero(convergence == code)) for code in MEANINGS}
     of = tried_members(convergence)
     sentences = [f"{grouped(count[PROVED])} of {of} are proved to converge to a rest state"]
-    if "proved_time" in members.table.layout:
+    if "proved_time" in members.table:
         later = int(((convergence == PROVED) & (members.column("proved_time") > 0)).sum())
         if later:
             some = "all" if later == count[PROVED] else grouped(later)
@@ -183,7 +183,7 @@ def _sentence(members: Members, command: str) -> str:
 
 def _reasons(members: Members) -> dict[str, int]:
     """Return the number of undecided members by the reason, without reasons that do not occur."""
-    if "motion_proof" not in members.table.layout:
+    if "motion_proof" not in members.table:
         return {}
     undecided = members.column("motion_proof")[members.convergence == NOT_DECIDED]
     counts = np.bincount(undecided, minlength=len(MOTION_PROOFS)).tolist()

@@ -101,7 +101,7 @@ def start_energy(members: Members) -> MemberQuantity:
 def start_values(members: Members) -> Array:
     """Return v(0) of each member, shape (n,), J; zero where it is round-off."""
     values = members.column("lyapunov_start")
-    if "energy_scale" not in members.table.layout:
+    if "energy_scale" not in members.table:
         return values
     # A body may start at rest: v(0) would then show its round-off.
     scale = members.column("energy_scale")
@@ -123,7 +123,7 @@ def start_over_level(members: Members) -> MemberQuantity | None:
 @kept
 def proved_time(members: Members) -> MemberQuantity | None:
     """Return when members are inside a certified region, proved; None without such a column."""
-    if "proved_time" not in members.table.layout:
+    if "proved_time" not in members.table:
         return None
     label = "time from which inside a certified region"
     values = _finite(members.column("proved_time"))

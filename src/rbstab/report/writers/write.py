@@ -8,7 +8,7 @@ from rbstab.files.existence import exists
 from rbstab.report.model.document import Report
 from rbstab.report.writers.signature import SIGNATURES, is_report, pictures_folder
 from rbstab.store.disk.atomic import write_atomically
-from rbstab.store.disk.existence import check_writable
+from rbstab.store.disk.paths import check_writable
 from rbstab.store.errors import ResultExistsError, StoreError
 
 SUFFIXES = {

@@ -111,28 +111,22 @@ def write_all(file: BinaryIO, content: bytes | memoryview) -> None:
         view = view[file.write(view) :]
 
 
-def remove_partial_files(folder: Path, older_than: float) -> None:
-    """Remove the partial files that killed writers left in a folder.
-
-    Args:
-        folder: The folder.
-        older_than: Remove only files that were last written more than this time ago, s; 0 removes
-            all. Set it if other processes may be writing.
-    """
-    for partial in folder.glob(f".*{PARTIAL_SUFFIX}"):
-        # Windows cannot remove an open file; a later call removes it.
-        with suppress(FileNotFoundError, PermissionError):
-            if not older_than or time.time() - partial.stat().st_mtime > older_than:
-                partial.unlink()
-
-
 def remove_abandoned(path: Path) -> None:
-    """Remove the partial file of a writer of a result that was killed, if there is one.
+    """Remove the partial file of a writer of a result that was killed, if there is one."""
+    _remove_unlocked(_partial_path(path))
 
-    A living writer holds its lock. The file must not be reused: it may be a second name of the
-    result itself.
+
+def remove_all_abandoned(folder: Path) -> None:
+    """Remove the partial files of killed writers in a folder."""
+    for partial in folder.glob(f".*{PARTIAL_SUFFIX}"):
+        _remove_unlocked(partial)
+
+
+def _remove_unlocked(partial: Path) -> None:
+    """Remove a partial file, if it exists and no living writer holds its lock.
+
+    The file must not be reused: it may be a second name of the result itself.
     """
-    partial = _partial_path(path)
     with suppress(OSError):
         with partial.open("r+b", buffering=0) as file:
             # In the meantime its writer may have finished, and another may have made a new one.

@@ -1,4 +1,4 @@
-"""Folder locks: only one process, or only the processes that share the lock, may write."""
+"""The lock of a folder: one process holds it alone, or several share it."""
 
 import errno
 import sys
@@ -8,6 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from rbstab.store.disk.paths import not_done
 from rbstab.store.errors import StoreError
 
 LOCK_FILE = ".lock"
@@ -27,58 +28,48 @@ UNSUPPORTED_ERRORS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSU
 
 
 class FolderInUseError(StoreError):
-    """Another process is writing to the folder."""
+    """Another process is using the folder."""
 
 
 @contextmanager
-def locked(folder: Path, name: str = LOCK_FILE, *, shared: bool = False) -> Iterator[bool]:
-    """Return a context that holds a lock of a folder.
+def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
+    """Return a context that holds the lock of a folder, where the system has one.
 
-    The operating system releases the lock when the process ends, for any reason.
+    The system releases the lock when the process ends, for any reason. Some network file systems
+    have no locks, Windows has no shared ones, and in a folder that this process may not even read
+    there is nothing to lock.
 
     Args:
         folder: The folder.
-        name: The name of the lock file.
-        shared: Whether other processes may share the lock. Windows has no shared locks.
-
-    Yields:
-        True if the lock is held. False if the file system has no locks (some network file systems),
-        for a shared lock on Windows, and if this process cannot write to the folder.
+        shared: Whether other processes may share the lock.
 
     Raises:
         FolderInUseError: Another process holds the lock.
         StoreError: The lock file cannot be opened or locked.
     """
     try:
-        file = _open_lock_file(folder / name)
+        file = _open_lock_file(folder / LOCK_FILE)
     except OSError as error:
-        raise StoreError(f"{folder} cannot be written: {error.strerror or error}") from error
+        raise not_done(folder, "written", error) from error
     if file is None:
-        yield False
+        yield
         return
     try:
-        yield _lock(file, folder, shared=shared) and file.writable()
+        for attempt in range(MAX_ATTEMPTS):
+            try:
+                try_lock(file, shared=shared)
+                break
+            except BlockingIOError as error:
+                if attempt == MAX_ATTEMPTS - 1:
+                    raise FolderInUseError(f"{folder} is in use by another process") from error
+                time.sleep(RETRY_INTERVAL)
+            except OSError as error:
+                raise not_done(folder, "locked", error) from error
+        yield
     finally:
         # Nothing was written to it: an error of closing means nothing, and the lock is released.
         with suppress(OSError):
             file.close()
-
-
-def _lock(file: BinaryIO, folder: Path, *, shared: bool) -> bool:
-    """Lock the lock file of a folder; return False if the file system has no locks.
-
-    Raises:
-        FolderInUseError: Another process holds the lock.
-        StoreError: The file cannot be locked.
-    """
-    for _ in range(MAX_ATTEMPTS):
-        try:
-            return try_lock(file, shared=shared)
-        except BlockingIOError:
-            time.sleep(RETRY_INTERVAL)
-        except OSError as error:
-            raise StoreError(f"{folder} cannot be locked: {error.strerror or error}") from error
-    raise FolderInUseError(f"{folder} is in use by another process")
 
 
 def _open_lock_file(path: Path) -> BinaryIO | None:
@@ -103,11 +94,11 @@ def _open_lock_file(path: Path) -> BinaryIO | None:
     return None
 
 
-def is_locked(folder: Path, name: str = LOCK_FILE) -> bool:
-    """Whether a process holds an exclusive lock of a folder."""
+def is_locked(folder: Path) -> bool:
+    """Whether a process holds the lock of a folder, alone or with others."""
     try:
-        with (folder / name).open("r+b") as file:
-            try_lock(file, shared=sys.platform != "win32")
+        with (folder / LOCK_FILE).open("r+b") as file:
+            try_lock(file)
     except BlockingIOError:
         return True
     except OSError:

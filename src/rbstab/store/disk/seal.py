@@ -7,11 +7,15 @@ says what the content is. So a file is read without the library of its format.
 
 import hashlib
 import json
+import os
 import re
-from collections.abc import Mapping
+import time
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO
 
+from rbstab.store.disk.atomic import write_all
+from rbstab.store.disk.paths import Identity, identity_of
 from rbstab.store.errors import NewerSchemaError, NotAResultError
 
 FORMAT = 1
@@ -20,6 +24,9 @@ FORMAT = 1
 MAX_INDEX_BYTES = 64 << 20
 """The largest index."""
 
+MIN_AGE = 2.0
+"""s; a file that was changed less than this time ago may change again with the same time stamp."""
+
 _LINE = b"\nrbstab format %03d sha256 %s\n"
 SEAL_SIZE = len(_LINE % (FORMAT, b"0" * 64))
 _SEAL = re.compile(rb"\nrbstab format (?P<format>[0-9]{3}) sha256 (?P<digest>[0-9a-f]{64})\n")
@@ -27,31 +34,28 @@ _OLD_SEAL = re.compile(rb"\nrbstab sha256 [0-9a-f]{64}\n\Z")
 
 _BLOCK = 1 << 20
 
-_DAMAGED = "{} is damaged: its content does not match its digest (or it is open for writing)"
+_unchanged: set[Identity] = set()
+"""The files that this process has compared with their seals."""
 
 
-class Sealed(NamedTuple):
-    """The end of a sealed file.
+def write_sealed(
+    file: BinaryIO, content: Iterable[memoryview], index: Mapping[str, Any]
+) -> tuple[str, int]:
+    """Write a content in ascending order, its index and its seal; return the digest and the size.
 
-    Attributes:
-        digest: The SHA-256 in its seal, in hexadecimal.
-        size: The size of its content, bytes: of all before the index.
-        facts: Its index.
+    Raises:
+        OSError: A byte cannot be written, for example because the disk is full.
     """
-
-    digest: str
-    size: int
-    facts: dict[str, Any]
-
-
-def index_line(index: Mapping[str, Any]) -> bytes:
-    """Return the line of JSON with an index."""
-    return b"\n" + json.dumps(index, ensure_ascii=False).encode()
-
-
-def seal_line(digest: str) -> bytes:
-    """Return the seal with this SHA-256, in hexadecimal."""
-    return _LINE % (FORMAT, digest.encode())
+    line = memoryview(b"\n" + json.dumps(index, ensure_ascii=False).encode())
+    digest, size = hashlib.sha256(), SEAL_SIZE
+    for piece in (*content, line):
+        for begin in range(0, len(piece), _BLOCK):
+            block = piece[begin : begin + _BLOCK]
+            digest.update(block)
+            write_all(file, block)
+        size += len(piece)
+    write_all(file, _LINE % (FORMAT, digest.hexdigest().encode()))
+    return digest.hexdigest(), size
 
 
 def read_seal(path: Path, file: BinaryIO) -> str:
@@ -80,36 +84,41 @@ def read_seal(path: Path, file: BinaryIO) -> str:
     )
 
 
-def check_seal(path: Path, file: BinaryIO) -> Sealed:
-    """Read an open file and check its seal.
+def checked_seal(path: Path, file: BinaryIO) -> str:
+    """Compare a file with its seal, but only once if it cannot change unnoticed.
+
+    Returns:
+        The digest.
 
     Raises:
         NotAResultError: It has no seal, or not its own.
         NewerSchemaError: It was written by a newer rbstab.
         OSError: It cannot be read.
     """
-    digest = read_seal(path, file)
-    left, found = file.tell() - SEAL_SIZE, hashlib.sha256()
+    digest, status, found = read_seal(path, file), os.fstat(file.fileno()), hashlib.sha256()
+    if identity_of(status) in _unchanged:
+        return digest
+    left = file.seek(0, 2) - SEAL_SIZE
     file.seek(0)
     while left > 0 and (block := file.read(min(left, _BLOCK))):
         found.update(block)
         left -= len(block)
     if found.hexdigest() != digest:
-        raise NotAResultError(_DAMAGED.format(path))
-    return _with_index(path, file, digest)
+        raise NotAResultError(
+            f"{path} is damaged: its content does not match its digest (or it is open for writing)"
+        )
+    if time.time() - status.st_mtime > MIN_AGE:
+        _unchanged.add(identity_of(status))
+    return digest
 
 
-def known_seal(path: Path, file: BinaryIO) -> Sealed:
-    """Return the end of an open file that was checked before, or need not be.
+def read_index(path: Path, file: BinaryIO) -> tuple[dict[str, Any], int]:
+    """Return the index of a file, the line before its seal, and the size of what is before it.
 
     Raises:
-        NotAResultError, NewerSchemaError, OSError: As `check_seal`.
+        NotAResultError: It has none.
+        OSError: It cannot be read.
     """
-    return _with_index(path, file, read_seal(path, file))
-
-
-def _with_index(path: Path, file: BinaryIO, digest: str) -> Sealed:
-    """Read the index of an open file: the line before the seal."""
     end = file.seek(0, 2) - SEAL_SIZE
     line, start = b"", end
     while start > 0 and b"\n" not in line and end - start < MAX_INDEX_BYTES:
@@ -124,4 +133,4 @@ def _with_index(path: Path, file: BinaryIO, digest: str) -> Sealed:
         raise NotAResultError(f"{path} is damaged: it has no index") from error
     if begin < 0 or not isinstance(index, dict):
         raise NotAResultError(f"{path} is damaged: it has no index")
-    return Sealed(digest, start + begin, index)
+    return index, start + begin

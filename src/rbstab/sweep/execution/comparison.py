@@ -1,19 +1,12 @@
-"""Run a few members again with SciPy, and keep their differences to the stored ones."""
+"""Run a few members again with SciPy, and compare them with the stored ones."""
 
 from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import asdict
 from itertools import groupby
-from operator import lt
 from threading import Event
-from typing import Annotated
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeInt
 
 from rbstab.mechanics.numbers import Array
-from rbstab.store.document import read_model, write_document
-from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.sweep.execution.events import Comparing
 from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.members.scipy_comparison import (
@@ -25,48 +18,38 @@ from rbstab.sweep.members.scipy_comparison import (
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.plan import Plan
 
-_Difference = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-
-
-class _StoredComparison(BaseModel):
-    """A `ScipyComparison`, as it is stored."""
-
-    model_config = ConfigDict(extra="forbid")
-
-    shards_digest: str
-    members: tuple[int, ...]
-    unlike: NonNegativeInt
-    differences: dict[str, _Difference]
-
 
 def compare_with_scipy(  # noqa: PLR0913, PLR0917 (what is compared, and how)
     plan: Plan,
     folder: SweepFolder,
     shards_digest: str,
     count: int | None,
+    kept: ScipyComparison | None,
     stop: Event,
     on_event: Callable[[Comparing], None],
 ) -> ScipyComparison | None:
-    """Return the comparison of a sweep with SciPy: from its folder if stored there, or a new one.
+    """Return the comparison of a sweep with SciPy: the one that is kept, or a new one.
 
     Args:
         plan: The plan.
         folder: The folder, with all shards.
         shards_digest: The digest of all shards.
-        count: The number of members to compare; default: those of a stored comparison, or else
+        count: The number of members to compare; default: those of the kept comparison, or else
             see `members_to_compare`.
+        kept: A comparison of these shards.
         stop: Any thread may set it to end early.
         on_event: Called before each member, and at the end.
 
     Returns:
-        The comparison, which is stored in the folder; None if it was stopped.
+        The comparison; None if it was stopped.
 
     Raises:
-        StoreError: A shard is missing or damaged, or the comparison cannot be written.
+        StoreError: A shard is missing or damaged.
     """
-    kept = read_comparison(folder)
-    members = list(kept.members) if kept and count is None else members_to_compare(plan, count)
-    if kept is not None and (kept.shards_digest, list(kept.members)) == (shards_digest, members):
+    if kept is not None and count is None:
+        return kept
+    members = members_to_compare(plan, count)
+    if kept is not None and list(kept.members) == members:
         return kept
     singles, rows = SingleRuns(plan, ENGINE, with_largest=True), []
     for done, member in enumerate(members):
@@ -78,20 +61,7 @@ def compare_with_scipy(  # noqa: PLR0913, PLR0917 (what is compared, and how)
     if members:
         on_event(Comparing(len(members), len(members)))
         unlike, differences = compare(_stored(folder, members), _joined(rows))
-    comparison = ScipyComparison(shards_digest, tuple(members), unlike, differences)
-    write_document(folder.comparison_file, asdict(comparison))
-    return comparison
-
-
-def read_comparison(folder: SweepFolder) -> ScipyComparison | None:
-    """Read the comparison of a sweep; None if the file is missing, damaged or of another sweep."""
-    with suppress(StoreError):
-        stored = read_model(folder.comparison_file, _StoredComparison)
-        members = (-1, *stored.members, folder.manifest.members)
-        known = set(stored.differences) <= set(folder.columns)
-        if known and stored.unlike <= len(stored.members) and all(map(lt, members, members[1:])):
-            return ScipyComparison(**dict(stored))
-    return None
+    return ScipyComparison(shards_digest, tuple(members), unlike, differences)
 
 
 def _stored(folder: SweepFolder, members: list[int]) -> dict[str, Array]:
@@ -99,11 +69,8 @@ def _stored(folder: SweepFolder, members: list[int]) -> dict[str, Array]:
     rows: list[dict[str, Array]] = []
     for number, some in groupby(members, lambda member: member // folder.manifest.shard_size):
         table = folder.read(number)
-        if table is None:
-            file = folder.shard_file(number)
-            raise NotAResultError(f"{file} is missing or damaged; run the sweep again")
         chosen = np.array(list(some)) - folder.bounds(number)[0]
-        rows.append({name: table.arrays[name][chosen] for name in table.layout})
+        rows.append({name: table[name][chosen] for name in table.columns})
     return _joined(rows)
 
 

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from rbstab.sweep.folder.shard_inventory import ShardInventory
-from rbstab.sweep.folder.sweep_folder import ShardFacts, SweepFolder
+from rbstab.sweep.folder.shard_inventory import ShardFacts, ShardInventory
+from rbstab.sweep.folder.sweep_folder import SweepFolder
 
 
 class Started(NamedTuple):
@@ -15,14 +15,14 @@ class Started(NamedTuple):
         folder: The folder.
         inventory: The stored and the missing shards.
         moved_aside: See `OpenFolder`.
-        changed_versions: See `OpenFolder`.
+        changed: See `OpenFolder`.
         members: The number of members of this sweep or part, with the stored ones.
     """
 
     folder: SweepFolder
     inventory: ShardInventory
     moved_aside: Path | None
-    changed_versions: tuple[str, ...]
+    changed: tuple[str, ...]
     members: int
 
 

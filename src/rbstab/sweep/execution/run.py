@@ -20,7 +20,7 @@ from rbstab.sweep.execution.computing import Computed, ExecutorError, crashed_me
 from rbstab.sweep.execution.events import EventCallback, ShardDone, Warned
 from rbstab.sweep.execution.machine_properties import processor
 from rbstab.sweep.execution.pools import Pool
-from rbstab.sweep.folder.shard_inventory import ShardInventory
+from rbstab.sweep.folder.shard_inventory import ShardFacts, ShardInventory
 from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.members.engine import EngineFactory, Shard
 from rbstab.sweep.plan.plan import Plan
@@ -205,7 +205,7 @@ class ShardRun:
             return
         del self._parts[number]
         whole = shard if len(parts) == 1 else joined([parts[first] for first in sorted(parts)])
-        facts = self.folder.write(number, whole.outcome, whole.traces)
+        facts = ShardFacts.of(self.folder.write(self.plan, number, whole))
         inventory.done[number] = facts
         if self.fail_fast and facts.first_failed is not None:
             self.stop.set()

@@ -17,8 +17,8 @@ from rbstab.experiment.answers.threshold import (
 )
 from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
-from rbstab.store.array_names import safe_name
 from rbstab.store.table import Table
+from rbstab.store.variables import safe_name
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.plan import Plan
 
@@ -75,7 +75,7 @@ def shown_number(plan: Plan, varied: VariedKey, table: Table) -> NamedNumber:
     Its value times the column of the key is the number of each member. Where a plan varies factors,
     it is the first number that they scale.
     """
-    unit = table.layout[safe_name(varied.key)].unit
+    unit = table.variables[safe_name(varied.key)].unit
     for base in plan.bases.values():
         if varied.scale:
             with suppress(LookupError):

@@ -1,5 +1,6 @@
-"""The manifest of a sweep's folder: its content, its limits, and reading it."""
+"""The manifest of a sweep's folder: made once, never changed, and repeated by each shard."""
 
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Self
@@ -9,24 +10,23 @@ from pydantic import (
     ConfigDict,
     Field,
     StringConstraints,
-    field_validator,
     model_validator,
 )
 
-from rbstab.elements.declarations import OwnState
 from rbstab.integrate.engines import ENGINES
-from rbstab.store.disk.existence import path_exists
-from rbstab.store.document import checked, read_document
+from rbstab.store.disk.paths import path_exists
+from rbstab.store.document import checked, digest_of, read_document
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.sweep.members.outcome import final_columns, known_columns
+from rbstab.sweep.members.outcome import known_columns
 from rbstab.sweep.plan.plan import MAX_MEMBERS, MAX_TITLE_LENGTH, Plan
 from rbstab.sweep.plan.trace_selection import NO_TRACES, TraceSelection
+from rbstab.systems.quantities import is_element_state
 
 MANIFEST = "manifest.json"
 """The name of the file."""
 
-MANIFEST_VERSION = 2
-"""Version 1 had no traces, and its shards were HDF5."""
+MANIFEST_VERSION = 3
+"""Before version 3, shards did not repeat the manifest."""
 
 MAX_SHARDS = MAX_MEMBERS // 16
 """The most shards of a sweep. It allows the smallest default size of a shard for all sweeps."""
@@ -34,54 +34,19 @@ MAX_SHARDS = MAX_MEMBERS // 16
 _MAX_INTEGER = 2**62
 """Shards may be larger than the sweep, and so may the distance between members with traces."""
 
-_MAX_COLUMNS = 1000
-_MAX_VERSIONS = 50
-
-FIRST_COLUMNS = (
-    "status",
-    "end_time",
-    "final_orientation",
-    "final_angular_velocity",
-    "final_position",
-    "final_velocity",
-    "final_connector_state",
-    "lyapunov_start",
-    "lyapunov_end",
-    "energy_residual",
-    "peak_contact_displacement",
-    "peak_time",
-    "peak_orientation",
-    "smallest_regularity",
-    "settling_time",
-    "displacement_settling_time",
-    "steps",
+REQUIRED = (
+    *("status", "end_time", "settling_time", "final_orientation", "rest_orientation"),
+    *("lyapunov_start", "energy_at_rest", "energy_residual", "energy_scale"),
 )
-"""The columns of older folders. Their manifests do not list columns, and later ones have more."""
+"""The columns of every sweep: without them no outcome is known, and no proof applies."""
 
 _Id = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{32}$")]
 _Name = Annotated[str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$", max_length=100)]
 _Text = Annotated[str, StringConstraints(max_length=100)]
-_LongText = Annotated[str, StringConstraints(max_length=1000)]
-_StateName = Annotated[
-    str,
-    StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,39}\.[A-Za-z_][A-Za-z0-9_]*$", max_length=90),
-]
 _Column = Annotated[
     str, StringConstraints(pattern=r"^[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z0-9_]+)?$", max_length=100)
 ]
 """The final value of an own state of a named element has a dot in its name."""
-
-
-class StoredState(BaseModel):
-    """An own state of a named element (`OwnState`)."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-    name: _StateName
-    symbol: _Text
-    unit: _Text
-    description: _LongText
-    size: int = Field(ge=1, le=1000)
 
 
 class Manifest(BaseModel):
@@ -94,9 +59,8 @@ class Manifest(BaseModel):
         shard_size: Members of a shard; the last one may have fewer.
         engine: The name of the engine.
         versions: The versions of rbstab and its libraries when the sweep was started.
-        keep: The members with traces.
         columns: The columns of the shards, set by the version of rbstab that started the sweep.
-        own_states: The own states of named elements. Their final values are columns.
+        keep: The members with traces.
         schema_version: The version of the folder's format.
     """
 
@@ -107,17 +71,10 @@ class Manifest(BaseModel):
     members: int = Field(ge=1, le=MAX_MEMBERS)
     shard_size: int = Field(ge=1, le=_MAX_INTEGER)
     engine: _Name
-    versions: Annotated[dict[_Name, _Text], Field(max_length=_MAX_VERSIONS)]
+    versions: Annotated[dict[_Name, _Text], Field(max_length=50)]
+    columns: Annotated[tuple[_Column, ...], Field(max_length=1000)]
     keep: TraceSelection = NO_TRACES
-    columns: Annotated[tuple[_Column, ...], Field(max_length=_MAX_COLUMNS)] = FIRST_COLUMNS
-    own_states: Annotated[tuple[StoredState, ...], Field(max_length=_MAX_COLUMNS)] = ()
     schema_version: int = MANIFEST_VERSION
-
-    @field_validator("columns")
-    @classmethod
-    def _without_run_ids(cls, columns: tuple[str, ...]) -> tuple[str, ...]:
-        """Leave out a column of shards that were stored before it was dropped."""
-        return tuple(name for name in columns if name != "run_id")
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -125,9 +82,8 @@ class Manifest(BaseModel):
             raise ValueError(f"{self.members} members in shards of {self.shard_size}")
         if len(set(self.columns)) != len(self.columns):
             raise ValueError("a column is listed twice")
-        for name in FIRST_COLUMNS:
-            if name not in self.columns:
-                raise ValueError(f"the column {name} is missing")
+        if missing := [name for name in REQUIRED if name not in self.columns]:
+            raise ValueError(f"the column {missing[0]} is missing")
         listed = self.keep.members
         if not 0 <= self.keep.every <= _MAX_INTEGER or (self.keep.every and listed):
             raise ValueError("no plan selects such traces")
@@ -141,21 +97,17 @@ class Manifest(BaseModel):
         return -(-self.members // self.shard_size)
 
     @property
-    def states(self) -> tuple[OwnState, ...]:
-        """The own states of named elements."""
-        return tuple(OwnState(**state.model_dump()) for state in self.own_states)
-
-    def as_data(self) -> dict[str, Any]:
-        """Return the manifest as plain data, without a list of own states that is empty."""
-        return self.model_dump(mode="json", exclude=None if self.own_states else {"own_states"})
+    def data(self) -> dict[str, Any]:
+        """The manifest as plain data."""
+        return self.model_dump(mode="json")
 
     def fits(self, plan: "Plan | Manifest") -> bool:
         """Whether a plan of the same identity has these members, this engine and these traces."""
         return (self.members, self.engine, self.keep) == (plan.members, plan.engine, plan.keep)
 
 
-def read_manifest(folder: Path) -> Manifest:
-    """Read the manifest of a folder.
+def read_manifest(folder: Path) -> tuple[Manifest, str]:
+    """Read the manifest of a folder, and its id: the digest of its content.
 
     Raises:
         NotAResultError: It is not the folder of a sweep, or its manifest is damaged.
@@ -167,7 +119,7 @@ def read_manifest(folder: Path) -> Manifest:
         raise NotAResultError(f"{folder} is not the folder of a sweep{why}")
     data = read_document(path)
     version = data.get("schema_version")
-    if version == 1:
+    if version in range(1, MANIFEST_VERSION):
         raise NotAResultError(
             f"{folder} was written by an older rbstab; run the sweep in a new folder"
         )
@@ -176,8 +128,18 @@ def read_manifest(folder: Path) -> Manifest:
     if version != MANIFEST_VERSION:
         raise NotAResultError(f"{path} is damaged: schema_version is wrong")
     manifest = checked(path, data, Manifest)
-    known = known_columns() | final_columns(manifest.states)
-    unknown = [name for name in manifest.columns if name not in known]
+    _check_known(folder, manifest)
+    return manifest, digest_of(data)
+
+
+def _check_known(folder: Path, manifest: Manifest) -> None:
+    """Check that this program has the columns and the engine of a sweep.
+
+    Raises:
+        StoreError: They are those of a newer rbstab.
+    """
+    known: Mapping[str, Any] = known_columns()
+    unknown = [one for one in manifest.columns if one not in known and not is_element_state(one)]
     if unknown:
         raise StoreError(
             f"{folder} has columns of a newer rbstab ({', '.join(unknown)}); update rbstab"
@@ -187,4 +149,3 @@ def read_manifest(folder: Path) -> Manifest:
             f"{folder} was computed by the engine {manifest.engine}, which this rbstab does not "
             "have; update rbstab"
         )
-    return manifest

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,23 +11,23 @@ from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.decisions import not_enclosed
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
-from rbstab.store.array_names import safe_name
 from rbstab.store.table import Table
-from rbstab.store.variables import RUN
+from rbstab.store.variables import RUN, safe_name
+from rbstab.sweep.folder.members_file import (
+    RELATIVE_RESIDUAL,
+    counts_by,
+    counts_by_status,
+    relative_residuals,
+)
 from rbstab.sweep.folder.outcomes import READ, SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.folder.sweep_folder import resuming_command
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, NOT_PROVED, PROVED
-from rbstab.sweep.proofs.convergence import ProvedConvergence
-from rbstab.sweep.proofs.known import (
-    PROOF_COLUMNS,
-    convergence_now,
-    members_of_variant,
-    without_theorem,
-)
+from rbstab.sweep.proofs.columns import CONVERGENCE, FALSE, NO_PROOF, NOT_PROVED, PROVED
+from rbstab.sweep.proofs.convergence import PROOF_COLUMNS, ProvedConvergence, convergence_now
 from rbstab.sweep.proofs.one_state import OneState, one_state_of
+from rbstab.sweep.proofs.variants import members_of_variants, without_theorem
 
 MAX_COUNTED = 2_000_000
 """Members are compared with later proofs up to this number. A million take some 5 seconds."""
@@ -51,6 +51,9 @@ class MemberAnswers(NamedTuple):
         one_state: Which bodies have one rest state, by any proof.
         as_finished: Whether proofs that were made after the sweep was finished are not counted.
         outcomes: What became of the members.
+        summary: The same in a few numbers, for JSON: `by_status` and `convergence` by word;
+            `settling_median` of those that settled, s; `worst_residual`, the largest |r| of the
+            completed members over their largest energy; NaN if there is none.
         provable: The first member that is only seen, and whose exact motion was not enclosed, but
             can be: a single run may prove it. None if there is none.
     """
@@ -64,6 +67,7 @@ class MemberAnswers(NamedTuple):
     completed: int
     without_proof: dict[str, int]
     outcomes: SweepOutcomes
+    summary: dict[str, Any]
     one_state: OneState = OneState()
     as_finished: bool = False
     provable: int | None = None
@@ -92,7 +96,8 @@ def read_answers(file: Path) -> Table:
     """
     plan = plan_of(read_sweep(file, ()))
     varied = [] if plan is None else [safe_name(varied.key) for varied in plan.varied_keys]
-    return with_outcomes(read_sweep(file, (*READ, *PROOF_COLUMNS, *varied)), plan)
+    columns = (*READ, *RELATIVE_RESIDUAL, *PROOF_COLUMNS, *varied)
+    return with_outcomes(read_sweep(file, columns), plan)
 
 
 def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> MemberAnswers:
@@ -128,10 +133,24 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
         completed=_count(completed),
         without_proof=_without_proof(plan, codes == NO_PROOF, file.parent),
         outcomes=outcomes_of(table, plan, codes == PROVED),
+        summary=_summary(table, completed, settled),
         one_state=OneState() if proofs is None else one_state_of(proofs, found),
         as_finished=many,
         provable=then if first is None else first,
     )
+
+
+def _summary(table: Table, completed: Array, settled: Array) -> dict[str, Any]:
+    times, residuals = table["settling_time"][settled], relative_residuals(table)[completed]
+    stored = table["convergence"]
+    return {
+        "members": len(stored),
+        "by_status": counts_by_status(np.bincount(table["status"])),
+        "settled": len(times),
+        "settling_median": float(np.median(times)) if len(times) else float("nan"),
+        "worst_residual": float(residuals.max()) if len(residuals) else float("nan"),
+        "convergence": counts_by(CONVERGENCE, np.bincount(stored)) if stored.any() else {},
+    }
 
 
 def _count(mask: Array) -> int:
@@ -147,12 +166,13 @@ def _first_enclosable(plan: Plan | None, members: Array) -> int | None:
     """
     if plan is None:
         return None
-    for variant in plan.variants:
-        smooth = not has_code(plan.base_of(variant)) and not not_enclosed(
-            plan.initial_value_problems[variant]
-        )
-        if not smooth:
-            members = members & ~members_of_variant(plan, variant)
+    enclosable = [
+        variant
+        for variant in plan.variants
+        if not has_code(plan.base_of(variant))
+        and not not_enclosed(plan.initial_value_problems[variant])
+    ]
+    members = members & members_of_variants(plan, enclosable)
     return int(np.flatnonzero(members)[0]) if members.any() else None
 
 

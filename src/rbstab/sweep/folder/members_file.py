@@ -1,39 +1,79 @@
 """The members file of a sweep: what is known of each member beside the shards; and its summary."""
 
 import hashlib
-from collections.abc import Iterator
-from pathlib import Path
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from rbstab.config.numbers import unit_at
+from rbstab.config.source import key_of
 from rbstab.experiment.provenance import provenance
-from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
-from rbstab.store.disk.existence import path_exists
-from rbstab.store.disk.regular_file import read_regular
-from rbstab.store.errors import NotAResultError
-from rbstab.store.table import VARIED, Column, Table
-from rbstab.store.table_file import write_table
-from rbstab.store.variables import RUN, Variable
-from rbstab.sweep.folder.layout import grid_extras, varied_arrays, varied_layout
+from rbstab.store.dataset_file import write_dataset
+from rbstab.store.disk.paths import path_exists, read_regular
+from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.store.table import GRID_AXIS, GRID_LENGTH, VARIED, Column, Table, columns_from
+from rbstab.store.variables import RUN, Variable, safe_name
 from rbstab.sweep.folder.shard_inventory import ShardInventory
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder
-from rbstab.sweep.folder.sweep_table import MEMBERS, read_members_file, read_sweep
+from rbstab.sweep.folder.sweep_table import MEMBERS, read_members_file
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.scipy_comparison import ScipyComparison
+from rbstab.sweep.plan.axes import VARIANT, VariedKey
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
-from rbstab.sweep.proofs.convergence import (
-    MemberConvergence,
-    ProvedConvergence,
-    proved_columns,
-)
-from rbstab.sweep.proofs.known import stored_convergence as stored_in
+from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, proved_columns
 
 HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no", "yes"))
 """The column `traces` of a sweep with traces."""
+
+RELATIVE_RESIDUAL = ("energy_residual", "energy_scale")
+"""The columns that `relative_residuals` needs."""
+
+
+def varied_layout(plan: Plan) -> dict[str, Column]:
+    """Return the columns of a plan's varied keys, by their netCDF names."""
+    return {safe_name(varied.key): _column(plan, varied) for varied in plan.varied_keys}
+
+
+def _column(plan: Plan, varied: VariedKey) -> Column:
+    if varied.path == VARIANT:
+        return Column((), "i1", "1", varied.key, plan.variants)
+    if varied.scale:
+        return Column((), "f8", "1", f"factor on {varied.key}")
+    units = {unit_at(base, varied.key) for base in plan.bases.values()} - {""}
+    return Column((), "f8", units.pop() if len(units) == 1 else "", varied.key)
+
+
+def columns_beside_shards(plan: Plan) -> dict[str, Column]:
+    """Return the columns of the members file."""
+    traces = {"traces": HAS_TRACE} if plan.keep.count(plan.members) else {}
+    return varied_layout(plan) | KNOWN_COLUMNS | traces
+
+
+def varied_arrays(plan: Plan, start: int, stop: int) -> dict[str, Array]:
+    """Return the data of the varied keys for members start to stop; variants as indices."""
+    arrays = {}
+    for key, values in plan.values(start, stop).items():
+        if key == key_of(VARIANT):
+            codes = {variant: code for code, variant in enumerate(plan.variants)}
+            values = np.array([codes[name] for name in values.tolist()], dtype="i1")  # noqa: PLW2901
+        arrays[safe_name(key)] = values
+    return arrays
+
+
+def plan_variables(plan: Plan) -> dict[str, Variable]:
+    """Return the plan as text, the axes along which members are counted, and their lengths."""
+    dimensions = ("grid_axis_number",)
+    names, lengths = list(plan.dimensions.keys()), list(plan.dimensions.values())
+    long_name = "axes along which members are counted, the last one fastest"
+    text = np.array(plan_yaml(plan), dtype=object)
+    return {
+        GRID_AXIS: Variable(dimensions, np.array(names, dtype=object), "", long_name),
+        GRID_LENGTH: Variable(dimensions, np.array(lengths), "1", "their lengths"),
+        "plan": Variable((), text, "", "resolved plan, YAML"),
+    }
 
 
 def digest_of_shards(inventory: ShardInventory) -> str:
@@ -42,22 +82,8 @@ def digest_of_shards(inventory: ShardInventory) -> str:
     return hashlib.sha256(" ".join(digests).encode()).hexdigest()
 
 
-def is_finished(folder: SweepFolder, shards_digest: str) -> bool:
-    """Whether the members file exists, is intact, and is of these shards and the folder's plan.
-
-    What is wanted of the bodies may have changed in the plan, which is then of the same identity.
-    """
-    table = _of_shards(folder, shards_digest)
-    return table is not None and _has_plan_of(folder, table)
-
-
-def known_convergence(folder: SweepFolder, shards_digest: str) -> MemberConvergence | None:
-    """Return what the members file says of convergence; None if it is not of these shards."""
-    return None if _of_shards(folder, shards_digest) is None else stored_convergence(folder)
-
-
-def _of_shards(folder: SweepFolder, shards_digest: str) -> Table | None:
-    """Return what is known of the members; None if it is not of these shards."""
+def members_of_shards(folder: SweepFolder, shards_digest: str) -> Table | None:
+    """Return what the members file says of proofs; None if it is damaged, or of other shards."""
     if not path_exists(folder.sweep_file):
         return None
     try:
@@ -67,9 +93,18 @@ def _of_shards(folder: SweepFolder, shards_digest: str) -> Table | None:
     return table if table.attributes.get("shards_digest") == shards_digest else None
 
 
-def _has_plan_of(folder: SweepFolder, table: Table) -> bool:
-    stored = str(table["plan"]) if "plan" in table.extras else ""
-    return stored.encode(errors="replace") == read_regular(folder.path / PLAN_FILE)
+def is_finished(folder: SweepFolder, table: Table | None) -> bool:
+    """Whether the members file of the shards is of the folder's plan, too.
+
+    What is wanted of the bodies may have changed in the plan, which is then of the same identity.
+
+    Args:
+        folder: The folder.
+        table: The members file, from `members_of_shards`.
+    """
+    if table is None or "plan" not in table:
+        return False
+    return str(table["plan"]).encode(errors="replace") == read_regular(folder.path / PLAN_FILE)
 
 
 def write_members_file(
@@ -91,7 +126,7 @@ def write_members_file(
     Raises:
         StoreError: The file cannot be written, or a shard is missing.
     """
-    manifest = folder.manifest
+    manifest, layout = folder.manifest, columns_beside_shards(plan)
     attributes: dict[str, str | int | float] = {
         "title": plan.title,
         "plan_id": manifest.plan_id,
@@ -102,29 +137,13 @@ def write_members_file(
         "checked_members": len(comparison.members) if comparison is not None else 0,
         "checked_unlike": comparison.unlike if comparison is not None else 0,
         **provenance(manifest.engine),
+        VARIED: " ".join(varied_layout(plan)),
     }
-    extras = grid_extras(plan)
-    if comparison is not None and comparison.differences:
-        extras |= _comparison_extras(comparison)
-    text = np.array(plan_yaml(plan), dtype=object)
-    extras["plan"] = Variable((), text, "", "resolved plan, YAML")
-    varied = varied_layout(plan)
-    attributes[VARIED] = " ".join(varied)
-    layout = varied | KNOWN_COLUMNS
-    if plan.keep.count(plan.members):
-        layout["traces"] = HAS_TRACE
     shards = list(_shards(plan, folder, known))
     arrays = {name: np.concatenate([shard[name] for shard in shards]) for name in (RUN, *layout)}
-    write_table(folder.sweep_file, MEMBERS, layout, arrays, attributes, extras)
-
-
-def stored_convergence(folder: SweepFolder) -> MemberConvergence:
-    """Return what the members file says of convergence.
-
-    Raises:
-        StoreError: The file cannot be read, or is damaged.
-    """
-    return stored_in(read_members_file(folder, KNOWN_COLUMNS))
+    extras = plan_variables(plan) | comparison_variables(comparison)
+    table = Table(columns_from(layout, arrays) | extras, attributes, kind=MEMBERS)
+    write_dataset(folder.sweep_file, table, replace=True)
 
 
 def _shards(
@@ -132,78 +151,55 @@ def _shards(
 ) -> Iterator[dict[str, Array]]:
     convergence = ProvedConvergence(plan, folder.path.parent)
     for number in range(folder.shards):
-        table = folder.read(number)
-        if table is None:
-            raise NotAResultError(f"{folder.shard_file(number)} was lost; run the sweep again")
-        bounds, arrays = folder.bounds(number), dict(table.arrays)
-        proved = convergence.within(*bounds, arrays, convergence.of(*bounds))
+        try:
+            shard = folder.read(number)
+        except NotAResultError as error:
+            raise StoreError(f"{error}; run the sweep again") from error
+        bounds = folder.bounds(number)
+        proved = convergence.within(*bounds, shard, convergence.of(*bounds))
         if known is not None:
             own = MemberConvergence(*(column[slice(*bounds)] for column in known))
             proved = own.beside(proved)
         yield {
-            RUN: table[RUN],
+            RUN: shard[RUN],
             "traces": plan.keep.selected(*bounds).astype("i1"),
             **varied_arrays(plan, *bounds),
-            **proved_columns(proved, arrays),
+            **proved_columns(proved, shard),
         }
 
 
-def _comparison_extras(comparison: ScipyComparison) -> dict[str, Variable]:
-    dimensions = ("check_number",)
-    names = np.array(list(comparison.differences), dtype=object)
-    largest = np.array(list(comparison.differences.values()))
-    long_name = "largest difference to single runs by scipy, over the largest number of the column"
-    return {
-        "check_column": Variable(dimensions, names, "", "columns that were compared"),
-        "check_difference": Variable(dimensions, largest, "1", long_name),
-    }
+def comparison_variables(comparison: ScipyComparison | None) -> dict[str, Variable]:
+    """Return a comparison as variables of the members file."""
+    if comparison is None:
+        return {}
+    members = np.array(comparison.members, dtype=int)
+    found = {"check_member": Variable(("check_run",), members, "1", "members that were compared")}
+    if comparison.differences:
+        dimensions = ("check_number",)
+        names = np.array(list(comparison.differences), dtype=object)
+        largest = np.array(list(comparison.differences.values()))
+        long_name = (
+            "largest difference to single runs by scipy, over the largest number of the column"
+        )
+        found |= {
+            "check_column": Variable(dimensions, names, "", "columns that were compared"),
+            "check_difference": Variable(dimensions, largest, "1", long_name),
+        }
+    return found
 
 
-class SweepSummary(NamedTuple):
-    """Summary of a sweep in a few numbers.
-
-    Attributes:
-        members: The number of members.
-        by_status: The number of members with each status that occurs.
-        settled: The number of completed members that settled.
-        settling_median: The median of their settling times, s.
-        worst_residual: The largest |r| of the completed members over their largest energy; NaN if
-            none completed.
-        convergence: The number of members with each word of the column `convergence` that occurs;
-            empty if it is unknown of all members.
-    """
-
-    members: int
-    by_status: dict[str, int]
-    settled: int
-    settling_median: float
-    worst_residual: float
-    convergence: dict[str, int]
-
-
-def sweep_summary(path: Path) -> SweepSummary:
-    """Return the summary of a finished sweep.
-
-    Raises:
-        StoreError: The file cannot be read, or is damaged.
-    """
-    table = read_sweep(path, ("status", "settling_time", *RELATIVE_RESIDUAL, "convergence"))
-    status, settling = table["status"], table["settling_time"]
-    completed = status == STATUSES.index(RunStatus.COMPLETED)
-    settled = settling[completed & np.isfinite(settling)]
-    relative = relative_residuals(table)[completed]
-    return SweepSummary(
-        len(status),
-        counts_by_status(np.bincount(status, minlength=len(STATUSES))),
-        len(settled),
-        float(np.median(settled)) if len(settled) else float("nan"),
-        float(relative.max()) if len(relative) else float("nan"),
-        _counts_of_convergence(table),
-    )
-
-
-RELATIVE_RESIDUAL = ("energy_residual", "energy_scale")
-"""The columns that `relative_residuals` needs."""
+def comparison_of(folder: SweepFolder, table: Table | None) -> ScipyComparison | None:
+    """Return the comparison in the members file of a sweep; None if there is none."""
+    if table is None or "check_member" not in table:
+        return None
+    digest, unlike = (table.attributes.get(name) for name in ("shards_digest", "checked_unlike"))
+    names = table["check_column"].tolist() if "check_column" in table else []
+    largest = table["check_difference"].tolist() if names else []
+    known = set(names) <= set(folder.manifest.columns) and table["check_member"].dtype.kind == "i"
+    if not known or not isinstance(unlike, int):
+        return None
+    differences = dict(zip(names, largest, strict=False))
+    return ScipyComparison(str(digest), tuple(table["check_member"].tolist()), unlike, differences)
 
 
 def relative_residuals(table: Table) -> Array:
@@ -212,14 +208,11 @@ def relative_residuals(table: Table) -> Array:
         return np.asarray(table["energy_residual"] / table["energy_scale"])
 
 
-def _counts_of_convergence(table: Table) -> dict[str, int]:
-    if not table["convergence"].any():
-        return {}
-    flags = table.layout["convergence"].flags
-    counts = np.bincount(table["convergence"], minlength=len(flags))
-    return {word: n for word, n in zip(flags, counts.tolist(), strict=True) if n}
-
-
 def counts_by_status(counts: Array) -> dict[str, int]:
     """Return the number of members with each status, without statuses that do not occur."""
-    return {str(s): n for s, n in zip(STATUSES, counts.tolist(), strict=True) if n}
+    return counts_by(STATUSES, counts)
+
+
+def counts_by(words: Sequence[str], counts: Array) -> dict[str, int]:
+    """Return the counts that are not 0, by word."""
+    return {str(word): n for word, n in zip(words, counts.tolist(), strict=False) if n}

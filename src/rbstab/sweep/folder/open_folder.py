@@ -1,39 +1,91 @@
-"""Start or resume a sweep in its folder, locked for one process or for the parts of a sweep."""
+"""Start or resume a sweep in its folder.
+
+The manifest is created exclusively: of several commands that start a sweep at once, one writes it,
+and the others go on with it, or are refused if theirs differs. Then each computes shards without
+asking the others. All share the lock of the folder. A command that replaces what is stored holds it
+alone.
+"""
 
 import os
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+import re
+import shutil
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
 from rbstab.experiment.provenance import provenance
-from rbstab.store.disk.atomic import PARTIAL_SUFFIX, remove_partial_files, write_atomically
-from rbstab.store.disk.existence import path_exists
-from rbstab.store.disk.lock import LOCK_FILE, FolderInUseError, locked
-from rbstab.store.disk.regular_file import read_regular
+from rbstab.store.disk.atomic import PARTIAL_SUFFIX, write_atomically
+from rbstab.store.disk.lock import LOCK_FILE, locked
+from rbstab.store.disk.paths import not_done, path_exists, read_regular
 from rbstab.store.document import write_document
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
-from rbstab.sweep.folder.disk_space import trace_size
-from rbstab.sweep.folder.manifest import MANIFEST, MAX_SHARDS, Manifest, StoredState
-from rbstab.sweep.folder.parts import Part, running_parts
-from rbstab.sweep.folder.sweep_folder import (
-    PLAN_FILE,
-    SHARDS,
-    TRACES,
-    SweepFolder,
-    read_folder,
-)
-from rbstab.sweep.members.outcome import columns_of, element_states
+from rbstab.sweep.folder.manifest import MANIFEST, MAX_SHARDS, Manifest
+from rbstab.sweep.folder.members_file import columns_beside_shards
+from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SHARDS, TRACES, SweepFolder, read_folder
+from rbstab.sweep.members.outcome import columns_of
+from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan, plan_id
 from rbstab.sweep.plan.trace_selection import NO_TRACES
-from rbstab.sweep.proofs.convergence import shares_proof
+from rbstab.sweep.proofs.variants import shares_proof
 from rbstab.systems.modes import has_modes
 
-_NOT_OVERWRITTEN = "it is not overwritten. Choose another folder with -o, or move it aside"
+MEMBER_BYTES = 8
+"""The size of the number of a member in a file."""
 
-MAX_WRITE_TIME = 3600.0
-"""s; an older temporary file in a folder of parts is treated as left by a killed process."""
+MAX_TRACE_BYTES = 32e6
+"""Bytes of the traces of a shard. Each thread has one shard in memory."""
+
+MAX_PROOFS = 16
+"""Members of a shard whose motions are enclosed one by one, on average. Each takes about a second.
+"""
+
+MAX_JOINT_PROOFS = 256
+"""Members of a shard whose motions are enclosed together, on average. They take some ten seconds.
+"""
+
+
+class OtherSweepError(ResultExistsError):
+    """A folder holds a sweep of another plan, or with shards of another size."""
+
+
+class Part(NamedTuple):
+    """A part of a sweep: every `parts`-th shard, from the `number`-th on.
+
+    The processes that compute the parts share the plan and the folder, and do not communicate.
+    Neighbouring shards take about the same time, so all parts get about the same work.
+    """
+
+    number: int
+    parts: int
+
+    def __str__(self) -> str:
+        """Return the part as on the command line: 3/8."""
+        return f"{self.number}/{self.parts}"
+
+    def shard_numbers(self, shards: int) -> range:
+        """Return the numbers of this part's shards, of so many of the sweep."""
+        return range(self.number - 1, shards, self.parts)
+
+
+WHOLE = Part(1, 1)
+"""The part that has all shards."""
+
+
+def parse_part(text: str) -> Part:
+    """Parse a part such as 3/8.
+
+    Raises:
+        ValueError: The text is not a part.
+    """
+    found = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
+    if found is None:
+        raise ValueError(f"{text!r} is not a part of a sweep (expected i/n, such as 3/8)")
+    part = Part(int(found[1]), int(found[2]))
+    if not 1 <= part.number <= part.parts:
+        raise ValueError(f"{part} is not a part of a sweep (expected i/n with i from 1 to n)")
+    return part
 
 
 class OpenFolder(NamedTuple):
@@ -42,83 +94,70 @@ class OpenFolder(NamedTuple):
     Args:
         folder: The folder.
         moved_aside: The new path of a different sweep of the same name, if there was one.
-        changed_versions: The versions that have changed since the sweep was started.
+        changed: What has changed in the program since the sweep was started, as texts.
     """
 
     folder: SweepFolder
     moved_aside: Path | None
-    changed_versions: tuple[str, ...]
+    changed: tuple[str, ...]
 
 
 @contextmanager
-def open_for_sweep(
-    path: Path, plan: Plan, shard_size: int | None, *, force: bool = False
+def open_folder(
+    path: Path, plan: Plan, shard_size: int | None, *, force: bool = False, alone: bool = False
 ) -> Iterator[OpenFolder]:
-    """Open and lock the folder of a plan; make it if it does not exist.
+    """Open the folder of a plan; make it if it does not exist.
 
     Args:
         path: The folder.
         plan: The plan.
         shard_size: Members per shard; default the size used in the folder, or else computed.
         force: Rename the folder if it has a different sweep or other files.
+        alone: Whether no other command may run in the folder, as with `force`.
 
     Yields:
-        The folder, locked until the context ends.
+        The folder, whose lock is held until the context ends.
 
     Raises:
-        FolderInUseError: Another process is writing to the folder.
-        ResultExistsError: The folder has a different sweep or other files (without `force`).
+        FolderInUseError: Another command runs, and one of the two must be alone.
+        OtherSweepError: The folder has a different sweep (without `force`).
+        ResultExistsError: The folder has other files (without `force`).
         StoreError: The folder cannot be written.
     """
     moved_aside = None
     wanted = _manifest(plan, shard_size)
-    fixed = shard_size is not None
     while True:
-        with locked_folder(path) as locks_supported:
-            conflict = _conflict(path, wanted, fixed_size=fixed)
-            if conflict is None:
-                folder = _prepare_folder(path, plan, wanted, fixed_size=fixed)
-                if locks_supported:
-                    remove_old_partial_files(path)
-                yield OpenFolder(folder, moved_aside, _changed_versions(path, wanted))
+        with locked_folder(path, alone=alone or force):
+            try:
+                folder = _started(path, plan, wanted, fixed_size=shard_size is not None)
+            except ResultExistsError as error:
+                if not force:
+                    hint = "Choose another folder with -o, or move it aside with --force"
+                    raise type(error)(f"{error}; it is not overwritten. {hint}") from error
+                if os.name != "nt":
+                    moved_aside = _move_aside(path)
+            else:
+                yield OpenFolder(folder, moved_aside, _changes(folder.manifest, wanted))
                 return
-            if not force:
-                raise ResultExistsError(f"{path} {conflict}; {_NOT_OVERWRITTEN} with --force")
-            if os.name != "nt":
-                moved_aside = _move_aside(path)
         if os.name == "nt":
             # Windows cannot move a folder with an open file, such as the lock.
             moved_aside = _move_aside(path)
 
 
 @contextmanager
-def open_for_part(
-    path: Path, plan: Plan, shard_size: int | None, part: Part
-) -> Iterator[OpenFolder]:
-    """Open and lock the folder of a plan for one part; other parts may use it at the same time.
-
-    Args:
-        path: The folder.
-        plan: The plan.
-        shard_size: Members per shard; default the size used in the folder, or else computed.
-        part: The part.
-
-    Yields:
-        The folder, locked until the context ends.
+def locked_folder(path: Path, *, alone: bool = False) -> Iterator[None]:
+    """Make and lock a folder, alone or together with other commands.
 
     Raises:
-        FolderInUseError: Another process runs the whole sweep, or this part.
-        ResultExistsError: The folder has a different sweep or other files.
+        FolderInUseError: Another command uses the folder, and one of the two must be alone.
         StoreError: The folder cannot be written.
     """
-    wanted = _manifest(plan, shard_size)
-    fixed = shard_size is not None
-    with locked_folder(path, part):
-        conflict = _conflict(path, wanted, fixed_size=fixed)
-        if conflict is not None:
-            raise ResultExistsError(f"{path} {conflict}; {_NOT_OVERWRITTEN}")
-        folder = _prepare_folder(path, plan, wanted, fixed_size=fixed)
-        yield OpenFolder(folder, None, _changed_versions(path, wanted))
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise not_done(path, "written", error) from error
+    with locked(path, shared=not alone):
+        yield
 
 
 def planned_folder(
@@ -141,24 +180,10 @@ def planned_folder(
     planned = SweepFolder(path, _manifest(plan, shard_size))
     if not path_exists(path / MANIFEST):
         return planned, None
-    found = read_folder(path)
-    same = found.manifest.plan_id == planned.manifest.plan_id
-    if same and not found.manifest.fits(plan):
-        raise NotAResultError(f"{path / MANIFEST} is damaged: it does not fit its plan")
-    return (found if same else planned), same
-
-
-MAX_TRACE_BYTES = 32e6
-"""Bytes of the traces of a shard. Each thread has one shard in memory."""
-
-
-MAX_PROOFS = 16
-"""Members of a shard whose motions are enclosed one by one, on average. Each takes about a second.
-"""
-
-MAX_JOINT_PROOFS = 256
-"""Members of a shard whose motions are enclosed together, on average. They take some ten seconds.
-"""
+    try:
+        return _fitting(path, planned.manifest, fixed_size=False), True
+    except OtherSweepError:
+        return planned, False
 
 
 def default_shard_size(
@@ -195,19 +220,19 @@ def _proof_limit(plan: Plan) -> int:
 
 
 def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
-    share = plan.keep.count(plan.members) / plan.members
-    problems = plan.initial_value_problems.values()
+    """Return the manifest that this command would write."""
     one_by_one = plan.engine == "scipy" or any(
         problem.switching is not None or problem.schedule is not None or has_modes(problem.system)
-        for problem in problems
+        for problem in plan.initial_value_problems.values()
     )
+    traces = plan.keep.count(plan.members) * _trace_bytes(plan) / plan.members
     smallest = -(-plan.members // MAX_SHARDS)
     size = shard_size or max(
         smallest,
         default_shard_size(
             plan.members,
             one_by_one=one_by_one,
-            trace_bytes=share * trace_size(plan),
+            trace_bytes=traces,
             shard_limit=_proof_limit(plan),
         ),
     )
@@ -224,116 +249,74 @@ def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
         shard_size=min(size, MAX_MEMBERS),
         engine=plan.engine,
         versions={name: known[name] for name in known if name not in ("created", "commit")},
-        keep=plan.keep,
         columns=tuple(columns_of(plan)),
-        own_states=tuple(StoredState(**own._asdict()) for own in element_states(plan)),
+        keep=plan.keep,
     )
 
 
-@contextmanager
-def locked_folder(path: Path, part: Part | None = None) -> Iterator[bool]:
-    """Make and lock a folder: for one process, or for a part while other parts may run.
-
-    Args:
-        path: The folder.
-        part: The part; default the whole sweep.
-
-    Yields:
-        Whether the file system supports locks.
+def _started(path: Path, plan: Plan, wanted: Manifest, *, fixed_size: bool) -> SweepFolder:
+    """Write the manifest if there is none, then the plan and the subfolders that are missing.
 
     Raises:
-        FolderInUseError: Another process is writing to the folder.
+        ResultExistsError: The folder has a different sweep or other files.
         StoreError: The folder cannot be written.
     """
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
-    with ExitStack() as locks:
-        try:
-            supported = locks.enter_context(locked(path, shared=part is not None))
-            if part is not None:
-                supported = locks.enter_context(locked(path, part.lock))
-        except FolderInUseError as error:
-            raise FolderInUseError(f"{error}{_running_parts_text(path)}") from error
-        yield supported
-
-
-def _running_parts_text(path: Path) -> str:
-    running = running_parts(path)
-    return f" (running: part {', '.join(map(str, running))})" if running else ""
-
-
-def _conflict(path: Path, wanted: Manifest, *, fixed_size: bool) -> str | None:
-    """Return the reason why the sweep cannot run in the folder, if any."""
     if not path_exists(path / MANIFEST):
-        names = [f.name for f in path.iterdir() if f.name not in (PLAN_FILE, SHARDS, TRACES)]
-        foreign = [
-            n for n in names if not n.startswith(LOCK_FILE) and not n.endswith(PARTIAL_SUFFIX)
-        ]
-        return f"holds other files ({min(foreign)})" if foreign else None
+        known = (PLAN_FILE, SHARDS, TRACES, LOCK_FILE)
+        names = [file.name for file in path.iterdir()]
+        foreign = [n for n in names if n not in known and not n.endswith(PARTIAL_SUFFIX)]
+        # Another command may have begun the sweep since.
+        if foreign and not path_exists(path / MANIFEST):
+            raise ResultExistsError(f"{path} holds other files ({min(foreign)})")
+        with suppress(ResultExistsError):  # another command has just written it
+            write_document(path / MANIFEST, wanted.data, replace=False)
     try:
-        found = read_folder(path).manifest
+        folder = _fitting(path, wanted, fixed_size=fixed_size)
     except NotAResultError as error:
-        return f"cannot be resumed ({error})"
-    if found.plan_id != wanted.plan_id:
-        return f"holds another sweep (plan {found.plan_id[:8]}, not {wanted.plan_id[:8]})"
-    if not found.fits(wanted):
-        return f"cannot be resumed ({path / MANIFEST} is damaged: it does not fit its plan)"
-    if fixed_size and min(found.shard_size, MAX_MEMBERS) != wanted.shard_size:
-        return f"was started with shards of {found.shard_size} members"
-    return None
-
-
-def _changed_versions(path: Path, new: Manifest) -> tuple[str, ...]:
-    """Return, as texts, the versions that have changed since the sweep was started."""
-    old = read_folder(path).manifest
-    return tuple(
-        f"{name.removesuffix('_version')} {old.versions.get(name, '?')} -> {version}"
-        for name, version in new.versions.items()
-        if old.versions.get(name) != version
-    )
-
-
-def _prepare_folder(path: Path, plan: Plan, manifest: Manifest, *, fixed_size: bool) -> SweepFolder:
-    """Write the plan, the manifest and the subfolders that are missing.
-
-    Other processes may do this at the same time. The first manifest that is written is used.
-    """
-    is_new = not path_exists(path / MANIFEST)
+        raise ResultExistsError(f"{path} cannot be resumed ({error})") from error
     try:
-        for name in (SHARDS, TRACES)[: 2 if manifest.keep != NO_TRACES else 1]:
+        for name in (SHARDS, TRACES)[: 2 if wanted.keep != NO_TRACES else 1]:
             (path / name).mkdir(exist_ok=True)
-        text = plan_yaml(plan).encode()
-        if _read_or_none(path / PLAN_FILE) != text:
+        text, stored = plan_yaml(plan).encode(), b""
+        with suppress(StoreError):
+            stored = read_regular(path / PLAN_FILE)
+        if stored != text:
             write_atomically(path / PLAN_FILE, text, replace=True)
     except OSError as error:
-        raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
-    if is_new:
-        # The manifest is written last: without it the folder counts as empty.
-        with suppress(ResultExistsError):
-            write_document(path / MANIFEST, manifest.as_data(), replace=False)
-        conflict = _conflict(path, manifest, fixed_size=fixed_size)
-        if conflict is not None:
-            raise ResultExistsError(f"{path} {conflict}, by another process at the same time")
-    return read_folder(path)
+        raise not_done(path, "written", error) from error
+    return folder
 
 
-def _read_or_none(path: Path) -> bytes | None:
-    with suppress(StoreError):
-        return read_regular(path)
-    return None
+def _fitting(path: Path, wanted: Manifest, *, fixed_size: bool) -> SweepFolder:
+    """Return the folder of a sweep that was started, if it is the wanted one.
 
-
-def remove_old_partial_files(path: Path) -> None:
-    """Remove the temporary files of killed processes; the caller must hold the lock.
-
-    After parts have run in the folder, only old files are removed. A lock may not be visible on
-    other machines, so a part elsewhere may still be writing a newer file.
+    Raises:
+        OtherSweepError: It is another one.
+        NotAResultError: Its manifest is damaged.
+        StoreError: It cannot be read.
     """
-    shared = any(path.glob(f"{LOCK_FILE}.*"))
-    for folder in (path, path / SHARDS, path / TRACES):
-        remove_partial_files(folder, MAX_WRITE_TIME if shared else 0.0)
+    folder = read_folder(path)
+    found = folder.manifest
+    if found.plan_id != wanted.plan_id:
+        what = f"holds another sweep (plan {found.plan_id[:8]}, not {wanted.plan_id[:8]})"
+        raise OtherSweepError(f"{path} {what}")
+    if not found.fits(wanted):
+        raise NotAResultError(f"{path / MANIFEST} is damaged: it does not fit its plan")
+    if fixed_size and min(found.shard_size, MAX_MEMBERS) != wanted.shard_size:
+        raise OtherSweepError(f"{path} was started with shards of {found.shard_size} members")
+    return folder
+
+
+def _changes(started: Manifest, now: Manifest) -> tuple[str, ...]:
+    """Return what has changed in the program since a sweep was started."""
+    return (
+        *(
+            f"{name.removesuffix('_version')} {started.versions.get(name, '?')} -> {version}"
+            for name, version in now.versions.items()
+            if started.versions.get(name) != version
+        ),
+        *(f"it has no column {name}" for name in now.columns if name not in started.columns),
+    )
 
 
 def _move_aside(path: Path) -> Path:
@@ -348,4 +331,40 @@ def _move_aside(path: Path) -> Path:
     try:
         return path.rename(names[-1])
     except OSError as error:
-        raise StoreError(f"{path} cannot be moved: {error.strerror or error}") from error
+        raise not_done(path, "moved", error) from error
+
+
+def sweep_bytes(plan: Plan, ranges: Iterable[tuple[int, int]] = ()) -> int:
+    """Return the size of a sweep on the disk in bytes, but for the headers of its files.
+
+    Args:
+        plan: The plan.
+        ranges: The members to count in the shards and their traces; default all.
+    """
+    beside, shards = columns_beside_shards(plan).values(), columns_of(plan).values()
+    total = plan.members * (MEMBER_BYTES + sum(column.size for column in beside))
+    for start, stop in ranges or [(0, plan.members)]:
+        total += (stop - start) * (MEMBER_BYTES + sum(column.size for column in shards))
+        if traces := _trace_bytes(plan):
+            total += traces * int(plan.keep.selected(start, stop).sum())
+    return total
+
+
+def _trace_bytes(plan: Plan) -> int:
+    """Return the size of a trace in bytes; 0 if the plan stores no traces."""
+    return layout_of(plan).size + MEMBER_BYTES if plan.keep.count(plan.members) else 0
+
+
+def check_disk_space(plan: Plan, folder: SweepFolder, missing: Iterable[int]) -> None:
+    """Check that the disk has room for the missing shards and the members file.
+
+    Raises:
+        StoreError: The disk clearly has too little space.
+    """
+    ranges = folder.ranges(missing)
+    free = shutil.disk_usage(folder.path).free
+    if ranges and free < (needed := sweep_bytes(plan, ranges)):
+        raise StoreError(
+            f"{folder.path} needs {needed / 1e9:.3g} GB more, and {free / 1e9:.3g} GB are free. "
+            "No member was computed; free some space, or choose another folder with -o"
+        )

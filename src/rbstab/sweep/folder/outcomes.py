@@ -1,5 +1,6 @@
 """The outcomes of the members of a sweep, computed when its table is read."""
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,12 +19,12 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Column, Table
 from rbstab.store.variables import RUN
 from rbstab.sweep.folder.deciding import deciding_sentence, end_of
-from rbstab.sweep.members.outcome import COLUMNS, STATUSES
+from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
 
 READ = ("status", "settling_time", "end_time", "rest_orientation", "final_orientation")
-"""The columns from which the outcomes follow. The oldest sweeps have no `rest_orientation`."""
+"""The columns from which the outcomes follow."""
 
 OUTCOME_COLUMNS = {
     "outcome": Column((), "i1", "1", "what became of the member", tuple(map(str, KINDS))),
@@ -71,7 +72,7 @@ def with_outcomes(table: Table, plan: Plan | None) -> Table:
         plan: Its plan, which says what is wanted; None: the default.
     """
     end = table["final_orientation"]
-    rest = table["rest_orientation"] if "rest_orientation" in table.layout else end
+    rest = table["rest_orientation"]
     settled = np.isfinite(table["settling_time"])
     at_rest = settled & (table["status"] == STATUSES.index(RunStatus.COMPLETED))
     aim = wanted_of(plan)
@@ -79,16 +80,14 @@ def with_outcomes(table: Table, plan: Plan | None) -> Table:
     # What is no number has no tilt; a foreign file may have any numbers.
     with np.errstate(all="ignore"):
         tilts = _tilts(np.where(at_rest[:, np.newaxis], rest, end), desired)
-    columns = {
+    data = {
         "outcome": outcome_codes(_STATUS_CODES[table["status"]], at_rest, tilts, aim.within),
         "final_tilt": tilts,
         "rest_state": pose_numbers(rest, tilts, at_rest),
     }
-    arrays = {name: columns[name].astype(one.dtype) for name, one in OUTCOME_COLUMNS.items()}
-    names = list(table.layout)
-    varied = names[: next((k for k, name in enumerate(names) if name in COLUMNS), len(names))]
-    layout = {name: table.layout[name] for name in varied} | OUTCOME_COLUMNS | dict(table.layout)
-    return Table(layout, dict(table.arrays) | arrays, table.attributes, table.extras)
+    found = {name: column.of(data[name]) for name, column in OUTCOME_COLUMNS.items()}
+    first = {name: table.variables[name] for name in (RUN, *table.varied) if name in table}
+    return replace(table, variables=first | found | dict(table.variables))
 
 
 def _tilts(orientations: Array, desired: Array) -> Array:

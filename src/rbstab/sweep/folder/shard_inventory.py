@@ -1,13 +1,44 @@
 """Inventory of the shards of a sweep: which are stored, and which are missing."""
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.folder.sweep_folder import ShardFacts, SweepFolder
+from rbstab.store.errors import NotAResultError
+from rbstab.store.table import Table
+from rbstab.store.variables import RUN
+from rbstab.sweep.folder.sweep_folder import SweepFolder
+from rbstab.sweep.members.engine import FAILED_CODES
 from rbstab.sweep.members.outcome import STATUSES
+
+
+class ShardFacts(NamedTuple):
+    """Facts of a stored shard.
+
+    Args:
+        counts: The number of members with each status, by its code.
+        first_failed: The first member that failed, if any.
+        digest: The digest of the shard's file, which contains the digest of its traces if any.
+        proved: The number of members whose convergence is proved, if the plan has `prove`.
+    """
+
+    counts: Array
+    first_failed: int | None
+    digest: str
+    proved: int = 0
+
+    @classmethod
+    def of(cls, shard: Table) -> "ShardFacts":
+        """Return the facts of a shard."""
+        status = shard["status"]
+        failed = shard[RUN][np.isin(status, FAILED_CODES)].tolist()
+        proved = shard["proved_rest_state"] if "proved_rest_state" in shard else np.zeros(0)
+        counts = np.bincount(status, minlength=len(STATUSES))
+        return cls(counts, min(failed, default=None), shard.digest, int((proved > 0).sum()))
 
 
 @dataclass
@@ -75,11 +106,12 @@ def shard_inventory(
     inventory = ShardInventory()
     stored = folder.stored_shards()
     for number in range(folder.shards) if numbers is None else numbers:
-        facts = folder.facts(number, read_traces=read_traces) if number in stored else None
-        if facts is not None:
-            inventory.done[number] = facts
-            continue
-        inventory.missing.append(number)
         if number in stored:
+            with suppress(NotAResultError):
+                shard = folder.read(number)
+                if folder.has_whole_traces(number, shard, read=read_traces):
+                    inventory.done[number] = ShardFacts.of(shard)
+                    continue
             inventory.damaged.append(number)
+        inventory.missing.append(number)
     return inventory

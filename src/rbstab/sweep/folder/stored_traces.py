@@ -10,12 +10,11 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.store.cards import line
-from rbstab.store.disk.existence import path_exists
+from rbstab.store.disk.paths import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.motions import Motions, stack_motions
-from rbstab.store.motions_file import read_motions
+from rbstab.store.motions import Motions, read_motions, stack_motions
 from rbstab.store.variables import RUN, Variable, dataset_of, make_read_only
-from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder, traces_checksum
+from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder
 from rbstab.sweep.folder.sweep_table import read_members_file
 from rbstab.sweep.members.traces import TIME
 
@@ -42,7 +41,7 @@ class SweepTraces:
     @cached_property
     def members(self) -> Array:
         """The numbers of all members with stored traces, ascending; shape (k,)."""
-        members = np.concatenate([self._members_of(shard) for shard in self.shards])
+        members = np.concatenate([self.folder.traced(shard) for shard in self.shards])
         make_read_only([members])
         return members
 
@@ -62,7 +61,7 @@ class SweepTraces:
             StoreError: The file cannot be read.
         """
         shard = member // self.folder.manifest.shard_size
-        numbers = self._members_of(shard) if shard in self.shards else np.array([], dtype=int)
+        numbers = self.folder.traced(shard) if shard in self.shards else np.array([], dtype=int)
         row = int(np.searchsorted(numbers, member))
         if row == len(numbers) or numbers[row] != member:
             raise KeyError(f"member {member} has no trace in {self.folder.path}")
@@ -108,19 +107,12 @@ class SweepTraces:
         values = {name: table.varied_values(name) for name in table.varied}
         return {name: v._replace(data=v.data[members]) for name, v in values.items()}
 
-    def _members_of(self, shard: int) -> Array:
-        start, stop = self.folder.bounds(shard)
-        return start + np.flatnonzero(self.folder.manifest.keep.selected(start, stop))
-
     def _file(self, shard: int) -> Path:
         """Return the file of the traces of a shard, verified by its digest."""
         path = self.folder.traces_file(shard)
         if shard not in self._checked:
             try:
-                checksum = traces_checksum(self.folder.columns_of(shard, ()))
-                if checksum is None:
-                    raise NotAResultError(f"{self.folder.shard_file(shard)} has no traces")
-                if not self.folder.has_whole_traces(shard, checksum, read=True):
+                if not self.folder.has_whole_traces(shard, self.folder.read(shard, ()), read=True):
                     raise NotAResultError(f"{path} is damaged: it is not the file of its shard")
             except NotAResultError as error:
                 raise NotAResultError(
@@ -146,10 +138,8 @@ def open_traces(path: str | Path) -> SweepTraces:
     folder = read_folder(Path(path))
     shards = tuple(
         number
-        for number in range(folder.shards)
-        if folder.has_traces(number)
-        and path_exists(folder.shard_file(number))
-        and path_exists(folder.traces_file(number))
+        for number in sorted(folder.stored_shards())
+        if len(folder.traced(number)) and path_exists(folder.traces_file(number))
     )
     if not shards:
         kept = folder.manifest.keep.count(folder.manifest.members)

@@ -1,22 +1,17 @@
 """The table of all members of a finished sweep, read from its shards and its members file."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from rbstab.store.disk.existence import path_exists, path_is_dir
+from rbstab.store.disk.paths import path_exists, path_is_dir
 from rbstab.store.errors import NotAResultError
-from rbstab.store.table import Layout, Table
-from rbstab.store.table_file import read_table
+from rbstab.store.table import Table, read_table
 from rbstab.store.variables import RUN
 from rbstab.sweep.folder.manifest import MANIFEST
-from rbstab.sweep.folder.sweep_folder import (
-    SweepFolder,
-    is_older,
-    read_folder,
-    unfinished_error,
-)
+from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder, unfinished_error
 from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
 
 MEMBERS = "what is known of the members of a sweep"
@@ -40,16 +35,18 @@ def read_sweep(path: Path, names: Iterable[str] | None = None) -> Table:
         raise unfinished_error(folder)
     wanted = None if names is None else set(names)
     known = read_members_file(folder, wanted)
-    columns = [name for name in folder.columns if wanted is None or name in wanted]
+    columns = [name for name in folder.manifest.columns if wanted is None or name in wanted]
     if not columns:
         return known
-    shards = [folder.columns_of(number, columns) for number in range(folder.shards)]
-    arrays = {name: np.concatenate([shard[name] for shard in shards]) for name in columns}
-    varied = {name: known.layout[name] for name in known.varied if name in known.layout}
-    outcomes = {name: folder.columns[name] for name in columns}
-    layout: Layout = {**varied, **outcomes, **known.layout}
+    shards = [folder.read(number, columns) for number in range(folder.shards)]
+    outcomes = {
+        name: shards[0].variables[name]._replace(data=np.concatenate([s[name] for s in shards]))
+        for name in columns
+    }
+    varied = {name: known.variables[name] for name in known.varied if name in known}
+    first = {RUN: known.variables[RUN], **varied, **outcomes}
     # What is known of a member now may be more than its shard says.
-    return Table(layout, {**arrays, **known.arrays}, known.attributes, known.extras)
+    return replace(known, variables=first | dict(known.variables))
 
 
 def read_members_file(folder: SweepFolder, names: Iterable[str] | None = None) -> Table:
@@ -68,10 +65,10 @@ def read_members_file(folder: SweepFolder, names: Iterable[str] | None = None) -
     table, manifest = read_table(folder.sweep_file, MEMBERS, wanted), folder.manifest
     ours = table.attributes.get("plan_id") == manifest.plan_id
     ours = ours and len(table[RUN]) == manifest.members and table[RUN][0] == 0
-    ours = ours and not any(column.dimensions for column in table.layout.values())
+    ours = ours and all(table[name].ndim == 1 for name in table.columns)
     for name, column in KNOWN_COLUMNS.items():
         if wanted is None or name in wanted:
-            ours = ours and name in table.layout and is_older(table.layout[name], column)
+            ours = ours and name in table and column.describes(table.variables[name])
     if not ours:
         raise NotAResultError(f"{folder.sweep_file} is not the members file of this sweep")
     return table
@@ -97,7 +94,7 @@ def check_sweep(file: Path) -> None:
     folder = read_folder(file.parent)
     read_members_file(folder)
     for number in range(folder.shards):
-        folder.columns_of(number)
+        folder.read(number)
 
 
 def open_sweep(path: str | Path) -> Table:

@@ -11,8 +11,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VariedKey
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.proof_selection import ProofSelection
-from rbstab.sweep.proofs.convergence import undecided_reason
-from rbstab.sweep.proofs.variants import rows_of_variants
+from rbstab.sweep.proofs.variants import rows_of_variants, undecided_reason
 
 MAX_NAMED = 6
 """The largest number of ranges of members that a sentence lists."""

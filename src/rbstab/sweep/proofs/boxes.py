@@ -30,8 +30,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers
 from rbstab.sweep.proofs.bodies import own_keys
-from rbstab.sweep.proofs.convergence import shares_proof, undecided_reason
-from rbstab.sweep.proofs.variants import rows_of_variants
+from rbstab.sweep.proofs.variants import rows_of_variants, shares_proof, undecided_reason
 
 SECONDS = 10.0
 """No box is begun after this time."""

@@ -9,19 +9,17 @@ import numpy as np
 
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
-from rbstab.config.numbers import is_of_initial_state
-from rbstab.config.user_code.permission import has_code, may_run_code
-from rbstab.experiment.convergence.decisions import nothing_proved
-from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import has_no_rest_state
 from rbstab.mechanics.numbers import Array
+from rbstab.store.table import Table
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import (
     FALSE,
     FIRST_UNDECIDED,
+    KNOWN_COLUMNS,
     MOTION_PROOFS,
     NO_PROOF,
     NOT_DECIDED,
@@ -31,9 +29,9 @@ from rbstab.sweep.proofs.columns import (
     PROVED,
     STATES_UNDECIDED,
 )
-from rbstab.sweep.proofs.robust import RobustProofs
+from rbstab.sweep.proofs.robust import START_COLUMNS, RobustProofs
 from rbstab.sweep.proofs.starts import ProvedStarts
-from rbstab.sweep.proofs.variants import rows_of_variants
+from rbstab.sweep.proofs.variants import rows_of_variants, shares_proof, undecided_reason
 
 
 class EnergyBound(NamedTuple):
@@ -114,14 +112,17 @@ class ProvedConvergence:
         self.plan = plan
         shared = [variant for variant in plan.variants if shares_proof(plan, variant)]
         found = {variant: cached_proof(results, plan.base_of(variant)) for variant in shared}
-        self._proofs = {v: p for v, p in found.items() if p is not None and is_known(p)}
-        self._starts: dict[str, ProvedStarts] = {}
+        self._proofs = {v: p for v, p in found.items() if p is not None}
+        self._starts = {
+            variant: ProvedStarts(plan.base_of(variant), plan.varied_keys_of(variant), proof)
+            for variant, proof in self._proofs.items()
+        }
         self._robust = {
             variant: RobustProofs(plan, variant, results)
             for variant in plan.variants
             if variant not in shared and undecided_reason(plan, variant) is None
         }
-        self._levels: tuple[tuple[int, int], Array] | None = None
+        self._boxes: tuple[tuple[int, int], tuple[Array, Array]] | None = None
         self.bounds = {
             variant: bound
             for variant, proof in self._proofs.items()
@@ -141,69 +142,51 @@ class ProvedConvergence:
     def of(self, start: int, stop: int) -> MemberConvergence:
         """Return what is proved of the members from number `start` up to `stop`."""
         found = MemberConvergence.nothing(stop - start)
-        codes, rest_states, one_state = found
         for variant, rows, own in rows_of_variants(self.plan, self._proofs, start, stop):
-            proof = self._proofs[variant]
-            one_state[rows] = one_state_code(proof)
             problem = self.plan.initial_value_problems[variant]
-            if has_no_rest_state(proof, at_poles=problem.quaternion):
-                codes[rows] = FALSE
-                continue
-            rest_states[rows] = self._starts_of(variant).find(own, len(rows))
-            codes[rows] = np.where(rest_states[rows] > 0, PROVED, outside_code(proof))
+            starts, count = self._starts[variant], len(rows)
+            new = of_body(starts, own, count, at_poles=problem.quaternion)
+            for column, entries in zip(found, new, strict=True):
+                column[rows] = entries
         return found
 
     def within(
-        self, start: int, stop: int, outcome: Mapping[str, Array], found: MemberConvergence
+        self, start: int, stop: int, table: Table, found: MemberConvergence
     ) -> MemberConvergence:
         """Return what is proved of members, with what proofs for all bodies in a box say.
 
         Args:
             start: The first member.
             stop: One after the last member, as in `range`.
-            outcome: The columns of the members in their shard.
+            table: Their table, with `START_COLUMNS`.
             found: What is proved of them otherwise.
         """
-        levels = self.box_levels(start, stop)
+        levels, _ = self.boxes(start, stop)
         if not levels.any():
             return found
         more = found.copy()
         codes, rest_states, _ = more
         for proofs, rows, own in self._robust_rows(start, stop):
-            columns = {name: column[rows] for name, column in outcome.items()}
+            columns = {name: table[name][rows] for name in START_COLUMNS}
             new = proofs.codes(own, columns, levels[rows])
             rest_states[rows[(new == PROVED) & (codes[rows] != PROVED)]] = 1
             codes[rows[new == PROVED]] = PROVED
         return more
 
-    def box_levels(self, start: int, stop: int) -> Array:
-        """Return the level, J, that proofs for many bodies at once give for each member.
-
-        Such a member has one rest state, a minimum, and its motions with v(0) below the level
-        converge to it. Members of which no such proof says anything have 0; shape (stop - start,).
-        """
-        if self._levels is None or self._levels[0] != (start, stop):
-            found = np.zeros(stop - start)
-            for proofs, rows, own in self._robust_rows(start, stop):
-                found[rows] = proofs.levels(own, len(rows))
-            self._levels = (start, stop), found
-        return self._levels[1]
-
-    def one_state(self, own: Array) -> Array:
-        """Return whether the body of each member has one rest state, by any proof of it.
-
-        Args:
-            own: What proofs of single bodies say of all members, as `MemberConvergence.one_state`.
+    def boxes(self, start: int, stop: int) -> tuple[Array, Array]:
+        """Return what proofs for many bodies at once say of each member, whatever its start.
 
         Returns:
-            The codes in `ONE_STATE_WORDS`, shape (members,).
+            The level, J: such a member has one rest state, a minimum, and its motions with v(0)
+            below the level converge to it; 0 where no such proof says anything. And whether its
+            body has one rest state, by its code in `ONE_STATE_WORDS`. Both of shape (members,).
         """
-        found = own.copy()
-        for proofs, rows, values in self._robust_rows(0, len(own)):
-            of_boxes = proofs.one_state(values, len(rows))
-            decided = of_boxes != STATES_UNDECIDED
-            found[rows[decided]] = of_boxes[decided]
-        return found
+        if self._boxes is None or self._boxes[0] != (start, stop):
+            levels, codes = np.zeros(stop - start), np.zeros(stop - start, np.int8)
+            for proofs, rows, own in self._robust_rows(start, stop):
+                levels[rows], codes[rows] = proofs.of(own, len(rows))
+            self._boxes = (start, stop), (levels, codes)
+        return self._boxes[1]
 
     def counterexamples(self) -> dict[str, BodiesRecord]:
         """Return by variant a body between the bounds of the plan that has not one rest state."""
@@ -216,13 +199,6 @@ class ProvedConvergence:
                 found[proofs.variant] = record
         return found
 
-    def have_own_bodies(self, start: int, stop: int) -> Array:
-        """Return which members are of a variant of several bodies that a theorem decides."""
-        found = np.zeros(stop - start, dtype=bool)
-        for _, rows, _ in self._robust_rows(start, stop):
-            found[rows] = True
-        return found
-
     def _robust_rows(
         self, start: int, stop: int
     ) -> Iterator[tuple[RobustProofs, Array, dict[str, Array]]]:
@@ -230,19 +206,36 @@ class ProvedConvergence:
         for variant, rows, own in rows_of_variants(self.plan, self._robust, start, stop):
             yield self._robust[variant], rows, own
 
-    def _starts_of(self, variant: str) -> ProvedStarts:
-        if variant not in self._starts:
-            keys, proof = self.plan.varied_keys_of(variant), self._proofs[variant]
-            self._starts[variant] = ProvedStarts(self.plan.base_of(variant), keys, proof)
-        return self._starts[variant]
+
+def of_body(
+    starts: ProvedStarts, values: Mapping[str, Array], count: int, *, at_poles: bool
+) -> MemberConvergence:
+    """Return what the proof of one body says of members that differ in their initial state.
+
+    Args:
+        starts: The starts from which it proves convergence.
+        values: The values of the varied keys of the initial state, each of shape (count,).
+        count: The number of members.
+        at_poles: Whether the motions may pass the poles of the Euler angles.
+    """
+    proof, found = starts.proof, MemberConvergence.nothing(count)
+    found.one_state[:] = one_state_code(proof)
+    if has_no_rest_state(proof, at_poles=at_poles):
+        found.codes[:] = FALSE
+    elif proof.states or has_no_rest_state(proof):
+        found.rest_states[:] = starts.find(values, count)
+        # After a brief proof that may find more, that a member is in no region is not known.
+        found.codes[:] = NO_PROOF if proof.goes_on else NOT_PROVED
+        found.codes[found.rest_states > 0] = PROVED
+    return found
 
 
-def proved_columns(starts: MemberConvergence, shard: Mapping[str, Array]) -> dict[str, Array]:
+def proved_columns(starts: MemberConvergence, shard: Table) -> dict[str, Array]:
     """Return `KNOWN_COLUMNS` of a shard, and its own `proved_time` if it has that column.
 
     Args:
         starts: What is proved of the starts of its members.
-        shard: The columns of the shard, with `MOTION_COLUMNS` if the plan has `prove`.
+        shard: The shard, with `MOTION_COLUMNS` if the plan has `prove`.
     """
     codes, rest_states, one_state = starts.copy()
     known = {"proved_rest_state": rest_states, "one_rest_state": one_state}
@@ -282,34 +275,6 @@ def keep_proofs(plan: Plan, results: Path, *, brief: bool = False) -> None:
             proof_for(results, plan.base_of(variant), problem, brief=brief)
 
 
-def shares_proof(plan: Plan, variant: str) -> bool:
-    """Return whether one proof of rest states says something about all members of a variant."""
-    return undecided_reason(plan, variant) is None and all(
-        is_of_initial_state(varied.path) for varied in plan.varied_keys_of(variant)
-    )
-
-
-def undecided_reason(plan: Plan, variant: str) -> str | None:
-    """Return why no theorem decides the motions of a variant, or None if one may.
-
-    The reason is what acts on the body.
-    """
-    base = plan.base_of(variant)
-    if has_code(base) and not may_run_code(base):
-        # It may be a stored plan, whose code must not run.
-        return CODE_NOT_RUN
-    found = nothing_proved(plan.initial_value_problems[variant])
-    return None if found is None else found.why
-
-
-def outside_code(proof: Proof) -> int:
-    """Return the code of a member that starts in no region of a proof.
-
-    After a brief proof that may find more with more boxes, that it is in none is not known.
-    """
-    return NO_PROOF if proof.goes_on else NOT_PROVED
-
-
 def one_state_code(proof: Proof) -> int:
     """Return whether a body has one rest state in the range, a minimum, by its own proof.
 
@@ -326,11 +291,6 @@ def one_state_code(proof: Proof) -> int:
     return NOT_ONE_STATE if none or no_minimum else STATES_UNDECIDED
 
 
-def is_known(proof: Proof) -> bool:
-    """Return whether a proof says anything about rest states."""
-    return bool(proof.states) or has_no_rest_state(proof)
-
-
 def _bound(plan: Plan, variant: str, proof: Proof) -> EnergyBound | None:
     """Return the bound of the region of the lowest rest state; None if it has none."""
     if proof.region is None:
@@ -339,3 +299,27 @@ def _bound(plan: Plan, variant: str, proof: Proof) -> EnergyBound | None:
     return EnergyBound(
         proof.region.lower_bound + proof.states[0].energy, nearest_rest_state(system).energy
     )
+
+
+PROOF_COLUMNS = (*KNOWN_COLUMNS, *START_COLUMNS)
+"""The columns of a sweep from which it follows what is proved of its members now."""
+
+
+def stored_convergence(table: Table) -> MemberConvergence:
+    """Return what the columns of a table say, without later proofs."""
+    return MemberConvergence(*(table[name] for name in KNOWN_COLUMNS))
+
+
+def convergence_now(table: Table, proofs: ProvedConvergence | None) -> MemberConvergence:
+    """Return what is proved of the members: what is stored, and more by proofs made since.
+
+    Args:
+        table: The table of the sweep, with `PROOF_COLUMNS`.
+        proofs: The proofs in the folder of results; None if the plan cannot be read.
+    """
+    stored = stored_convergence(table)
+    # Members without a proof may have one now: variants have proofs of their own.
+    if proofs is None or not (stored.codes == NO_PROOF).any():
+        return stored
+    members = len(stored.codes)
+    return proofs.within(0, members, table, proofs.of(0, members).beside(stored))

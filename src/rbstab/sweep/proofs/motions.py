@@ -16,13 +16,11 @@ from rbstab.experiment.convergence.many_motions import Motions
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.motion.motion import Followed
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.proofs.columns import MOTION_COLUMNS, MOTION_PROOFS
-from rbstab.sweep.proofs.convergence import shares_proof
 from rbstab.sweep.proofs.starts import ProvedStarts
-from rbstab.sweep.proofs.variants import rows_of_variants
+from rbstab.sweep.proofs.variants import rows_of_variants, shares_proof
 
 _PROVERS: "WeakKeyDictionary[Plan, MotionProver]" = WeakKeyDictionary()
 """The prover of each plan. It has the proofs of the rest states, which take up to some seconds."""
@@ -30,8 +28,6 @@ _PROVERS: "WeakKeyDictionary[Plan, MotionProver]" = WeakKeyDictionary()
 _LOCK = Lock()
 """Held while a member is proved: the precision of balls is a setting of the whole process, and a
 process may have several threads that compute members."""
-
-_WORDS = {True: "proved", False: "false"}
 
 
 class _Shared(NamedTuple):
@@ -120,37 +116,26 @@ class MotionProver:
             with _LOCK:
                 found = shared.many.follow_all(centre, error, self.selection.steps)
             for row, one in zip(rows.tolist(), found, strict=True):
-                self._fill(columns, row, one)
+                ended = Undecided.NO_STEP if one.lost else Undecided.STEP_LIMIT
+                if isinstance(one.decision, Convergence):
+                    _fill(columns, row, "proved", one.steps, one.decision.rest_state, one.time)
+                else:
+                    _fill(columns, row, str(one.decision or ended), one.steps)
             return True
         return False
-
-    def _fill(self, columns: dict[str, Array], row: int, found: Followed) -> None:
-        """Fill in what came of the motion of one member."""
-        columns["proof_steps"][row] = found.steps
-        if isinstance(found.decision, Convergence):
-            word = "proved"
-            columns["proved_rest_state"][row] = found.decision.rest_state
-            columns["proved_time"][row] = found.time
-        elif found.decision is not None:
-            word = str(found.decision)
-        else:
-            word = str(Undecided.NO_STEP if found.lost else Undecided.STEP_LIMIT)
-        columns["motion_proof"][row] = MOTION_PROOFS.index(word)
 
     def _enclose(self, columns: dict[str, Array], variant: str, start: int, row: int) -> None:
         """Enclose the motion of one member, and fill in what is proved of it."""
         # An error in one member must not stop the others; it is not decided.
         try:
             found = self._convergence(variant, start + row)
-            word = _word(found)
+            if found.proved:
+                _fill(columns, row, "proved", found.steps, found.rest_state, found.time)
+            else:
+                undecided = str(found.reason or Undecided.NO_REGION)
+                _fill(columns, row, "false" if found.proved is False else undecided, found.steps)
         except Exception:
-            columns["motion_proof"][row] = MOTION_PROOFS.index("failed")
-            return
-        columns["motion_proof"][row] = MOTION_PROOFS.index(word)
-        columns["proof_steps"][row] = found.steps
-        if found.proved:
-            columns["proved_rest_state"][row] = found.rest_state
-            columns["proved_time"][row] = found.time
+            _fill(columns, row, "failed", 0)
 
     def _convergence(self, variant: str, member: int) -> Convergence:
         config = self.plan.config_of(member)
@@ -189,8 +174,16 @@ class MotionProver:
         return _Shared(proof, ProvedStarts(base, keys, proof), many)
 
 
-def _word(found: Convergence) -> str:
-    """Return how an enclosure ended, one of `MOTION_PROOFS`."""
-    if found.proved is not None:
-        return _WORDS[found.proved]
-    return str(found.reason or Undecided.NO_REGION)
+def _fill(  # noqa: PLR0913, PLR0917 (the columns)
+    columns: dict[str, Array],
+    row: int,
+    word: str,
+    steps: int,
+    rest_state: int | None = 0,
+    time: float | None = np.nan,
+) -> None:
+    """Fill in how the enclosure of a member ended, in a word of `MOTION_PROOFS`."""
+    columns["motion_proof"][row] = MOTION_PROOFS.index(word)
+    columns["proof_steps"][row] = steps
+    columns["proved_rest_state"][row] = rest_state
+    columns["proved_time"][row] = time

@@ -14,8 +14,9 @@ from rbstab.experiment.robust.sentences import named_body
 from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.proofs.bodies import first_members, named_members, ranges_of
-from rbstab.sweep.proofs.columns import NOT_ONE_STATE, ONE_STATE
+from rbstab.sweep.proofs.columns import NOT_ONE_STATE, ONE_STATE, STATES_UNDECIDED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
+from rbstab.sweep.proofs.variants import members_of_variants
 
 
 class OneState(NamedTuple):
@@ -112,12 +113,15 @@ def one_state_of(proofs: ProvedConvergence, found: MemberConvergence) -> OneStat
         found: What is known of all members, with what proofs of single bodies say.
     """
     count = len(found.one_state)
-    own: Array = np.where(proofs.have_own_bodies(0, count), found.one_state, 0)
-    codes, counterexamples = proofs.one_state(own), proofs.counterexamples()
+    of_bodies = members_of_variants(proofs.plan, proofs.variants_of_bodies)
+    own: Array = np.where(of_bodies, found.one_state, 0)
+    levels, of_boxes = proofs.boxes(0, count)
+    codes = np.where(of_boxes == STATES_UNDECIDED, own, of_boxes)
+    counterexamples = proofs.counterexamples()
     if not codes.any() and not counterexamples:
         return OneState()
     first = first_members(proofs.plan, proofs.variants_of_bodies)
-    levels = proofs.box_levels(0, count)[first]
+    levels = levels[first]
     return OneState(
         len(first),
         int(np.count_nonzero(codes[first] == ONE_STATE)),

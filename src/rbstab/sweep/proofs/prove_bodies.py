@@ -20,18 +20,15 @@ from rbstab.config.numbers import is_of_initial_state
 from rbstab.config.schema import Config
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.stored_proof.starts import has_no_rest_state
 from rbstab.mechanics.numbers import Array
 from rbstab.processes.workers import worker_pool
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.bodies import Bodies, bodies_of
 from rbstab.sweep.proofs.boxes import BoxProof
-from rbstab.sweep.proofs.columns import FALSE, NO_PROOF, PROVED, STATES_UNDECIDED
+from rbstab.sweep.proofs.columns import NO_PROOF
 from rbstab.sweep.proofs.convergence import (
     MemberConvergence,
-    is_known,
-    one_state_code,
-    outside_code,
+    of_body,
 )
 from rbstab.sweep.proofs.one_state import OneState
 from rbstab.sweep.proofs.starts import ProvedStarts
@@ -115,67 +112,40 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
     decidable = bodies.of_member >= 0
     known[bodies.of_member[decidable & (stored.codes == NO_PROOF)]] = False
     waiting = bodies.order[~known[bodies.order]].tolist()
-    reached, found = known.copy(), _Answers(plan, bodies, stored)
+    reached, answers = known.copy(), stored.copy()
     count, ended_early = int(known.sum()), 0
     progress(count, len(bodies))
     end = None if budget is None else begin + budget
     left = _Left(end, stop or Event())
     for body, proof in _proofs(plan, bodies, results, waiting, left, processes):
-        found.add(body, proof)
+        if proof is not None:
+            _add(plan, bodies.members(body), proof, answers)
+            ended_early += proof.goes_on
         reached[body] = True
         count += 1
-        ended_early += proof is not None and proof.goes_on
         progress(count, len(bodies))
     of_member = np.ones(plan.members, dtype=bool)
     of_member[decidable] = reached[bodies.of_member[decidable]]
     seconds = monotonic() - begin
-    return BodyProofs(found.answers, of_member, len(bodies), count, budget, seconds, ended_early)
+    return BodyProofs(answers, of_member, len(bodies), count, budget, seconds, ended_early)
 
 
-class _Answers:
-    """What is proved of all members, body by body."""
-
-    def __init__(self, plan: Plan, bodies: Bodies, stored: MemberConvergence) -> None:
-        self.plan = plan
-        self.bodies = bodies
-        self.answers = stored.copy()
-
-    def add(self, body: int, proof: Proof | None) -> None:
-        """Add what the proof of a body says of its members."""
-        if proof is None:
-            return
-        members = self.bodies.members(body)
-        codes, rest_states, one_state = self.answers
-        code = one_state_code(proof)
-        if code != STATES_UNDECIDED:
-            one_state[members] = code
-        if not is_known(proof):
-            return
-        problem = next(iter(self.plan.initial_value_problems.values()))
-        if has_no_rest_state(proof, at_poles=problem.quaternion):
-            codes[members] = FALSE
-            return
-        first = int(members[0])
-        row = {key: found.tolist()[0] for key, found in self.plan.values(first, first + 1).items()}
-        keys = tuple(
-            varied
-            for varied in self.plan.varied_keys_of(self.plan.variant_of(row))
-            if is_of_initial_state(varied.path)
-        )
-        values = self._values(members, [varied.key for varied in keys])
-        starts = ProvedStarts(self.plan.config_of(first), keys, proof)
-        numbers = starts.find(values, len(members))
-        # What is stored may be more: a proof for all bodies within tolerances.
-        own_codes = np.where(numbers > 0, PROVED, outside_code(proof)).astype(codes.dtype)
-        new = MemberConvergence(own_codes, numbers, one_state[members])
-        merged = new.beside(MemberConvergence(*(column[members] for column in self.answers)))
-        codes[members], rest_states[members], _ = merged
-
-    def _values(self, members: Array, keys: list[str]) -> dict[str, Array]:
-        """Return the values of some keys of some members, which may be far apart."""
-        first, stop = int(members[0]), int(members[-1]) + 1
-        values = self.plan.values(first, stop, keys)
-        return {key: entries[members - first] for key, entries in values.items()}
+def _add(plan: Plan, members: Array, proof: Proof, answers: MemberConvergence) -> None:
+    """Add what the proof of a body says of the members that have it."""
+    first, stop = int(members[0]), int(members[-1]) + 1
+    row = {key: found.tolist()[0] for key, found in plan.values(first, first + 1).items()}
+    varied = plan.varied_keys_of(plan.variant_of(row))
+    keys = tuple(one for one in varied if is_of_initial_state(one.path))
+    # The members may be far apart.
+    some = plan.values(first, stop, [one.key for one in keys]).items()
+    values = {key: entries[members - first] for key, entries in some}
+    starts = ProvedStarts(plan.config_of(first), keys, proof)
+    problem = next(iter(plan.initial_value_problems.values()))
+    found = of_body(starts, values, len(members), at_poles=problem.quaternion)
+    # What is stored may be more: a proof for all bodies within tolerances.
+    merged = found.beside(MemberConvergence(*(column[members] for column in answers)))
+    for column, entries in zip(answers, merged, strict=True):
+        column[members] = entries
 
 
 class _Left(NamedTuple):

@@ -51,25 +51,21 @@ class RobustProofs:
     def __init__(self, plan: Plan, variant: str, results: FilePath) -> None:
         self.plan, self.variant, self.results = plan, variant, results
 
-    def levels(self, values: Mapping[str, Array], count: int) -> Array:
-        """Return the level of v, J, below which each member converges; 0 where no proof covers it.
+    def of(self, values: Mapping[str, Array], count: int) -> tuple[Array, Array]:
+        """Return what the proofs say of each member, whatever its start.
 
         Args:
-            values: As for `codes`.
+            values: The values of the members from `Plan.values`, each of shape (count,).
             count: The number of members.
-        """
-        return levels_of(self._records, *self._numbers(values), count)
 
-    def one_state(self, values: Mapping[str, Array], count: int) -> Array:
-        """Return whether each body has one rest state: its code in `ONE_STATE_WORDS`, (count,).
-
-        Args:
-            values: As for `codes`.
-            count: The number of members.
+        Returns:
+            The level of v, J, below which it converges, 0 where no proof covers it; and whether its
+            body has one rest state, by its code in `ONE_STATE_WORDS`; both of shape (count,).
         """
-        signs = one_state_of(self._records, *self._numbers(values), count)
-        found: Array = np.array([STATES_UNDECIDED, ONE_STATE, NOT_ONE_STATE], np.int8)[signs]
-        return found
+        numbers = self._numbers(values)
+        codes = np.array([STATES_UNDECIDED, ONE_STATE, NOT_ONE_STATE], np.int8)
+        signs = one_state_of(self._records, *numbers, count)
+        return levels_of(self._records, *numbers, count), codes[signs]
 
     @property
     def has_counterexamples(self) -> bool:
@@ -101,12 +97,10 @@ class RobustProofs:
         Args:
             values: The values of the members from `Plan.values`, each of shape (members,).
             outcome: The columns of the members in their shard.
-            levels: The levels of the members, from `levels`, each of shape (members,).
+            levels: The levels of the members, from `of`, each of shape (members,).
         """
         count = len(outcome["lyapunov_start"])
         nothing = np.full(count, NO_PROOF, dtype=np.int8)
-        if "rest_orientation" not in outcome:  # an older sweep: v may count from elsewhere
-            return nothing
         if not np.any(levels > 0):  # so without a controller, where nothing is ever proved
             return nothing
         start, rest = outcome["lyapunov_start"], outcome["energy_at_rest"]

@@ -1,6 +1,7 @@
 """The members that start where convergence to a rest state is proved, many at once."""
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -52,8 +53,12 @@ class ProvedStarts:
         self.base = base
         self.varied_keys = varied_keys
         self.proof = proof
+
+    @cached_property
+    def system(self) -> System:
+        """The system of the base, of bounded numbers."""
         with np.errstate(all="ignore"):
-            self.system = system_of(base, bounded_decimals)
+            return system_of(self.base, bounded_decimals)
 
     def find(self, values: Mapping[str, Array], members: int) -> Array:
         """Return the number of the rest state to which each member is proved to converge.

@@ -1,4 +1,4 @@
-"""Testing paths before they are used, when the file system may return an error."""
+"""Paths before they are used, when the file system may return an error; and reading small files."""
 
 import os
 import stat
@@ -6,9 +6,19 @@ import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from typing import BinaryIO
 
+from rbstab.files import regular_file
 from rbstab.files.existence import exists, is_dir, is_file
-from rbstab.store.errors import StoreError
+from rbstab.store.errors import NotAResultError, StoreError
+
+Identity = tuple[int, ...]
+"""Numbers that change when a file changes."""
+
+
+def identity_of(found: os.stat_result) -> Identity:
+    """Return the identity of a file."""
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
 def path_exists(path: Path) -> bool:
@@ -43,7 +53,47 @@ def _tested(test: Callable[[Path], bool], path: Path) -> bool:
     try:
         return test(path)
     except OSError as error:
-        raise StoreError(f"{path} cannot be read: {error.strerror or error}") from error
+        raise not_done(path, "read", error) from error
+
+
+def not_done(path: Path, what: str, error: Exception) -> StoreError:
+    """Return the error that a path cannot be "read" or "written", with the system's reason."""
+    return StoreError(f"{path} cannot be {what}: {getattr(error, 'strerror', None) or error}")
+
+
+def open_regular(path: Path) -> BinaryIO:
+    """Open a file for reading bytes.
+
+    Raises:
+        StoreError: The file cannot be opened, or is a folder, a pipe, a socket or a device.
+    """
+    try:
+        return regular_file.open_regular(path)
+    except (OSError, ValueError) as error:
+        raise not_done(path, "read", error) from error
+
+
+def read_regular(path: Path, limit: int | None = None) -> bytes:
+    """Return the bytes of a file.
+
+    Args:
+        path: The file.
+        limit: The largest size to read, bytes.
+
+    Raises:
+        NotAResultError: The file is larger than `limit`.
+        StoreError: The file cannot be read, or is not a regular file.
+    """
+    try:
+        with open_regular(path) as file:
+            size = os.fstat(file.fileno()).st_size
+            if limit is not None and size > limit:
+                raise NotAResultError(
+                    f"{path} has {size / 1e6:.3g} MB, more than rbstab ever writes to such a file"
+                )
+            return file.read()
+    except OSError as error:
+        raise not_done(path, "read", error) from error
 
 
 def check_writable(path: Path) -> None:
@@ -60,7 +110,7 @@ def check_writable(path: Path) -> None:
     try:
         reason = _reason_not_writable(path)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
+        raise not_done(path, "written", error) from error
     if reason is not None:
         raise StoreError(f"{path} cannot be written: {reason}")
 
@@ -83,8 +133,7 @@ def check_folder(folder: Path) -> None:
         with tempfile.TemporaryFile(dir=existing):
             pass
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise StoreError(f"{folder} cannot be written: {reason}") from error
+        raise not_done(folder, "written", error) from error
 
 
 def _reason_not_writable(path: Path) -> str | None:

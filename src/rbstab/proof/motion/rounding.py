@@ -27,6 +27,11 @@ UNDERFLOW = 1e-250
 what is lost is multiplied by at most three further entries, and added up `MAX_TERMS` times."""
 
 
+UNIT = 2.0**-53 * 1.001
+"""A sum of n products of doubles has a rounding error of at most n times this, relative to the sum
+of the absolute products, for n below 10⁹."""
+
+
 def rounded_up(magnitude: Any) -> Any:
     """Return an upper bound on the exact value of a sum of products of non-negative numbers.
 

@@ -22,7 +22,6 @@ proof (R. Lohner, 1988, for the frames).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -36,22 +35,19 @@ from rbstab.proof.motion.linear_flow import (
     linear_flow,
     turned_frames,
 )
-from rbstab.proof.motion.models import UNIT, Models, evaluated
-from rbstab.proof.motion.monomials import Monomials, monomials_up_to
+from rbstab.proof.motion.models import Models, Proved
+from rbstab.proof.motion.monomials import Monomials
 from rbstab.proof.motion.motion_set import MotionSet
-from rbstab.proof.motion.rounding import LARGEST, error_of_products, rounded_up
+from rbstab.proof.motion.rounding import LARGEST, UNIT, error_of_products, rounded_up
 from rbstab.proof.motion.series import node_series, summed
 
-ORDER = 16
+ORDER = 20
 """The highest power of τ in p."""
 
-JACOBIAN_TERMS = 12
+JACOBIAN_TERMS = 16
 """The number of terms of J, and the degree of Φ and Ψ."""
 
-JACOBIAN_DEGREE = 3
-"""The highest degree in z of the models of ∂f/∂y."""
-
-TOLERANCE = 1e-15
+TOLERANCE = 1e-14
 """The size of the last terms of p in τ, relative to the scale of a state."""
 
 MAX_LAST_TERM = 1e-8
@@ -155,36 +151,37 @@ def set_steps(
         if disturbance is not None:
             reached = (disturbance.expected / scale).max(axis=-1) * h  # one state moves others
             margin = margin + 2.0 * GROWTH * reached[:, np.newaxis] * scale
-        step = _Steps(field, start.space, h, series, margin)
-        tube = step.tube()
-        d = step.defect()
+        n, p = len(scale), series[:, : len(scale)]
+        proved = Proved(field.program, start.space, series)
+        d = _defect(p, proved.results(np.zeros_like(margin.T))[:n], h)
         if disturbance is not None:
+            tube = Models(start.space, p, np.ascontiguousarray(margin.T))
             d = rounded_up(d + h[:, np.newaxis] * disturbance.bound(tube))
-        J, G = step.jacobian(tube)
+        J, G = _jacobian(proved.results(margin.T)[n:], field.places, n, h)
         flow, frame = linear_flow(J), frames_of(start.frame)
         linear = linear_bounds(flow, frame)
         share = SHARE if disturbance is None and not start.space.variables else 1.0
-        b, W, found = _error_bounds(linear, start.radius, d, G, step.margin, share)
-        size = rounded_up(np.abs(step.p).sum(axis=0).sum(axis=-1)).T
-        beside = rounded_up(_times(linear.mismatch, b) + (len(step.p) + 1) * UNIT * size)
+        b, W, found = _error_bounds(linear, start.radius, d, G, margin, share)
+        size = rounded_up(np.abs(p).sum(axis=0).sum(axis=-1)).T
+        beside = rounded_up(_times(linear.mismatch, b) + (len(p) + 1) * UNIT * size)
         Phi, error = flow.forward.sum(axis=-3), error_of_products(np.abs(flow.forward).sum(axis=-3))
         end = turned_frames(Phi, error, frame, (W, beside), scale)
         entries = (frame.matrix, frame.inverse, flow.forward, flow.backward, J, G, *end)
         usable = np.all([_are_moderate(part) for part in entries], axis=0)
         usable = usable & found & (h > 0) & (size <= LARGEST).all(axis=-1)
-        polynomial = np.ascontiguousarray(step.p.sum(axis=0).swapaxes(0, 1))
-    return SetSteps(h, step.p, b, MotionSet(start.space, polynomial, *end), usable)
+        polynomial = np.ascontiguousarray(p.sum(axis=0).swapaxes(0, 1))
+    return SetSteps(h, p, b, MotionSet(start.space, polynomial, *end), usable)
 
 
 def _series(field: Field, start: MotionSet, scale: Array, longest: Array) -> tuple[Array, Array]:
-    """Return the length of each step, and the series of the nodes of `field.step` in τ."""
+    """Return the length of each step, and the series of all nodes in τ."""
     known = start.polynomial.swapaxes(0, 1)[np.newaxis]
-    values = node_series(field.step, start.space, known, longest, ORDER)
+    values = node_series(field.program, start.space, known, longest, ORDER)
     n, factor = len(scale), np.ones(len(start))
     for k in (ORDER - 1, ORDER):
         size = (np.abs(values[k, :n]).sum(axis=-1) / scale[:, np.newaxis]).max(axis=0)
         factor = np.minimum(factor, (TOLERANCE / np.maximum(size, 1e-300)) ** (1.0 / k))
-    slopes = summed(field.step.results[n:], values[:JACOBIAN_TERMS])[..., 0]
+    slopes = summed(field.program.results, values[:JACOBIAN_TERMS])[:, n:, :, 0]
     last = linear_flow(_matrices(slopes, field.places, n) * longest[:, None, None, None])
     power = 1.0 / JACOBIAN_TERMS
     factor = np.minimum(factor, (MAX_LAST_TERM / last.last_term(scale)) ** power)
@@ -194,62 +191,29 @@ def _series(field: Field, start: MotionSet, scale: Array, longest: Array) -> tup
     return h, values * powers[:, np.newaxis, :, np.newaxis]
 
 
-@dataclass(frozen=True, eq=False)
-class _Steps:
-    """Steps that are to be proved. All rates are by τ, so times h.
+def _defect(p: Array, rates: Models, h: Array) -> Array:
+    """Bound |hf(p) - p'| for 0 <= τ <= 1 and all z, shape (sets, n), from the models of f(p)."""
+    coefficients, slopes = h[:, np.newaxis] * rates.polynomial, np.zeros_like(p)
+    slopes[:-1] = p[1:] * np.arange(1, len(p))[:, None, None, None]
+    rounding = 3 * UNIT * (np.abs(coefficients) + np.abs(slopes))
+    found = (np.abs(coefficients - slopes) + rounding).sum(axis=0).sum(axis=-1)
+    bound: Array = rounded_up(found + h * rates.remainder).T
+    return bound
 
-    Args:
-        series: The series of the nodes of `field.step`, in τ; p is that of the variables.
-        margin: The largest |e| for which the bounds hold, shape (sets, n).
+
+def _jacobian(slopes: Models, places: Array, n: int, h: Array) -> tuple[Array, Array]:
+    """Return J, h∂f/∂y along p at z = 0, and G, from the models of ∂f/∂y within the margin.
+
+    G, shape (sets, n, n), bounds |h∂f/∂y(p + e) - J| for all z, 0 <= τ <= 1 and |e| within the
+    margin. High powers of τ are left out of J.
     """
-
-    field: Field
-    space: Monomials
-    h: Array
-    series: Array
-    margin: Array
-
-    @property
-    def p(self) -> Array:
-        """p, shape (terms, n, sets, monomials)."""
-        return self.series[:, : self.margin.shape[1]]
-
-    def tube(self) -> Models:
-        """The states within the margin of p."""
-        return Models(self.space, self.p, np.ascontiguousarray(self.margin.T))
-
-    def defect(self) -> Array:
-        """Bound |hf(p) - p'| for 0 <= τ <= 1 and all z, shape (sets, n)."""
-        p = Models(self.space, self.p, np.zeros_like(self.margin.T))
-        rates = evaluated(self.field.rates, p, self.series[:, self.field.guess])
-        coefficients = self.h[:, np.newaxis] * rates.polynomial
-        slopes = np.zeros_like(coefficients)
-        slopes[:-1] = self.p[1:] * np.arange(1, len(self.p))[:, None, None, None]
-        rounding = 3 * UNIT * (np.abs(coefficients) + np.abs(slopes))
-        found = (np.abs(coefficients - slopes) + rounding).sum(axis=0).sum(axis=-1)
-        bound: Array = rounded_up(found + self.h * rates.remainder).T
-        return bound
-
-    def jacobian(self, tube: Models) -> tuple[Array, Array]:
-        """Return J, h∂f/∂y along p at z = 0, and G.
-
-        G, shape (sets, n, n), bounds |h∂f/∂y(p + e) - J| for all z, 0 <= τ <= 1 and |e| within the
-        margin. High powers of τ, and higher degrees in z, go into the remainders.
-        """
-        low = monomials_up_to(self.space.variables, min(JACOBIAN_DEGREE, self.space.degree))
-        n, count, terms = self.margin.shape[1], len(low), JACOBIAN_TERMS
-        cut = np.ascontiguousarray(self.series[:terms, ..., :count])
-        left_out = np.abs(tube.polynomial)
-        left_out[:terms, ..., :count] = 0.0
-        remainder = rounded_up(tube.remainder + left_out.sum(axis=0).sum(axis=-1))
-        slopes = evaluated(self.field.step, Models(low, cut[:, :n], remainder), cut)[n:]
-        middle = self.h * slopes.polynomial[..., 0]
-        slopes.polynomial[..., 0] = 0.0
-        size = np.abs(slopes.polynomial).sum(axis=0).sum(axis=-1) + slopes.remainder
-        bound = self.h * size + 2 * UNIT * np.abs(middle).sum(axis=0)
-        G = np.zeros((len(self.h), n, n))
-        G[:, self.field.places[0], self.field.places[1]] = rounded_up(bound).T
-        return _matrices(middle, self.field.places, n), G
+    middle, rest = h * slopes.polynomial[:JACOBIAN_TERMS, ..., 0], slopes.polynomial.copy()
+    rest[:JACOBIAN_TERMS, ..., 0] = 0.0
+    size = np.abs(rest).sum(axis=0).sum(axis=-1) + slopes.remainder
+    bound = h * size + 2 * UNIT * np.abs(middle).sum(axis=0)
+    G = np.zeros((len(h), n, n))
+    G[:, places[0], places[1]] = rounded_up(bound).T
+    return _matrices(middle, places, n), G
 
 
 def _matrices(entries: Array, places: Array, n: int) -> Array:

@@ -198,7 +198,7 @@ def _cut_down(
     jump = on_tube.polynomial[0, :n, 0, 0]
     wide = tube.within(np.abs(jump)[:, np.newaxis] * h)
     slopes = np.zeros((n, n))
-    slopes[field.places[0], field.places[1]] = evaluated(field.program, wide).bound[n:, 0]
+    slopes[field.places[0], field.places[1]] = evaluated(field.step, wide).bound[n:, 0]
     rest = on_tube[slice(n)].plus(-jump[:, np.newaxis]).bound[:, 0]
     D = rounded_up(rest + rounded_up(slopes @ np.abs(jump)) * h)
     moved = _moved_start(program, states, jump, (lows[0], highs[0]), scale)

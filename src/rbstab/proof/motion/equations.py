@@ -12,7 +12,7 @@ from rbstab.proof.exact.expr import Atom, Expr, expr, factored, numbers, variabl
 from rbstab.proof.exact.rewriting import derivative
 from rbstab.proof.motion.models import Models, evaluated
 from rbstab.proof.motion.motion_set import MotionSet
-from rbstab.proof.motion.program import Program, program
+from rbstab.proof.motion.program import Program, programs
 from rbstab.systems.modes import Modes, guards_at, mode_owners, with_modes
 from rbstab.systems.system import System
 
@@ -27,11 +27,13 @@ class Field(NamedTuple):
     """The equations ẏ = f(y) of a system in one tuple of modes.
 
     Attributes:
-        program: f, and the entries of ∂f/∂y that are not zero.
+        rates: f.
+        step: f, and the entries of ∂f/∂y that are not zero; its first nodes are those of `rates`.
         places: The rows and columns of the entries, shape (2, entries).
     """
 
-    program: Program
+    rates: Program
+    step: Program
     places: Array
 
 
@@ -65,7 +67,7 @@ class Equations:
             if slope.terms
         }
         places = np.array(list(slopes), dtype=int).reshape(-1, 2).T
-        return Field(self._program([*rates, *slopes.values()]), places)
+        return Field(*programs(self.size, rates, slopes.values()), places)
 
     def difference(self, modes: Modes, other: Modes) -> Program:
         """Return f in some modes less f in others; what they have in common cancels exactly."""
@@ -132,4 +134,4 @@ class Equations:
             return [derivative(e, {j: expr(1)}, known) for j, known in enumerate(self._known)]
 
     def _program(self, results: Sequence[Expr]) -> Program:
-        return program(self.size, results)
+        return programs(self.size, results)[0]

@@ -11,7 +11,7 @@ from rbstab.proof.exact.expr import Expr
 from rbstab.proof.motion.linear_flow import frames_of
 from rbstab.proof.motion.models import Models, evaluated
 from rbstab.proof.motion.monomials import Monomials, monomials_up_to
-from rbstab.proof.motion.program import program
+from rbstab.proof.motion.program import programs
 from rbstab.proof.motion.rounding import UNIT, rounded_up
 
 POINT = monomials_up_to(0, 0)
@@ -122,7 +122,7 @@ def set_of(states: Sequence[Expr], space: Monomials, scale: Array) -> MotionSet 
     """
     variables = np.zeros((1, max(space.variables, 1), 1, len(space)))
     variables[0, : space.variables, 0, 1 : space.variables + 1] = np.eye(space.variables)
-    of_z = program(variables.shape[1], states)
+    (of_z,) = programs(variables.shape[1], states)
     found = evaluated(of_z, Models(space, variables, np.zeros(variables.shape[1:3])))
     frame = np.diag(scale)[np.newaxis]
     with np.errstate(all="ignore"):

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
+from itertools import groupby
 
 import numpy as np
 
@@ -95,30 +96,36 @@ class Program:
         return np.concatenate([self.places.get(kind, np.zeros(0, dtype=int)) for kind in kinds])
 
 
-def program(variables: int, results: Iterable[Expr]) -> Program:
-    """Return the program of expressions of the variables from 0 on."""
-    graph = _Graph(variables)
-    forms = [graph.form(e) for e in results]
-    graph.add_slopes()
-    order = sorted(range(len(graph.nodes)), key=lambda k: (*graph.nodes[k][:2], k))
-    place = {number: variables + k for k, number in enumerate(order)}
-    place |= {-1 - k: k for k in range(variables)}
-    groups: dict[tuple[int, str], list[int]] = {}
-    places: dict[str, list[int]] = {}
-    for k in order:
-        depth, kind = graph.nodes[k][:2]
-        groups.setdefault((depth, kind), []).append(k)
-        places.setdefault(kind, []).append(place[k])
+def programs(variables: int, *groups: Iterable[Expr]) -> list[Program]:
+    """Return programs of expressions of the variables from 0 on.
+
+    Args:
+        variables: The number of variables.
+        groups: The results of the first program, and what each further one has beside those of the
+            one before. The first nodes of a program are those of the one before.
+    """
+    graph, forms, found = _Graph(variables), list[Form](), list[Program]()
+    order, place = list[int](), {-1 - k: k for k in range(variables)}
+    operations, places = list[Operation](), dict[str, list[int]]()
 
     def operands(nodes: Sequence[int]) -> Sums:
         return _sums([graph.operands[k][side] for side in (0, 1) for k in nodes], place)
 
-    operations = [
-        Operation(kind, slice(place[some[0]], place[some[-1]] + 1), operands(some))
-        for (_, kind), some in groups.items()
-    ]
-    by_kind = {kind: np.array(some) for kind, some in places.items()}
-    return Program(variables, tuple(operations), operands(order), by_kind, _sums(forms, place))
+    for group in groups:
+        forms += map(graph.form, group)
+        graph.add_slopes()
+        new = sorted(range(len(order), len(graph.nodes)), key=lambda k: (*graph.nodes[k][:2], k))
+        place |= {k: variables + len(order) + i for i, k in enumerate(new)}
+        order += new
+        for (_, kind), some in groupby(new, key=lambda k: graph.nodes[k][:2]):
+            nodes = list(some)
+            places.setdefault(kind, []).extend(place[k] for k in nodes)
+            first = place[nodes[0]]
+            operations.append(Operation(kind, slice(first, first + len(nodes)), operands(nodes)))
+        by_kind = {kind: np.array(some) for kind, some in places.items()}
+        results = _sums(forms, place)
+        found.append(Program(variables, tuple(operations), operands(order), by_kind, results))
+    return found
 
 
 class _Graph:

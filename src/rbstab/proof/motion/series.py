@@ -32,21 +32,25 @@ def node_series(
     Args:
         program: The program. With `longest`, its first results are the rates of the variables.
         space: The monomials in z.
-        known: Coefficients of the variables, shape (terms, variables, sets, monomials).
+        known: Coefficients of the variables, or of them and some of the next nodes, shape (terms,
+            nodes, sets, monomials).
         longest: If given, only the first coefficients of the variables are known, and the others
             follow from the rates: these are motions, τ = t/longest, in s, shape (sets,).
         order: The highest power of τ; without `longest` that of `known`.
     """
     n, terms = program.variables, len(known) if longest is None else order + 1
     values = np.zeros((terms, len(program), *known.shape[2:]))
-    values[: len(known), :n] = known
+    values[: len(known), : known.shape[1]] = known
+    operations = [one for one in program.operations if one.nodes.start >= known.shape[1]]
+    if not operations:
+        return values
     # The argument x and the slope m of a function y: of its rates by log τ, y' = m x', and by the
     # degree in z for τ = 0. For products both factors.
     both = np.zeros((terms, 2, len(program), *known.shape[2:]))
     is_product = np.isin(np.arange(len(program)), program.of_kinds(PRODUCT))
     with np.errstate(all="ignore"):
         for _ in range(space.degree + 1):  # each time, one more degree in z is right
-            for one in program.operations:
+            for one in operations:
                 both[0, :, one.nodes] = _pairs(one.operands, values[0], 0)
                 x, m = both[0, 0, one.nodes], both[0, 1, one.nodes]
                 if one.kind == PRODUCT:
@@ -61,7 +65,7 @@ def node_series(
             if longest is not None:
                 rates = summed(program.results, values[k - 1], k - 1)[:n]
                 values[k, :n] = longest[:, np.newaxis] * rates / k
-            for one in program.operations:
+            for one in operations:
                 weight = 1 if one.kind == PRODUCT else k
                 pairs = _pairs(one.operands, values[k], k)
                 both[k, 0, one.nodes] = weight * pairs[0]

@@ -36,19 +36,34 @@ from rbstab.proof.motion.linear_flow import (
     turned_frames,
 )
 from rbstab.proof.motion.models import Models, Proved
-from rbstab.proof.motion.monomials import Monomials
+from rbstab.proof.motion.monomials import Monomials, monomials_up_to
 from rbstab.proof.motion.motion_set import MotionSet
 from rbstab.proof.motion.rounding import LARGEST, UNIT, error_of_products, rounded_up
 from rbstab.proof.motion.series import node_series, summed
 
-ORDER = 20
-"""The highest power of τ in p."""
 
-JACOBIAN_TERMS = 16
-"""The number of terms of J, and the degree of Φ and Ψ."""
+class Accuracy(NamedTuple):
+    """How long the polynomials of a step are.
 
-TOLERANCE = 1e-14
-"""The size of the last terms of p in τ, relative to the scale of a state."""
+    Attributes:
+        order: The highest power of τ in p.
+        terms: The number of terms of J, and the degree of Φ and Ψ.
+        tolerance: The size of the last terms of p, relative to the scale of a state.
+    """
+
+    order: int
+    terms: int
+    tolerance: float
+
+
+OF_POINTS = Accuracy(20, 16, 1e-14)
+"""Of the motion from a single start."""
+
+OF_SETS = Accuracy(12, 10, 1e-12)
+"""Of larger sets, whose steps are short in any case: at the ends of a set J is another."""
+
+JACOBIAN_DEGREE = 3
+"""The highest degree in z of the models of ∂f/∂y."""
 
 MAX_LAST_TERM = 1e-8
 """The norm of the last term of Φ, in scaled states. It decides the length of a step where the
@@ -146,18 +161,23 @@ def set_steps(
         disturbance: Finds D from all states within the margin; default D = 0.
     """
     with np.errstate(all="ignore"):  # a number that is not finite fails every test below
-        h, series = _series(field, start, scale, longest)
+        h, series, lows = _series(field, start, scale, longest)
         margin = GROWTH * start.error + MARGIN * scale
         if disturbance is not None:
             reached = (disturbance.expected / scale).max(axis=-1) * h  # one state moves others
             margin = margin + 2.0 * GROWTH * reached[:, np.newaxis] * scale
         n, p = len(scale), series[:, : len(scale)]
-        proved = Proved(field.program, start.space, series)
+        first = field.rates if start.space.variables else field.step
+        proved = Proved(first, start.space, series)
         d = _defect(p, proved.results(np.zeros_like(margin.T))[:n], h)
         if disturbance is not None:
             tube = Models(start.space, p, np.ascontiguousarray(margin.T))
             d = rounded_up(d + h[:, np.newaxis] * disturbance.bound(tube))
-        J, G = _jacobian(proved.results(margin.T)[n:], field.places, n, h)
+        if start.space.variables:
+            proved = Proved(field.step, _low(start.space), lows)
+        left_out = np.abs(p[..., len(_low(start.space)) :]).sum(axis=0).sum(axis=-1)
+        slopes = proved.results(rounded_up(margin.T + left_out))[n:]
+        J, G = _jacobian(slopes, field.places, n, h)
         flow, frame = linear_flow(J), frames_of(start.frame)
         linear = linear_bounds(flow, frame)
         share = SHARE if disturbance is None and not start.space.variables else 1.0
@@ -173,22 +193,39 @@ def set_steps(
     return SetSteps(h, p, b, MotionSet(start.space, polynomial, *end), usable)
 
 
-def _series(field: Field, start: MotionSet, scale: Array, longest: Array) -> tuple[Array, Array]:
-    """Return the length of each step, and the series of all nodes in τ."""
+def _series(
+    field: Field, start: MotionSet, scale: Array, longest: Array
+) -> tuple[Array, Array, Array]:
+    """Return the length of each step, and the series in τ of the nodes of `rates` and `step`.
+
+    The latter have lower degrees in z.
+    """
     known = start.polynomial.swapaxes(0, 1)[np.newaxis]
-    values = node_series(field.program, start.space, known, longest, ORDER)
+    order, terms, tolerance = _accuracy(start.space)
+    # With one monomial, there is no use in fewer nodes.
+    first = field.rates if start.space.variables else field.step
+    values = node_series(first, start.space, known, longest, order)
+    low = _low(start.space)
+    lows = node_series(field.step, low, np.ascontiguousarray(values[..., : len(low)]))
     n, factor = len(scale), np.ones(len(start))
-    for k in (ORDER - 1, ORDER):
+    for k in (order - 1, order):
         size = (np.abs(values[k, :n]).sum(axis=-1) / scale[:, np.newaxis]).max(axis=0)
-        factor = np.minimum(factor, (TOLERANCE / np.maximum(size, 1e-300)) ** (1.0 / k))
-    slopes = summed(field.program.results, values[:JACOBIAN_TERMS])[:, n:, :, 0]
+        factor = np.minimum(factor, (tolerance / np.maximum(size, 1e-300)) ** (1.0 / k))
+    slopes = summed(field.step.results, lows[:terms])[:, n:, :, 0]
     last = linear_flow(_matrices(slopes, field.places, n) * longest[:, None, None, None])
-    power = 1.0 / JACOBIAN_TERMS
-    factor = np.minimum(factor, (MAX_LAST_TERM / last.last_term(scale)) ** power)
+    factor = np.minimum(factor, (MAX_LAST_TERM / last.last_term(scale)) ** (1.0 / terms))
     h = np.floor(longest * factor / TIME_GRID) * TIME_GRID
     # p is what these products are; p at τ = 0 stays as it is.
-    powers = (h / longest) ** np.arange(ORDER + 1)[:, np.newaxis]
-    return h, values * powers[:, np.newaxis, :, np.newaxis]
+    powers = ((h / longest) ** np.arange(order + 1)[:, np.newaxis])[:, np.newaxis, :, np.newaxis]
+    return h, values * powers, lows * powers
+
+
+def _accuracy(space: Monomials) -> Accuracy:
+    return OF_SETS if space.variables else OF_POINTS
+
+
+def _low(space: Monomials) -> Monomials:
+    return monomials_up_to(space.variables, min(JACOBIAN_DEGREE, space.degree))
 
 
 def _defect(p: Array, rates: Models, h: Array) -> Array:
@@ -207,8 +244,9 @@ def _jacobian(slopes: Models, places: Array, n: int, h: Array) -> tuple[Array, A
     G, shape (sets, n, n), bounds |h∂f/∂y(p + e) - J| for all z, 0 <= τ <= 1 and |e| within the
     margin. High powers of τ are left out of J.
     """
-    middle, rest = h * slopes.polynomial[:JACOBIAN_TERMS, ..., 0], slopes.polynomial.copy()
-    rest[:JACOBIAN_TERMS, ..., 0] = 0.0
+    terms = _accuracy(slopes.space).terms
+    middle, rest = h * slopes.polynomial[:terms, ..., 0], slopes.polynomial.copy()
+    rest[:terms, ..., 0] = 0.0
     size = np.abs(rest).sum(axis=0).sum(axis=-1) + slopes.remainder
     bound = h * size + 2 * UNIT * np.abs(middle).sum(axis=0)
     G = np.zeros((len(h), n, n))

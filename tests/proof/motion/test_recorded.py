@@ -76,7 +76,7 @@ def test_motions_follow_the_code(folder, name, variant):
     assert equations.size == n
     states = random.uniform(-0.7, 0.7, (5, n))
     at = point_sets(states, np.zeros_like(states), np.ones(n))
-    rates = evaluated(equations.field().program, at.models)[:n]
+    rates = evaluated(equations.field().rates, at.models)
     low, high = rates.range()
     lowest, highest = equations.energy_bounds(at)
     for k, y in enumerate(states):

@@ -71,13 +71,13 @@ def test_what_a_polynomial_misses_is_in_the_defect():
     config = random_config("embedded", "W", 5)
     states, scale = random_set(config, 7, width=3e-2)
     field, rng, n = equations(config).field(), np.random.default_rng(1), len(scale)
-    h, series = _series(field, states, scale, np.array([2 * LONGEST]))
+    h, series, _ = _series(field, states, scale, np.array([2 * LONGEST]))
     seen = []
     for spoilt in (0.0, 1e-3):
         p = series[:, :n].copy()
         p[3] += spoilt * scale[:, np.newaxis, np.newaxis]
         models = Models(states.space, p, np.zeros((n, 1)))
-        d = _defect(p, evaluated(field.program, models)[:n], h)[0]
+        d = _defect(p, evaluated(field.rates, models), h)[0]
         for _ in range(6):
             z, tau = rng.choice([-1.0, 1.0, 0.4], 2).tolist(), float(rng.choice([0.0, 0.9, 1.0]))
             with ctx.workprec(BITS):

@@ -24,8 +24,8 @@ from rbstab.proof.motion.models import Models, evaluated
 from rbstab.proof.motion.step import (
     TIME_GRID,
     Disturbance,
-    _error_bounds,
     _defect,
+    _error_bounds,
     _series,
     set_steps,
 )
@@ -82,8 +82,7 @@ def test_what_a_polynomial_misses_is_in_the_defect():
             z, tau = rng.choice([-1.0, 1.0, 0.4], 2).tolist(), float(rng.choice([0.0, 0.9, 1.0]))
             with ctx.workprec(BITS):
                 rows = [
-                    [value_at(states.space, row, z) for row in one]
-                    for one in p[:, :, 0].tolist()
+                    [value_at(states.space, row, z) for row in one] for one in p[:, :, 0].tolist()
                 ]
                 y = sum(np.array(row, dtype=object) * arb(tau) ** k for k, row in enumerate(rows))
                 rate = sum(

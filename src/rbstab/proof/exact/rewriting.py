@@ -199,9 +199,7 @@ def inverse_of_definite(H: Sequence[Sequence[Fraction]]) -> list[list[Fraction]]
     return [row[n:] for row in rows]
 
 
-def derivative(
-    e: Expr, rates: Mapping[int, Expr], known: dict[Atom, Expr] | None = None
-) -> Expr:
+def derivative(e: Expr, rates: Mapping[int, Expr], known: dict[Atom, Expr] | None = None) -> Expr:
     """Return the rate of an expression where its variables have rates; steps have none.
 
     The derivative by one variable has the rate 1 of it.

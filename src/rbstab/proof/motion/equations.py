@@ -67,7 +67,8 @@ class Equations:
             if slope.terms
         }
         places = np.array(list(slopes), dtype=int).reshape(-1, 2).T
-        return Field(*programs(self.size, rates, slopes.values()), places)
+        of_rates, step = programs(self.size, rates, slopes.values())
+        return Field(of_rates, step, places)
 
     def difference(self, modes: Modes, other: Modes) -> Program:
         """Return f in some modes less f in others; what they have in common cancels exactly."""

@@ -160,8 +160,9 @@ class _Graph:
     def _power(self, a: Atom, p: int) -> Form:
         """Return an atom or its inverse."""
         if a.kind == VAR:
+            assert isinstance(a.argument, int)
             assert a.argument in self._variables
-            form: Form = Fraction(0), ((-1 - self._variables.index(a.argument), Fraction(1)),)
+            form: Form = Fraction(0), ((-1 - a.argument, Fraction(1)),)
         elif a.kind == LET:
             form = self.form(a.inner)
         else:
@@ -182,7 +183,7 @@ class _Graph:
 
     def add_slopes(self) -> None:
         """Add the slopes of all functions; those of roots and sines need the nodes themselves."""
-        for k, (_, kind, a) in enumerate(self.nodes):  # the list grows meanwhile
+        for k, (*_, a) in enumerate(self.nodes):  # the list grows meanwhile
             if len(self.operands[k]) == 1:
                 if a is None:
                     y: Form = Fraction(0), ((k, Fraction(1)),)

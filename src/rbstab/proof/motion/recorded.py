@@ -1,6 +1,6 @@
 """Code of users whose motions can be enclosed: it runs with expressions, as our own equations do.
 
-Its numbers are what their doubles mean, so motions follow the formulas of which the rest states are.
+Its numbers are what their doubles mean, so motions follow the formulas of the rest states.
 """
 
 from dataclasses import replace

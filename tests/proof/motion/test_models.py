@@ -139,6 +139,22 @@ def test_a_bad_guess_is_proved_as_well(name, shape):
     assert np.all(found.remainder > near.remainder)
 
 
+@pytest.mark.parametrize("name", ["sin", "log", "atan"])
+def test_an_error_that_satisfies_the_own_equation_counts(name):
+    """A sine that rises by a wrong cosine does, and an integral with another constant."""
+    models, rng = random_models((0, 0, 4), np.random.default_rng(6), 1), np.random.default_rng(7)
+    program = traced(named(name), 1)
+    guess = node_series(program, models.space, models.polynomial)
+    (node,) = program.places[name]
+    if name == "sin":
+        guess[0, program.places["cos"], :, 0] += 0.1
+        guess[1:, node] += 0.1 * models.polynomial[1:, 0]
+    else:
+        guess[0, node, :, 0] += 0.1
+    found = Proved(program, models.space, guess).results(models.remainder)
+    assert_contains(named(name), models, found, rng)
+
+
 def test_the_error_of_a_factor_is_in_the_remainder_of_a_sum():
     """A third is no double: what is missed is a share of its rounding, of all terms."""
     x = random_models((2, 3, 1), np.random.default_rng(3), 1)

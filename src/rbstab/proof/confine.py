@@ -142,7 +142,7 @@ def _steepest(energy: Energy, end: float, enough: Array) -> Array:
 
     Bounds below those that are enough are not made sharper.
     """
-    p = bounds_of(energy) if energy.free else BoundedEnergy(energy.U, least=energy.least, order=2)
+    p = bounds_of(energy, order=2)
     corner = np.array([PERIOD, end, PERIOD])
     pending, places = one_box(Box(-corner, corner)), list(OUTER)
     for axis, times in enumerate(FIRST):

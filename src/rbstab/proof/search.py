@@ -114,17 +114,17 @@ class Search:
             starts: Points from which Newton's method is tried first, shape (n, points).
             begin: The parts of the box that are not done yet; by default all of it.
         """
-        n, batch = len(self.box.lo), BATCH // 4 if self.energy.k else BATCH
+        n = len(self.box.lo)
         if starts is not None and starts.shape[1]:
             self._try(starts)
         pending, left = [one_box(self.box) if begin is None else begin], list[Boxes]()
         while pending and self.examined < limit and not self.family:
             boxes = pending.pop()
-            if boxes.count < batch and pending:
+            if boxes.count < BATCH and pending:
                 boxes = joined([boxes, pending.pop()], n)
-            if boxes.count > batch:
-                pending.append(boxes[slice(batch, None)])
-                boxes = boxes[slice(batch)]
+            if boxes.count > BATCH:
+                pending.append(boxes[slice(BATCH, None)])
+                boxes = boxes[slice(BATCH)]
             self.examined += boxes.count
             halves, tiny = self._step(boxes)
             left += [tiny] if tiny.count else []

@@ -5,14 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from flint import fmpq
 from support.user_code import CREEPING_TIE, MAXWELL, ROPE, SPRING, TIE, element_text, mine
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.proof.motion.equations import Equations
-from rbstab.proof.motion.graph import Graph
 from rbstab.proof.motion.models import evaluated
 from rbstab.proof.motion.motion_set import point_sets
 from rbstab.proof.motion.recorded import why_not_recorded
@@ -88,16 +86,6 @@ def test_motions_follow_the_code(folder, name, variant):
         np.testing.assert_allclose([lowest[k], highest[k]], energy, rtol=1e-10)
 
 
-def test_constants_are_what_they_mean():
-    """A third and a tenth in code are no doubles."""
-    graph = Graph()
-    assert [graph.form(x).constant for x in (1 / 3, 0.1)] == [fmpq(1, 3), fmpq(1, 10)]
-    (x,) = graph.variables(1)
-    for use in (bool, float, lambda x: x == 0, lambda x: x < 1, lambda x: x**0.5):
-        with pytest.raises(TypeError):  # a form has no value
-            use(x)
-
-
 FACTOR = "return f @ self.L_c @ f"
 WITHOUT: dict[str, tuple[str, dict[str, Any]]] = {
     "its event functions depend on its modes": (
@@ -107,7 +95,7 @@ WITHOUT: dict[str, tuple[str, dict[str, Any]]] = {
         ),
         {"k": 1.0},
     ),
-    "a form has no value": (
+    "an expression has no value": (
         TIE.replace(FACTOR, f"{FACTOR} if f[0] > 0 else 0.0"),
         KINDS["tie"][1],
     ),

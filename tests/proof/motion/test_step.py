@@ -20,13 +20,13 @@ from support.polynomial_sets import BITS, place_in_frame, state_of, value_at
 from support.start_sets import VARIANTS, random_config, random_set, together
 
 from rbstab.proof.motion.linear_flow import LinearBounds
+from rbstab.proof.motion.models import Models, evaluated
 from rbstab.proof.motion.step import (
-    MARGIN,
     TIME_GRID,
     Disturbance,
+    _defect,
     _error_bounds,
     _series,
-    _Steps,
     set_steps,
 )
 
@@ -70,19 +70,19 @@ def test_what_a_polynomial_misses_is_in_the_defect():
     """p' beside hf(p), at points of τ and z, in 220 bits; also where p is no motion."""
     config = random_config("embedded", "W", 5)
     states, scale = random_set(config, 7, width=3e-2)
-    field, rng = equations(config).field(), np.random.default_rng(1)
-    h, series = _series(field, states, scale, np.array([2 * LONGEST]))
+    field, rng, n = equations(config).field(), np.random.default_rng(1), len(scale)
+    h, series, _ = _series(field, states, scale, np.array([2 * LONGEST]))
     seen = []
     for spoilt in (0.0, 1e-3):
-        series[3, : len(scale)] += spoilt * scale[:, np.newaxis, np.newaxis]
-        step = _Steps(field, states.space, h, series, 2 * states.error + MARGIN * scale)
-        d = step.defect()[0]
+        p = series[:, :n].copy()
+        p[3] += spoilt * scale[:, np.newaxis, np.newaxis]
+        models = Models(states.space, p, np.zeros((n, 1)))
+        d = _defect(p, evaluated(field.rates, models), h)[0]
         for _ in range(6):
             z, tau = rng.choice([-1.0, 1.0, 0.4], 2).tolist(), float(rng.choice([0.0, 0.9, 1.0]))
             with ctx.workprec(BITS):
                 rows = [
-                    [value_at(states.space, row, z) for row in one]
-                    for one in step.p[:, :, 0].tolist()
+                    [value_at(states.space, row, z) for row in one] for one in p[:, :, 0].tolist()
                 ]
                 y = sum(np.array(row, dtype=object) * arb(tau) ** k for k, row in enumerate(rows))
                 rate = sum(

@@ -12,9 +12,10 @@ from rbstab.integrate.problem import Problem
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
-from rbstab.proof.motion.graph import Graph, proof_precision
-from rbstab.proof.motion.motion_set import MotionSet, point_sets
-from rbstab.proof.motion.program import doubles_of
+from rbstab.proof.exact.expr import expr, factored
+from rbstab.proof.exact.expr import numbers as exact_numbers
+from rbstab.proof.motion.monomials import Monomials
+from rbstab.proof.motion.motion_set import POINT, MotionSet, set_of
 from rbstab.systems.coordinates import ReducedCoordinates
 from rbstab.systems.modes import modes_of, with_modes
 from rbstab.systems.parameters import map_parameters
@@ -37,13 +38,29 @@ def enclosed_system(config: Config, numbers: Numbers) -> System:
 
 
 def exact_start(config: Config, scale: Array) -> MotionSet:
-    """Return a set about the start of a config, whose numbers are taken as exact decimals."""
-    graph = Graph()
-    with proof_precision():
-        system = enclosed_system(config, graph.numbers)
-        start = start_of(config, system, graph.numbers)
-        values, errors = doubles_of(graph.form(entry) for entry in start)
-    return point_sets(values[np.newaxis], errors[np.newaxis], scale)
+    """Return a set about the start of a config, whose numbers are taken as exact decimals.
+
+    Raises:
+        ValueError: The start has no bounds.
+    """
+    found = start_set(config, POINT, scale)
+    if found is None:
+        raise ValueError("the numbers of the start are too large")
+    return found
+
+
+def start_set(config: Config, space: Monomials, scale: Array) -> MotionSet | None:
+    """Return the set of the starts of a config, the only one; None if it has no bounds.
+
+    Args:
+        config: The config; its initial state may have expressions of z.
+        space: The monomials in z.
+        scale: The size of each state, shape (n,).
+    """
+    with factored():
+        system = enclosed_system(config, exact_numbers)
+        start = [expr(entry) for entry in start_of(config, system, exact_numbers)]
+    return set_of(start, space, scale)
 
 
 def state_scale(problem: Problem) -> Array:

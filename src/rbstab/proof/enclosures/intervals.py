@@ -111,11 +111,11 @@ def root(x: Intervals) -> Intervals:
 
 def monotone(name: str, x: Intervals) -> Intervals:
     """Return a rising function (`exp`, `log`, `atan`) from its values at both ends."""
-    ends = _values(np.stack([x.lo, x.hi]), lambda ball: getattr(ball, name)())
+    ends = values_of(np.stack([x.lo, x.hi]), lambda ball: getattr(ball, name)())
     return outward(ends[0], ends[1])
 
 
-def _values(x: Array, function: Callable[[Any], Any]) -> Array:
+def values_of(x: Array, function: Callable[[Any], Any]) -> Array:
     """Return the values of a function of a ball at doubles, each to some ulps; NaN if unbounded."""
     from flint import arb, ctx  # imported late: few commands make proofs
 
@@ -133,7 +133,7 @@ def sin_cos(x: Intervals) -> tuple[Intervals, Intervals]:
     """Return sine and cosine: exact to an ulp at the middles, and widened by the radii."""
     m = np.where(np.isfinite(x.mid), x.mid, 0.0)
     r = np.where(np.isfinite(x.rad), x.rad, 4.0)
-    s, c = _values(m, lambda ball: ball.sin()), _values(m, lambda ball: ball.cos())
+    s, c = values_of(m, lambda ball: ball.sin()), values_of(m, lambda ball: ball.cos())
     return _turned(s, c, r), _turned(c, -s, r)
 
 

@@ -31,6 +31,7 @@ class TiedBounds(BoundedEnergy):
         free: The numbers of the variables z.
         springs: W, taken apart.
         least: As for `BoundedEnergy`.
+        order: As for it.
     """
 
     def __init__(
@@ -39,9 +40,10 @@ class TiedBounds(BoundedEnergy):
         free: Sequence[int],
         springs: Springs,
         least: Mapping[Atom, float] | None = None,
+        order: int = 3,
     ) -> None:
         lengths = [Expr({line.monomial: Fraction(1)}) for line in springs.lines]
-        super().__init__(W, free=free, least=least, also=lengths)
+        super().__init__(W, free=free, least=least, order=order, also=lengths)
         self.stiffness = float(springs.stiffness) / UP
         self.weights = [float(line.weight) * UP for line in springs.lines]
         N = springs.convex
@@ -70,16 +72,20 @@ class TiedBounds(BoundedEnergy):
         return np.asarray(np.sqrt((b.slopes.mag[self.n :] ** 2).sum(axis=0)) * UP)
 
 
-def bounds_of(energy: Energy) -> BoundedEnergy:
+def bounds_of(energy: Energy, order: int = 3) -> BoundedEnergy:
     """Return bounds on an energy, least over its free variables.
+
+    Args:
+        energy: The energy.
+        order: 3, or 2 for bounds without third derivatives.
 
     Raises:
         NotSingleError: It has springs, and it is not shown that all else is convex in z.
     """
     springs = springs_of(energy.U, energy.free) if energy.free else None
     if springs is None or not springs.lines:
-        return BoundedEnergy(energy.U, free=energy.free, least=energy.least)
-    return TiedBounds(energy.U, energy.free, springs, energy.least)
+        return BoundedEnergy(energy.U, free=energy.free, least=energy.least, order=order)
+    return TiedBounds(energy.U, energy.free, springs, energy.least, order)
 
 
 def without_lengths(energy: Energy) -> list[BoundedEnergy]:

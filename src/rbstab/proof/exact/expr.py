@@ -10,7 +10,9 @@ Expressions and atoms are the same for the same content in every process, and so
 """
 
 import hashlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from fractions import Fraction
 from functools import reduce
 from operator import mul
@@ -30,8 +32,19 @@ FUNCTIONS = frozenset({SIN, COS, "sqrt", "exp", "log", "atan"})
 INNER = -1
 """The number of the variable of an expression that stands in an atom `OF`."""
 
-MOST_PRODUCTS = 20_000
+_most_products = ContextVar("most products", default=20_000)
 """Products of sums with more pairs of terms are not multiplied out."""
+
+
+@contextmanager
+def factored() -> Iterator[None]:
+    """Return a context in which no product of sums is multiplied out."""
+    token = _most_products.set(0)
+    try:
+        yield
+    finally:
+        _most_products.reset(token)
+
 
 Monomial = tuple[tuple["Atom", int], ...]
 """A product of atoms with powers, in the order of the atoms."""
@@ -266,7 +279,7 @@ class Expr(Functions):
         if one.digest == two.digest:
             return one**2
         plain = one.is_polynomial and two.is_polynomial
-        plain = plain and len(one.terms) * len(two.terms) <= MOST_PRODUCTS
+        plain = plain and len(one.terms) * len(two.terms) <= _most_products.get()
         if not (plain or one.is_switch or two.is_switch):
             one, two = as_factor(one), as_factor(two)
         return product(one, two)
@@ -284,7 +297,7 @@ class Expr(Functions):
             return Expr({(): self.constant**n})
         if n == 0:
             return expr(1)
-        if n < 0 or not self.is_polynomial or len(self.terms) ** 2 > MOST_PRODUCTS:
+        if n < 0 or not self.is_polynomial or len(self.terms) ** 2 > _most_products.get():
             ((m, c),) = as_factor(self).terms.items()
             return _reduced({tuple((a, p * n) for a, p in m): c**n})
         found = self

@@ -199,27 +199,40 @@ def inverse_of_definite(H: Sequence[Sequence[Fraction]]) -> list[list[Fraction]]
     return [row[n:] for row in rows]
 
 
-def derivative(e: Expr, rates: Mapping[int, Expr]) -> Expr:
+def derivative(e: Expr, rates: Mapping[int, Expr], known: dict[Atom, Expr] | None = None) -> Expr:
     """Return the rate of an expression where its variables have rates; steps have none.
 
     The derivative by one variable has the rate 1 of it.
+
+    Args:
+        e: The expression.
+        rates: The rates of some variables; those of the others are zero.
+        known: The rates of atoms that are known for these rates; others are put into it.
     """
+    known = {} if known is None else known
     total: dict[Monomial, Fraction] = {}
     for m, c in e.terms.items():
         for a, p in m:
             if a.kind == STEP or a.variables.isdisjoint(rates):
                 continue
+            if a not in known:
+                known[a] = _rate(a, rates, known)
             rest = Expr({monomial((b, n - (b is a)) for b, n in m): c * p})
-            for one, number in (rest * _rate(a, rates)).terms.items():
+            for one, number in (rest * known[a]).terms.items():
                 total[one] = total.get(one, Fraction(0)) + number
     return Expr(total)
 
 
-def _rate(a: Atom, rates: Mapping[int, Expr]) -> Expr:
+def _rate(a: Atom, rates: Mapping[int, Expr], known: dict[Atom, Expr]) -> Expr:
     if a.kind == VAR:
         assert isinstance(a.argument, int)
         return rates[a.argument]
-    x, inner = a.inner, derivative(a.inner, rates)
+    return slope(a) * derivative(a.inner, rates, known)
+
+
+def slope(a: Atom) -> Expr:
+    """Return the derivative of a function by its argument."""
+    x = a.inner
     slopes: dict[str, Callable[[], Expr]] = {
         LET: lambda: expr(1),
         SIN: x.cos,
@@ -229,4 +242,4 @@ def _rate(a: Atom, rates: Mapping[int, Expr]) -> Expr:
         "log": lambda: 1 / x,
         "atan": lambda: 1 / (1 + x * x),
     }
-    return slopes[a.kind]() * inner
+    return slopes[a.kind]()

@@ -21,10 +21,10 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.motion.equations import Equations, Possible
 from rbstab.proof.motion.linear_flow import frames_of, turned_frames
-from rbstab.proof.motion.models import UNIT, Models, evaluated
+from rbstab.proof.motion.models import Models, evaluated
 from rbstab.proof.motion.motion_set import MotionSet
 from rbstab.proof.motion.program import Program
-from rbstab.proof.motion.rounding import error_of_products, rounded_up
+from rbstab.proof.motion.rounding import UNIT, error_of_products, rounded_up
 from rbstab.proof.motion.step import TIME_GRID, Disturbance, SetSteps, set_steps
 from rbstab.systems.modes import Modes
 
@@ -82,11 +82,12 @@ def safe_time(equations: Equations, step: SetSteps, modes: Modes, states: Motion
         states: The set at its beginning.
     """
     g = evaluated(equations.guards, step.tube(states.space))
-    signs = np.array(modes)[:, np.newaxis] * 2.0 - 1.0
+    signs = np.array(modes)[:, np.newaxis, np.newaxis] * 2.0 - 1.0
+    g = Models(g.space, g.polynomial * signs, g.remainder)
     h, pieces = float(step.h[0]), [(0.0, float(step.h[0]))]
     while pieces:
         begin, end = pieces.pop()
-        low = _least(g.scaled(signs), begin / h, end / h)
+        low = _least(g, begin / h, end / h)
         if low > 0:
             continue
         if end - begin <= max(NEAR, SHORTEST):

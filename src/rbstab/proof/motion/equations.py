@@ -1,17 +1,18 @@
 """The equations of a system in the forms that proofs of motions need, in each of its modes."""
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.motion.graph import Form, Graph, proof_precision
+from rbstab.proof.exact.expr import Atom, Expr, expr, factored, numbers, variables
+from rbstab.proof.exact.rewriting import derivative
 from rbstab.proof.motion.models import Models, evaluated
 from rbstab.proof.motion.motion_set import MotionSet
-from rbstab.proof.motion.program import Program, program
+from rbstab.proof.motion.program import Program, programs
 from rbstab.systems.modes import Modes, guards_at, mode_owners, with_modes
 from rbstab.systems.system import System
 
@@ -27,14 +28,12 @@ class Field(NamedTuple):
 
     Attributes:
         rates: f.
-        step: f, and the entries of ∂f/∂y that are not zero.
-        guess: Where `step` has the nodes of `rates`.
+        step: f, and the entries of ∂f/∂y that are not zero; its first nodes are those of `rates`.
         places: The rows and columns of the entries, shape (2, entries).
     """
 
     rates: Program
     step: Program
-    guess: list[int]
     places: Array
 
 
@@ -46,42 +45,35 @@ class Equations:
 
     Attributes:
         switches: The name of the element of each mode.
+        size: The number of states, n.
     """
 
     def __init__(self, exact_system: ExactSystem) -> None:
-        self._graph = Graph()
-        with proof_precision():
-            self._system = exact_system(self._graph.numbers)
-            self._variables = self._graph.variables(self._system.size)
-        self.switches = mode_owners(self._system)
-        self._fields: dict[Modes, Field] = {}
-        self._rates: dict[Modes, tuple[Form, ...]] = {}
-        self._energies: dict[Modes, Program] = {}
-        self._differences: dict[tuple[Modes, Modes], Program] = {}
-
-    @property
-    def size(self) -> int:
-        """The number of states, n."""
-        return len(self._variables)
+        with factored():
+            self._system = exact_system(numbers)
+        self.switches, self.size = mode_owners(self._system), self._system.size
+        self._variables = variables(range(self.size))
+        self._known: list[dict[Atom, Expr]] = [{} for _ in range(self.size)]
+        for name in ("field", "difference", "_rates", "_energy"):
+            setattr(self, name, cache(getattr(self, name)))
 
     def field(self, modes: Modes = ()) -> Field:
         """Return the equations in some modes."""
-        if modes not in self._fields:
-            with proof_precision():
-                forms = self._forms(modes)
-                slopes = self._slopes(forms)
-                rates, step = self._program(forms), self._program([*forms, *slopes.values()])
-            places = np.array(list(slopes), dtype=int).reshape(-1, 2).T
-            self._fields[modes] = Field(rates, step, rates.places_in(step), places)
-        return self._fields[modes]
+        rates = self._rates(modes)
+        slopes = {
+            (i, j): slope
+            for i, rate in enumerate(rates)
+            for j, slope in enumerate(self._slopes(rate))
+            if slope.terms
+        }
+        places = np.array(list(slopes), dtype=int).reshape(-1, 2).T
+        of_rates, step = programs(self.size, rates, slopes.values())
+        return Field(of_rates, step, places)
 
     def difference(self, modes: Modes, other: Modes) -> Program:
         """Return f in some modes less f in others; what they have in common cancels exactly."""
-        if (modes, other) not in self._differences:
-            with proof_precision():
-                pairs = zip(self._forms(modes), self._forms(other), strict=True)
-                self._differences[modes, other] = self._program([a - b for a, b in pairs])
-        return self._differences[modes, other]
+        pairs = zip(self._rates(modes), self._rates(other), strict=True)
+        return self._program([a - b for a, b in pairs])
 
     def crossing(self, before: Modes, after: Modes, which: int) -> Program:
         """Return f before less f after, g' in both modes, g, and the slopes of g.
@@ -91,25 +83,22 @@ class Equations:
             after: Others.
             which: The number of g, an event function.
         """
-        with proof_precision():
-            g = self._guards[which]
-            slopes = [self._graph.derivative(g, j) for j in range(self.size)]
-            both = (self._forms(before), self._forms(after))
-            jump = [a - b for a, b in zip(*both, strict=True)]
-            rates = [
-                sum((s * f for s, f in zip(slopes, some, strict=True)), g * 0.0) for some in both
-            ]
-            return self._program([*jump, *rates, g, *slopes])
+        g = self._guards[which]
+        both = self._rates(before), self._rates(after)
+        jump = [a - b for a, b in zip(*both, strict=True)]
+        with factored():
+            rates = [derivative(g, dict(enumerate(some))) for some in both]
+        return self._program([*jump, *rates, g, *self._slopes(g)])
 
     @cached_property
     def guards(self) -> Program:
         """The event functions g."""
-        with proof_precision():
-            return self._program(self._guards)
+        return self._program(self._guards)
 
     @cached_property
-    def _guards(self) -> tuple[Form, ...]:
-        return self._graph.traced(lambda y: guards_at(self._system, y), self._variables)
+    def _guards(self) -> list[Expr]:
+        with factored():
+            return [expr(g) for g in guards_at(self._system, self._variables)]
 
     def possible(self, states: Models) -> Possible:
         """Return the modes that states may have somewhere: models of one set."""
@@ -133,28 +122,17 @@ class Equations:
         return lows.min(axis=0), highs.max(axis=0)
 
     def _energy(self, modes: Modes) -> Program:
-        if modes not in self._energies:
-            system = with_modes(self._system, modes)
-            with proof_precision():
-                forms = self._graph.traced(
-                    lambda y: sum(system.observe(y).energy.tolist()), self._variables
-                )
-                self._energies[modes] = self._program(forms)
-        return self._energies[modes]
+        with factored():
+            energies = with_modes(self._system, modes).observe(self._variables).energy
+            return self._program([sum(map(expr, energies.tolist()), expr(0))])
 
-    def _forms(self, modes: Modes) -> tuple[Form, ...]:
-        if modes not in self._rates:
-            system = with_modes(self._system, modes)
-            self._rates[modes] = self._graph.traced(system.rates, self._variables)
-        return self._rates[modes]
+    def _rates(self, modes: Modes) -> list[Expr]:
+        with factored():
+            return [expr(f) for f in with_modes(self._system, modes).rates(self._variables)]
 
-    def _slopes(self, forms: Sequence[Form]) -> dict[tuple[int, int], Form]:
-        found = {
-            (i, j): self._graph.derivative(form, j)
-            for i, form in enumerate(forms)
-            for j in range(self.size)
-        }
-        return {place: slope for place, slope in found.items() if not slope.is_zero}
+    def _slopes(self, e: Expr) -> list[Expr]:
+        with factored():
+            return [derivative(e, {j: expr(1)}, known) for j, known in enumerate(self._known)]
 
-    def _program(self, forms: Sequence[Form]) -> Program:
-        return program(self._graph, self.size, forms)
+    def _program(self, results: Sequence[Expr]) -> Program:
+        return programs(self.size, results)[0]

@@ -57,16 +57,16 @@ class LinearFlow:
 
 def linear_flow(J: Array) -> LinearFlow:
     """Return polynomials near the solutions of Φ' = JΦ and Ψ' = -ΨJ from the identity."""
-    terms, n = J.shape[-3:-1]
-    J_terms = np.moveaxis(J, -3, 0)
-    identity = np.broadcast_to(np.eye(n), J_terms.shape[1:])
-    forward, backward = [identity], [identity]
+    terms = J.shape[-3]
+    forward, backward = (np.zeros((*J.shape[:-3], terms + 1, *J.shape[-2:])) for _ in range(2))
+    forward[..., 0, :, :] = backward[..., 0, :, :] = np.eye(J.shape[-1])
     for k in range(terms):
-        growth = sum(J_terms[j] @ forward[k - j] for j in range(k + 1))
-        decay = sum(backward[k - j] @ J_terms[j] for j in range(k + 1))
-        forward.append(growth / (k + 1))
-        backward.append(-decay / (k + 1))
-    return LinearFlow(J, np.stack(forward, axis=-3), np.stack(backward, axis=-3))
+        rates = J[..., : k + 1, :, :][..., ::-1, :, :]  # highest first
+        growth = (rates @ forward[..., : k + 1, :, :]).sum(axis=-3)
+        decay = (backward[..., : k + 1, :, :] @ rates).sum(axis=-3)
+        forward[..., k + 1, :, :] = growth / (k + 1)
+        backward[..., k + 1, :, :] = -decay / (k + 1)
+    return LinearFlow(J, forward, backward)
 
 
 @dataclass(frozen=True, eq=False)

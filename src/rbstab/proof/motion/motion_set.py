@@ -1,15 +1,18 @@
 """A set of states: a polynomial in z for |z_i| <= 1, and a parallelepiped about each point."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import THETA
+from rbstab.proof.exact.expr import Expr
 from rbstab.proof.motion.linear_flow import frames_of
-from rbstab.proof.motion.models import UNIT, Models
+from rbstab.proof.motion.models import Models, evaluated
 from rbstab.proof.motion.monomials import Monomials, monomials_up_to
-from rbstab.proof.motion.rounding import rounded_up
+from rbstab.proof.motion.program import programs
+from rbstab.proof.motion.rounding import UNIT, rounded_up
 
 POINT = monomials_up_to(0, 0)
 """The monomials of a set about a single start."""
@@ -104,6 +107,29 @@ class MotionSet:
         """Return the smallest and the largest Θ, each of shape (sets, 3), rounded outwards, rad."""
         low, high = self.models[THETA].range()
         return low.T, high.T
+
+
+def set_of(states: Sequence[Expr], space: Monomials, scale: Array) -> MotionSet | None:
+    """Return the set of all states that are expressions of z, as the only one.
+
+    Args:
+        states: The states; the variable i is z_i.
+        space: The monomials in z.
+        scale: The size of each state, shape (n,).
+
+    Returns:
+        The set; None if it has no bounds.
+    """
+    variables = np.zeros((1, max(space.variables, 1), 1, len(space)))
+    variables[0, : space.variables, 0, 1 : space.variables + 1] = np.eye(space.variables)
+    (of_z,) = programs(variables.shape[1], states)
+    found = evaluated(of_z, Models(space, variables, np.zeros(variables.shape[1:3])))
+    frame = np.diag(scale)[np.newaxis]
+    with np.errstate(all="ignore"):
+        radius = rounded_up(found.remainder.T / scale)
+        states_of_z = MotionSet(space, found.polynomial[0].swapaxes(0, 1), frame, radius)
+        usable = np.isfinite(frames_of(frame).error).all() and np.isfinite(states_of_z.error).all()
+    return states_of_z if usable else None
 
 
 def point_sets(values: Array, errors: Array, scale: Array) -> MotionSet:

@@ -1,15 +1,32 @@
-"""A function of the states as a list of operations, each on many nodes of its graph at once."""
+"""Expressions as a list of operations, each on many numbers at once.
 
-from collections.abc import Iterable
+A node is a variable, a product, or a function of one number. Between nodes stand sums with constant
+factors, rational numbers that are rounded to doubles with bounds on the errors.
+"""
+
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
-from typing import Any
+from itertools import groupby
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.motion.graph import PRODUCT, VARIABLE, Form, Graph
-from rbstab.proof.motion.rounding import middle_and_radius
+from rbstab.proof.exact.expr import COS, LET, SIN, VAR, Atom, Expr, Monomial
+from rbstab.proof.exact.rewriting import slope
+from rbstab.proof.motion.rounding import UNDERFLOW, UNIT
+
+PRODUCT, INVERSE, ROOT = "product", "inverse", "sqrt"
+
+INTEGRALS = ("log", "atan")
+"""Functions that are proved from their slopes; so their slopes are computed before them."""
+
+BY_SLOPE = (SIN, COS, "exp", *INTEGRALS)
+"""Functions that are proved from their slopes, or each from that of the other."""
+
+Form = tuple[Fraction, tuple[tuple[int, Fraction], ...]]
+"""A sum: its constant, and its nodes with their factors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,27 +34,24 @@ class Sums:
     """Sums of nodes with constant factors, plus constants: doubles, with bounds on their errors.
 
     Attributes:
-        places: The places of the nodes of each sum, shape (sums, terms); shorter sums have factors
-            of zero at their end.
-        factors: Shape (sums, terms).
-        radii: Bounds on their errors.
-        constants: Shape (sums, 1).
-        constant_radii: Bounds on their errors.
+        places: The places of the nodes of all sums, one sum after the other, shape (terms,).
+        factors: Their factors, and bounds on their errors, each of shape (terms, 1).
+        begins: Where each sum begins, shape (sums,); each has a term, which may be zero.
+        constants: The constants, and bounds on their errors, each of shape (sums, 1).
     """
 
     places: Array
-    factors: Array
-    radii: Array
-    constants: Array
-    constant_radii: Array
+    factors: tuple[Array, Array]
+    begins: Array
+    constants: tuple[Array, Array]
 
     def __len__(self) -> int:
-        return len(self.places)
+        return len(self.begins)
 
-    def __getitem__(self, chosen: slice) -> "Sums":
-        """Return some of the sums."""
-        parts = (self.places, self.factors, self.radii, self.constants, self.constant_radii)
-        return Sums(*(part[chosen] for part in parts))
+    @cached_property
+    def most(self) -> int:
+        """The largest number of terms of a sum."""
+        return int(np.diff([*self.begins, len(self.places)]).max(initial=0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,105 +61,150 @@ class Operation:
     Attributes:
         kind: Their kind.
         nodes: Their places.
-        operands: Two operands of products, one of functions.
-        slopes: The derivatives of functions by their operands; None for products.
+        operands: Of products both factors; of functions the argument, and the slope by it: first
+            those of all nodes, then the second ones.
     """
 
     kind: str
     nodes: slice
-    operands: tuple[Sums, ...]
-    slopes: Sums | None
+    operands: Sums
 
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """What is needed to compute some forms of a graph, in order.
+    """What is needed to compute some expressions, in order.
 
     Attributes:
-        numbers: The numbers in the graph of its nodes, by place: first all variables.
+        variables: The number of variables, which are the first nodes.
         operations: The operations.
-        results: The forms.
-        variables: The number of variables.
+        operands: Those of all nodes but the variables, as those of an operation.
+        places: The places of the nodes of each kind.
+        results: The expressions.
     """
 
-    numbers: tuple[int, ...]
-    operations: tuple[Operation, ...]
-    results: Sums
     variables: int
+    operations: tuple[Operation, ...]
+    operands: Sums
+    places: dict[str, Array]
+    results: Sums
 
     def __len__(self) -> int:
-        return len(self.numbers)
+        return self.variables + len(self.operands) // 2
 
-    @cached_property
-    def place(self) -> dict[int, int]:
-        """The place of each node of the graph."""
-        return {number: place for place, number in enumerate(self.numbers)}
-
-    def places_in(self, larger: "Program") -> list[int]:
-        """Return where another program, which has all these nodes, has them."""
-        return [larger.place[number] for number in self.numbers]
+    def of_kinds(self, *kinds: str) -> Array:
+        """Return the places of the nodes of some kinds, shape (nodes,)."""
+        return np.concatenate([self.places.get(kind, np.zeros(0, dtype=int)) for kind in kinds])
 
 
-def program(graph: Graph, variables: int, forms: Iterable[Form]) -> Program:
-    """Return the program of some forms of a graph; its first nodes are the variables."""
-    forms = tuple(forms)
-    depth, slopes = dict.fromkeys(range(variables), 0), dict[int, Form]()
-    pending = [node for form in forms for node in form.terms]
-    while pending:
-        node = pending.pop()
-        if node in depth:
-            continue
-        needed = [graph.nodes[node].operands]
-        if graph.nodes[node].kind != PRODUCT:
-            slopes[node] = graph.slope(node)
-            needed.append((slopes[node],))
-        depth[node] = -1  # known below, when its operands are
-        pending += [other for some in needed for form in some for other in form.terms]
-    for node in sorted(depth):  # operands have smaller numbers
-        below = [depth[one] for form in graph.nodes[node].operands for one in form.terms]
-        depth[node] = 1 + max(below, default=-1)
-    order = sorted(depth, key=lambda node: (depth[node], graph.nodes[node].kind, node))
-    order = [*range(variables), *(node for node in order if node >= variables)]
-    place = {node: k for k, node in enumerate(order)}
-    groups: dict[tuple[int, str], list[int]] = {}
-    for node in order[variables:]:
-        groups.setdefault((depth[node], graph.nodes[node].kind), []).append(node)
-    operations = []
-    for (_, kind), nodes in groups.items():
-        assert kind != VARIABLE
-        operands = zip(*(graph.nodes[node].operands for node in nodes), strict=True)
-        operations.append(
-            Operation(
-                kind,
-                slice(place[nodes[0]], place[nodes[-1]] + 1),
-                tuple(_sums(some, place) for some in operands),
-                None if kind == PRODUCT else _sums([slopes[node] for node in nodes], place),
-            )
-        )
-    return Program(tuple(order), tuple(operations), _sums(forms, place), variables)
+def programs(variables: int, *groups: Iterable[Expr]) -> list[Program]:
+    """Return programs of expressions of the variables from 0 on.
+
+    Args:
+        variables: The number of variables.
+        groups: The results of the first program, and what each further one has beside those of the
+            one before. The first nodes of a program are those of the one before.
+    """
+    graph, forms, found = _Graph(variables), list[Form](), list[Program]()
+    order, place = list[int](), {-1 - k: k for k in range(variables)}
+    operations, places = list[Operation](), dict[str, list[int]]()
+
+    def operands(nodes: Sequence[int]) -> Sums:
+        return _sums([graph.operands[k][side] for side in (0, 1) for k in nodes], place)
+
+    for group in groups:
+        forms += map(graph.form, group)
+        graph.add_slopes()
+        new = sorted(range(len(order), len(graph.nodes)), key=lambda k: (*graph.nodes[k][:2], k))
+        place |= {k: variables + len(order) + i for i, k in enumerate(new)}
+        order += new
+        for (_, kind), some in groupby(new, key=lambda k: graph.nodes[k][:2]):
+            nodes = list(some)
+            places.setdefault(kind, []).extend(place[k] for k in nodes)
+            first = place[nodes[0]]
+            operations.append(Operation(kind, slice(first, first + len(nodes)), operands(nodes)))
+        by_kind = {kind: np.array(some) for kind, some in places.items()}
+        results = _sums(forms, place)
+        found.append(Program(variables, tuple(operations), operands(order), by_kind, results))
+    return found
 
 
-def _sums(forms: Iterable[Form], place: dict[int, int]) -> Sums:
-    forms = tuple(forms)
-    terms = max((len(form.terms) for form in forms), default=0)
-    places = np.zeros((len(forms), terms), dtype=int)
-    factors, radii = np.zeros((2, len(forms), terms))
-    constants, constant_radii = np.zeros((2, len(forms), 1))
-    for k, form in enumerate(forms):
-        constants[k], constant_radii[k] = _double(form.constant)
-        for j, (node, factor) in enumerate(form.terms.items()):
-            places[k, j] = place[node]
-            factors[k, j], radii[k, j] = _double(factor)
-    return Sums(places, factors, radii, constants, constant_radii)
+class _Graph:
+    """The nodes of expressions; variable k has the number -1 - k."""
+
+    def __init__(self, variables: int) -> None:
+        self.nodes: list[tuple[int, str, Atom | None]] = []
+        self.operands: list[list[Form]] = []
+        self._known: dict[tuple[str, tuple[Form, ...]], Form] = {}
+        self._forms: dict[str, Form] = {}
+        self._variables = range(variables)
+
+    def form(self, e: Expr) -> Form:
+        """Return an expression as a sum of nodes."""
+        if e.digest not in self._forms:
+            constant, terms = Fraction(0), dict[int, Fraction]()
+            for m, c in e.terms.items():
+                more, nodes = self._product(m)
+                constant += c * more
+                for node, factor in nodes:
+                    terms[node] = terms.get(node, Fraction(0)) + c * factor
+            self._forms[e.digest] = constant, tuple((k, c) for k, c in terms.items() if c)
+        return self._forms[e.digest]
+
+    def _product(self, m: Monomial) -> Form:
+        factors = [form for a, p in m for form in [self._power(a, p)] * abs(p)]
+        while len(factors) > 1:  # the shallowest first: so there are few levels
+            factors.sort(key=self._depth)
+            factors[:2] = [self._node(PRODUCT, factors[:2])]
+        return factors[0] if factors else (Fraction(1), ())
+
+    def _power(self, a: Atom, p: int) -> Form:
+        """Return an atom or its inverse."""
+        if a.kind == VAR:
+            assert isinstance(a.argument, int)
+            assert a.argument in self._variables
+            form: Form = Fraction(0), ((-1 - a.argument, Fraction(1)),)
+        elif a.kind == LET:
+            form = self.form(a.inner)
+        else:
+            slopes = [self.form(slope(a))] if a.kind in INTEGRALS else []
+            form = self._node(a.kind, [self.form(a.inner), *slopes], a)
+        return form if p > 0 else self._node(INVERSE, [form])
+
+    def _node(self, kind: str, operands: list[Form], a: Atom | None = None) -> Form:
+        key = kind, tuple(operands)
+        if key not in self._known:
+            self._known[key] = Fraction(0), ((len(self.nodes), Fraction(1)),)
+            self.nodes.append((1 + max(map(self._depth, operands)), kind, a))
+            self.operands.append(operands)
+        return self._known[key]
+
+    def _depth(self, form: Form) -> int:
+        return max((self.nodes[node][0] for node, _ in form[1] if node >= 0), default=0)
+
+    def add_slopes(self) -> None:
+        """Add the slopes of all functions; those of roots and sines need the nodes themselves."""
+        for k, (*_, a) in enumerate(self.nodes):  # the list grows meanwhile
+            if len(self.operands[k]) == 1:
+                if a is None:
+                    y: Form = Fraction(0), ((k, Fraction(1)),)
+                    zero, ((square, one),) = self._node(PRODUCT, [y, y])
+                    found: Form = zero, ((square, -one),)
+                else:
+                    found = self.form(slope(a))
+                self.operands[k] = [*self.operands[k], found]
 
 
-def doubles_of(constants: Iterable[Form]) -> tuple[Array, Array]:
-    """Return forms without nodes as doubles, and bounds on the errors."""
-    found = np.array([_double(form.constant) for form in constants])
-    return found[:, 0], found[:, 1]
+def _sums(forms: Sequence[Form], place: dict[int, int]) -> Sums:
+    terms = [[(place[k], c) for k, c in some] or [(0, Fraction(0))] for _, some in forms]
+    flat = [one for some in terms for one in some]
+    begins = np.cumsum([0, *map(len, terms)])[:-1]
+    factors, constants = _doubles([c for _, c in flat]), _doubles([c for c, _ in forms])
+    return Sums(np.array([k for k, _ in flat], dtype=int), factors, begins, constants)
 
 
-def _double(constant: Any) -> tuple[float, float]:
-    from flint import arb  # imported late: most runs need no balls
-
-    return middle_and_radius(arb(constant))
+def _doubles(numbers: Sequence[Fraction]) -> tuple[Array, Array]:
+    """Return numbers as a column of doubles, and bounds on the errors."""
+    middles = np.array([float(c) for c in numbers]).reshape(-1, 1)
+    exact = [Fraction(x) == c for x, c in zip(middles.ravel().tolist(), numbers, strict=True)]
+    inexact = ~np.array(exact, dtype=bool).reshape(-1, 1)
+    return middles, inexact * (UNIT * np.abs(middles) + UNDERFLOW)

@@ -1,17 +1,17 @@
-"""Code of users whose motions can be enclosed: it runs with forms, as our own equations do.
+"""Code of users whose motions can be enclosed: it runs with expressions, as our own equations do.
 
-Its numbers are what their doubles mean (`Graph.form`), so motions follow the same formulas of which
-the rest states are.
+Its numbers are what their doubles mean, so motions follow the formulas of the rest states.
 """
 
 from dataclasses import replace
+from itertools import count, islice
 from typing import Any
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.elements.element import Element
-from rbstab.proof.motion.graph import Graph, proof_precision
+from rbstab.proof.exact.expr import expr, factored, numbers, variable, variables
 from rbstab.proof.passive.passive import TIMED, in_proofs
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
@@ -28,7 +28,7 @@ def why_not_recorded(system: System) -> str | None:
         if not in_proofs(element):
             return f"{element.name} is code of a user that switches by its loads, or has many modes"
         try:
-            with proof_precision():
+            with factored():
                 why = _why_not(at_rest, element)
         except Exception as error:  # an element of a user may raise anything
             why = str(error) or type(error).__name__
@@ -39,24 +39,20 @@ def why_not_recorded(system: System) -> str | None:
 
 def _why_not(at_rest: Configurations, element: Element) -> str | None:
     """Return on what a statement depends that no formula may; None if there is nothing."""
-    graph = Graph()
+    places = count()
     exact = map_parameters(
-        replace(at_rest.system, elements=(element,)), lambda _, values: graph.numbers(values)
+        replace(at_rest.system, elements=(element,)), lambda _, values: numbers(values)
     )
     mine: Any = exact.elements[0]
-    time, *modes = graph.variables(1 + element.mode_count)
+    time, modes = next(places), list(islice(places, element.mode_count))
     if modes:
-        mine = replace(mine, mode=np.array(modes))
-    motion = exact.motion(graph.variables(exact.coordinates.size), time)
-    own = graph.variables(element.state_size)
+        mine = replace(mine, mode=variables(modes))
+    motion = exact.motion(variables(islice(places, exact.coordinates.size)), variable(time))
+    own = variables(islice(places, element.state_size))
     guards = mine.guards(motion, own) if modes else ()
     energies = mine.stored(motion, own), mine.dissipated(motion, own)
     stated = *np.concatenate(mine.wrench(motion, own)), *energies, *mine.rates(motion, own)
-
-    def depend(some: Any, by: int) -> bool:
-        forms = (graph.form(np.asarray(one, dtype=object).item()) for one in some)
-        return any(not graph.derivative(form, by).is_zero for form in forms)
-
-    if depend((*stated, *guards), 0):
+    by_guards = frozenset[int]().union(*(expr(g).variables for g in guards))
+    if time in by_guards.union(*(expr(e).variables for e in stated)):
         return TIMED
-    return GUARDS_SWITCH if any(depend(guards, 1 + k) for k in range(len(modes))) else None
+    return None if by_guards.isdisjoint(modes) else GUARDS_SWITCH

@@ -6,7 +6,6 @@ order, has an error of at most n u / (1 - n u) times the sum of the absolute pro
 `MAX_TERMS` terms.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,11 @@ UNDERFLOW = 1e-250
 what is lost is multiplied by at most three further entries, and added up `MAX_TERMS` times."""
 
 
+UNIT = 2.0**-53 * 1.001
+"""A sum of n products of doubles has a rounding error of at most n times this, relative to the sum
+of the absolute products, for n below 10⁹."""
+
+
 def rounded_up(magnitude: Any) -> Any:
     """Return an upper bound on the exact value of a sum of products of non-negative numbers.
 
@@ -43,31 +47,6 @@ def error_of_products(magnitude: Any) -> Any:
         magnitude: The same sum, computed from the absolute values of its factors.
     """
     return RELATIVE_ERROR * rounded_up(magnitude) + UNDERFLOW
-
-
-def magnitude_of(value: Any) -> float:
-    """Return a double that is at least the absolute value of each number in a ball.
-
-    Args:
-        value: An `arb` or an `acb`. If it is not finite, the result is infinite.
-    """
-    # `value != 0` is no test for this: it is false for every ball that contains zero.
-    bound = float(value.abs_upper())
-    return 0.0 if bound == 0.0 and value == 0 else _next(bound)
-
-
-def _next(bound: float) -> float:
-    return math.inf if math.isnan(bound) else math.nextafter(bound, math.inf)
-
-
-def middle_and_radius(value: Any) -> tuple[float, float]:
-    """Return a double near the middle of a ball, and a bound on the distance to each number in it.
-
-    Args:
-        value: An `arb`.
-    """
-    middle = float(value.mid())
-    return middle, magnitude_of(value - middle)
 
 
 def error_of_inverse(matrix: Array, inverse: Array) -> Array:

@@ -9,27 +9,18 @@ from collections.abc import Callable
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.motion.graph import (
-    COSINE,
-    EXPONENTIAL,
-    INVERSE,
-    INVERSE_TANGENT,
-    LOGARITHM,
-    PRODUCT,
-    ROOT,
-    SINE,
-)
+from rbstab.proof.exact.expr import COS, SIN
 from rbstab.proof.motion.monomials import Monomials
-from rbstab.proof.motion.program import Operation, Program, Sums
+from rbstab.proof.motion.program import INVERSE, PRODUCT, ROOT, Program, Sums
 
 _OF_DOUBLES: dict[str, Callable[[Array], Array]] = {
     INVERSE: np.reciprocal,
-    SINE: np.sin,
-    COSINE: np.cos,
-    EXPONENTIAL: np.exp,
+    SIN: np.sin,
+    COS: np.cos,
+    "exp": np.exp,
     ROOT: np.sqrt,
-    LOGARITHM: np.log,
-    INVERSE_TANGENT: np.arctan,
+    "log": np.log,
+    "atan": np.arctan,
 }
 
 
@@ -41,28 +32,53 @@ def node_series(
     Args:
         program: The program. With `longest`, its first results are the rates of the variables.
         space: The monomials in z.
-        known: Coefficients of the variables, shape (terms, variables, sets, monomials).
+        known: Coefficients of the variables, or of them and some of the next nodes, shape (terms,
+            nodes, sets, monomials).
         longest: If given, only the first coefficients of the variables are known, and the others
             follow from the rates: these are motions, τ = t/longest, in s, shape (sets,).
         order: The highest power of τ; without `longest` that of `known`.
     """
-    terms = len(known) if longest is None else order + 1
+    n, terms = program.variables, len(known) if longest is None else order + 1
     values = np.zeros((terms, len(program), *known.shape[2:]))
-    values[: len(known), : program.variables] = known
-    series = [_Series(one, values, space) for one in program.operations]
-    rates = program.results[: program.variables]
+    values[: len(known), : known.shape[1]] = known
+    operations = [one for one in program.operations if one.nodes.start >= known.shape[1]]
+    if not operations:
+        return values
+    # The argument x and the slope m of a function y: of its rates by log τ, y' = m x', and by the
+    # degree in z for τ = 0. For products both factors.
+    both = np.zeros((terms, 2, len(program), *known.shape[2:]))
+    is_product = np.isin(np.arange(len(program)), program.of_kinds(PRODUCT))
     with np.errstate(all="ignore"):
         for _ in range(space.degree + 1):  # each time, one more degree in z is right
-            for one in series:
-                one.begin()
-        for k in range(terms):
-            if k > 0:
-                for one in series:
-                    one.go_on(k)
-            if longest is not None and k < order:
-                rate = summed(rates, values[k], k)
-                values[k + 1, : program.variables] = longest[:, np.newaxis] * rate / (k + 1)
+            for one in operations:
+                both[0, :, one.nodes] = _pairs(one.operands, values[0], 0)
+                x, m = both[0, 0, one.nodes], both[0, 1, one.nodes]
+                if one.kind == PRODUCT:
+                    values[0, one.nodes] = _last(space, x[np.newaxis], m[np.newaxis])
+                else:
+                    rates = _last(space, (x * space.degrees)[np.newaxis], m[np.newaxis])
+                    values[0, one.nodes, ..., 1:] = rates[..., 1:] / space.degrees[1:]
+                    values[0, one.nodes, ..., 0] = _OF_DOUBLES[one.kind](x[..., 0])
+        both[0, 0] *= is_product[:, np.newaxis, np.newaxis]  # a constant has no rate
+        both[0, 1, n:] = _pairs(program.operands, values[0], 0)[1]
+        for k in range(1, terms):
+            if longest is not None:
+                rates = summed(program.results, values[k - 1], k - 1)[:n]
+                values[k, :n] = longest[:, np.newaxis] * rates / k
+            for one in operations:
+                weight = 1 if one.kind == PRODUCT else k
+                pairs = _pairs(one.operands, values[k], k)
+                both[k, 0, one.nodes] = weight * pairs[0]
+                both[k, 1, one.nodes] = pairs[1]  # a slope may need later nodes, and is zero so far
+                found = _last(space, both[: k + 1, 0, one.nodes], both[: k + 1, 1, one.nodes])
+                values[k, one.nodes] = found / weight
+            both[k, 1, n:] = _pairs(program.operands, values[k], k)[1]
     return values
+
+
+def _pairs(operands: Sums, values: Array, power: int) -> Array:
+    """Return the two operands of each node, shape (2, nodes, sets, monomials)."""
+    return summed(operands, values, power).reshape(2, -1, *values.shape[1:])
 
 
 def summed(sums: Sums, values: Array, power: int = 0) -> Array:
@@ -74,54 +90,14 @@ def summed(sums: Sums, values: Array, power: int = 0) -> Array:
             of τ, or of all from τ⁰ on.
         power: The power of τ of the first ones; a constant belongs to τ⁰.
     """
-    total = np.zeros((*values.shape[:-3], len(sums), *values.shape[-2:]))
+    parts = np.take(values, sums.places, axis=-3) * sums.factors[0][..., np.newaxis]
+    total: Array = np.add.reduceat(parts, sums.begins, axis=-3)
     if power == 0:
-        total[(0,) * (total.ndim - 3)][..., 0] = sums.constants
-    for places, factors in zip(sums.places.T, sums.factors.T, strict=True):
-        total += factors[:, np.newaxis, np.newaxis] * values[..., places, :, :]
+        total[(0,) * (total.ndim - 3)][..., 0] += sums.constants[0]
     return total
 
 
-class _Series:
-    """The series of the nodes of one operation, filled order by order."""
-
-    def __init__(self, operation: Operation, values: Array, space: Monomials) -> None:
-        self.operation, self.values, self.space = operation, values, space
-        self.found = values[:, operation.nodes]
-        needed = (*operation.operands, operation.slopes)[:2]
-        self.sums = [one for one in needed if one is not None]
-        self.first, self.second = (np.zeros_like(self.found) for _ in range(2))
-
-    def _fill(self, k: int, which: int) -> None:
-        into = (self.first, self.second)[which]
-        into[k] = summed(self.sums[which], self.values[k], k)
-
-    def begin(self) -> None:
-        """Compute the coefficients of τ⁰ once more."""
-        self._fill(0, 0)
-        self._fill(0, 1)
-        if self.operation.kind == PRODUCT:
-            self.found[0] = _product(self.space, self.first[:1], self.second[:1])
-            return
-        # By degree in z: the slope of y in a direction is φ' times that of x.
-        rates = self.first[:1] * self.space.degrees
-        self.found[0] = _product(self.space, rates, self.second[:1])
-        self.found[0, ..., 1:] /= self.space.degrees[1:]
-        self.found[0, ..., 0] = _OF_DOUBLES[self.operation.kind](self.first[0, ..., 0])
-
-    def go_on(self, k: int) -> None:
-        """Compute the coefficients of τᵏ from those of the lower powers."""
-        self._fill(k, 0)
-        if self.operation.kind == PRODUCT:
-            self._fill(k, 1)
-            self.found[k] = _product(self.space, self.first[: k + 1], self.second[: k + 1])
-            return
-        self._fill(k - 1, 1)  # a slope may need nodes of later operations
-        rates = self.first[1 : k + 1] * np.arange(1, k + 1)[:, np.newaxis, np.newaxis, np.newaxis]
-        self.found[k] = _product(self.space, rates, self.second[:k]) / k
-
-
-def _product(space: Monomials, a: Array, b: Array) -> Array:
+def _last(space: Monomials, a: Array, b: Array) -> Array:
     """Return the coefficient of the highest power of τ in a product."""
     first, second, begins = space.pairs
     if len(first) == 1:

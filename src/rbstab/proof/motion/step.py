@@ -22,7 +22,6 @@ proof (R. Lohner, 1988, for the frames).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -36,23 +35,35 @@ from rbstab.proof.motion.linear_flow import (
     linear_flow,
     turned_frames,
 )
-from rbstab.proof.motion.models import UNIT, Models, evaluated
+from rbstab.proof.motion.models import Models, Proved
 from rbstab.proof.motion.monomials import Monomials, monomials_up_to
 from rbstab.proof.motion.motion_set import MotionSet
-from rbstab.proof.motion.rounding import LARGEST, error_of_products, rounded_up
+from rbstab.proof.motion.rounding import LARGEST, UNIT, error_of_products, rounded_up
 from rbstab.proof.motion.series import node_series, summed
 
-ORDER = 16
-"""The highest power of τ in p."""
 
-JACOBIAN_TERMS = 12
-"""The number of terms of J, and the degree of Φ and Ψ."""
+class Accuracy(NamedTuple):
+    """How long the polynomials of a step are.
+
+    Attributes:
+        order: The highest power of τ in p.
+        terms: The number of terms of J, and the degree of Φ and Ψ.
+        tolerance: The size of the last terms of p, relative to the scale of a state.
+    """
+
+    order: int
+    terms: int
+    tolerance: float
+
+
+OF_POINTS = Accuracy(20, 16, 1e-14)
+"""Of the motion from a single start."""
+
+OF_SETS = Accuracy(12, 10, 1e-12)
+"""Of larger sets, whose steps are short in any case: at the ends of a set J is another."""
 
 JACOBIAN_DEGREE = 3
 """The highest degree in z of the models of ∂f/∂y."""
-
-TOLERANCE = 1e-15
-"""The size of the last terms of p in τ, relative to the scale of a state."""
 
 MAX_LAST_TERM = 1e-8
 """The norm of the last term of Φ, in scaled states. It decides the length of a step where the
@@ -150,106 +161,97 @@ def set_steps(
         disturbance: Finds D from all states within the margin; default D = 0.
     """
     with np.errstate(all="ignore"):  # a number that is not finite fails every test below
-        h, series = _series(field, start, scale, longest)
+        h, series, lows = _series(field, start, scale, longest)
         margin = GROWTH * start.error + MARGIN * scale
         if disturbance is not None:
             reached = (disturbance.expected / scale).max(axis=-1) * h  # one state moves others
             margin = margin + 2.0 * GROWTH * reached[:, np.newaxis] * scale
-        step = _Steps(field, start.space, h, series, margin)
-        tube = step.tube()
-        d = step.defect()
+        n, p = len(scale), series[:, : len(scale)]
+        first = field.rates if start.space.variables else field.step
+        proved = Proved(first, start.space, series)
+        d = _defect(p, proved.results(np.zeros_like(margin.T))[:n], h)
         if disturbance is not None:
+            tube = Models(start.space, p, np.ascontiguousarray(margin.T))
             d = rounded_up(d + h[:, np.newaxis] * disturbance.bound(tube))
-        J, G = step.jacobian(tube)
+        if start.space.variables:
+            proved = Proved(field.step, _low(start.space), lows)
+        left_out = np.abs(p[..., len(_low(start.space)) :]).sum(axis=0).sum(axis=-1)
+        slopes = proved.results(rounded_up(margin.T + left_out))[n:]
+        J, G = _jacobian(slopes, field.places, n, h)
         flow, frame = linear_flow(J), frames_of(start.frame)
         linear = linear_bounds(flow, frame)
         share = SHARE if disturbance is None and not start.space.variables else 1.0
-        b, W, found = _error_bounds(linear, start.radius, d, G, step.margin, share)
-        size = rounded_up(np.abs(step.p).sum(axis=0).sum(axis=-1)).T
-        beside = rounded_up(_times(linear.mismatch, b) + (len(step.p) + 1) * UNIT * size)
+        b, W, found = _error_bounds(linear, start.radius, d, G, margin, share)
+        size = rounded_up(np.abs(p).sum(axis=0).sum(axis=-1)).T
+        beside = rounded_up(_times(linear.mismatch, b) + (len(p) + 1) * UNIT * size)
         Phi, error = flow.forward.sum(axis=-3), error_of_products(np.abs(flow.forward).sum(axis=-3))
         end = turned_frames(Phi, error, frame, (W, beside), scale)
         entries = (frame.matrix, frame.inverse, flow.forward, flow.backward, J, G, *end)
         usable = np.all([_are_moderate(part) for part in entries], axis=0)
         usable = usable & found & (h > 0) & (size <= LARGEST).all(axis=-1)
-        polynomial = np.ascontiguousarray(step.p.sum(axis=0).swapaxes(0, 1))
-    return SetSteps(h, step.p, b, MotionSet(start.space, polynomial, *end), usable)
+        polynomial = np.ascontiguousarray(p.sum(axis=0).swapaxes(0, 1))
+    return SetSteps(h, p, b, MotionSet(start.space, polynomial, *end), usable)
 
 
-def _series(field: Field, start: MotionSet, scale: Array, longest: Array) -> tuple[Array, Array]:
-    """Return the length of each step, and the series of the nodes of `field.step` in τ."""
+def _series(
+    field: Field, start: MotionSet, scale: Array, longest: Array
+) -> tuple[Array, Array, Array]:
+    """Return the length of each step, and the series in τ of the nodes of `rates` and `step`.
+
+    The latter have lower degrees in z.
+    """
     known = start.polynomial.swapaxes(0, 1)[np.newaxis]
-    values = node_series(field.step, start.space, known, longest, ORDER)
+    order, terms, tolerance = _accuracy(start.space)
+    # With one monomial, there is no use in fewer nodes.
+    first = field.rates if start.space.variables else field.step
+    values = node_series(first, start.space, known, longest, order)
+    low = _low(start.space)
+    lows = node_series(field.step, low, np.ascontiguousarray(values[..., : len(low)]))
     n, factor = len(scale), np.ones(len(start))
-    for k in (ORDER - 1, ORDER):
+    for k in (order - 1, order):
         size = (np.abs(values[k, :n]).sum(axis=-1) / scale[:, np.newaxis]).max(axis=0)
-        factor = np.minimum(factor, (TOLERANCE / np.maximum(size, 1e-300)) ** (1.0 / k))
-    slopes = summed(field.step.results[n:], values[:JACOBIAN_TERMS])[..., 0]
+        factor = np.minimum(factor, (tolerance / np.maximum(size, 1e-300)) ** (1.0 / k))
+    slopes = summed(field.step.results, lows[:terms])[:, n:, :, 0]
     last = linear_flow(_matrices(slopes, field.places, n) * longest[:, None, None, None])
-    power = 1.0 / JACOBIAN_TERMS
-    factor = np.minimum(factor, (MAX_LAST_TERM / last.last_term(scale)) ** power)
+    factor = np.minimum(factor, (MAX_LAST_TERM / last.last_term(scale)) ** (1.0 / terms))
     h = np.floor(longest * factor / TIME_GRID) * TIME_GRID
     # p is what these products are; p at τ = 0 stays as it is.
-    powers = (h / longest) ** np.arange(ORDER + 1)[:, np.newaxis]
-    return h, values * powers[:, np.newaxis, :, np.newaxis]
+    powers = ((h / longest) ** np.arange(order + 1)[:, np.newaxis])[:, np.newaxis, :, np.newaxis]
+    return h, values * powers, lows * powers
 
 
-@dataclass(frozen=True, eq=False)
-class _Steps:
-    """Steps that are to be proved. All rates are by τ, so times h.
+def _accuracy(space: Monomials) -> Accuracy:
+    return OF_SETS if space.variables else OF_POINTS
 
-    Args:
-        series: The series of the nodes of `field.step`, in τ; p is that of the variables.
-        margin: The largest |e| for which the bounds hold, shape (sets, n).
+
+def _low(space: Monomials) -> Monomials:
+    return monomials_up_to(space.variables, min(JACOBIAN_DEGREE, space.degree))
+
+
+def _defect(p: Array, rates: Models, h: Array) -> Array:
+    """Bound |hf(p) - p'| for 0 <= τ <= 1 and all z, shape (sets, n), from the models of f(p)."""
+    coefficients, slopes = h[:, np.newaxis] * rates.polynomial, np.zeros_like(p)
+    slopes[:-1] = p[1:] * np.arange(1, len(p))[:, None, None, None]
+    rounding = 3 * UNIT * (np.abs(coefficients) + np.abs(slopes))
+    found = (np.abs(coefficients - slopes) + rounding).sum(axis=0).sum(axis=-1)
+    bound: Array = rounded_up(found + h * rates.remainder).T
+    return bound
+
+
+def _jacobian(slopes: Models, places: Array, n: int, h: Array) -> tuple[Array, Array]:
+    """Return J, h∂f/∂y along p at z = 0, and G, from the models of ∂f/∂y within the margin.
+
+    G, shape (sets, n, n), bounds |h∂f/∂y(p + e) - J| for all z, 0 <= τ <= 1 and |e| within the
+    margin. High powers of τ are left out of J.
     """
-
-    field: Field
-    space: Monomials
-    h: Array
-    series: Array
-    margin: Array
-
-    @property
-    def p(self) -> Array:
-        """p, shape (terms, n, sets, monomials)."""
-        return self.series[:, : self.margin.shape[1]]
-
-    def tube(self) -> Models:
-        """The states within the margin of p."""
-        return Models(self.space, self.p, np.ascontiguousarray(self.margin.T))
-
-    def defect(self) -> Array:
-        """Bound |hf(p) - p'| for 0 <= τ <= 1 and all z, shape (sets, n)."""
-        p = Models(self.space, self.p, np.zeros_like(self.margin.T))
-        rates = evaluated(self.field.rates, p, self.series[:, self.field.guess])
-        coefficients = self.h[:, np.newaxis] * rates.polynomial
-        slopes = np.zeros_like(coefficients)
-        slopes[:-1] = self.p[1:] * np.arange(1, len(self.p))[:, None, None, None]
-        rounding = 3 * UNIT * (np.abs(coefficients) + np.abs(slopes))
-        found = (np.abs(coefficients - slopes) + rounding).sum(axis=0).sum(axis=-1)
-        bound: Array = rounded_up(found + self.h * rates.remainder).T
-        return bound
-
-    def jacobian(self, tube: Models) -> tuple[Array, Array]:
-        """Return J, h∂f/∂y along p at z = 0, and G.
-
-        G, shape (sets, n, n), bounds |h∂f/∂y(p + e) - J| for all z, 0 <= τ <= 1 and |e| within the
-        margin. High powers of τ, and higher degrees in z, go into the remainders.
-        """
-        low = monomials_up_to(self.space.variables, min(JACOBIAN_DEGREE, self.space.degree))
-        n, count, terms = self.margin.shape[1], len(low), JACOBIAN_TERMS
-        cut = np.ascontiguousarray(self.series[:terms, ..., :count])
-        left_out = np.abs(tube.polynomial)
-        left_out[:terms, ..., :count] = 0.0
-        remainder = rounded_up(tube.remainder + left_out.sum(axis=0).sum(axis=-1))
-        slopes = evaluated(self.field.step, Models(low, cut[:, :n], remainder), cut)[n:]
-        middle = self.h * slopes.polynomial[..., 0]
-        slopes.polynomial[..., 0] = 0.0
-        size = np.abs(slopes.polynomial).sum(axis=0).sum(axis=-1) + slopes.remainder
-        bound = self.h * size + 2 * UNIT * np.abs(middle).sum(axis=0)
-        G = np.zeros((len(self.h), n, n))
-        G[:, self.field.places[0], self.field.places[1]] = rounded_up(bound).T
-        return _matrices(middle, self.field.places, n), G
+    terms = _accuracy(slopes.space).terms
+    middle, rest = h * slopes.polynomial[:terms, ..., 0], slopes.polynomial.copy()
+    rest[:terms, ..., 0] = 0.0
+    size = np.abs(rest).sum(axis=0).sum(axis=-1) + slopes.remainder
+    bound = h * size + 2 * UNIT * np.abs(middle).sum(axis=0)
+    G = np.zeros((len(h), n, n))
+    G[:, places[0], places[1]] = rounded_up(bound).T
+    return _matrices(middle, places, n), G
 
 
 def _matrices(entries: Array, places: Array, n: int) -> Array:

@@ -30,7 +30,7 @@ RUNS = {
 }
 
 
-DIGEST = "2596585b032e470d8800c788345cf806eff8936012bee6cc27935bd6a684b4b2"
+DIGEST = "5aee92522b463e2e7caec953c9f9bbd6e90baec53e7d86f66ce8c0835d373c2d"
 
 
 def call(*arguments):

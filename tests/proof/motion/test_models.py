@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -196,7 +197,7 @@ def test_constants_are_the_decimals_that_they_mean():
     """0.1 is a tenth, and its sine is that of a tenth; equal formulas cancel exactly."""
 
     def some(x):
-        tenth = numbers(np.array(0.1))[()]
+        tenth: Any = numbers(np.array(0.1))[()]
         return np.array([tenth * x[0], tenth.sin() * x[0], x[0] * tenth - tenth * x[0] + 0.0])
 
     one = Models(monomials_up_to(0, 0), np.ones((1, 1, 1, 1)), np.zeros((1, 1)))

@@ -2,8 +2,10 @@
 
 import ast
 import re
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
+import grimp
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -74,3 +76,13 @@ def test_each_file_says_what_it_is() -> None:
         if path.name != "__init__.py"
     }
     assert [path for path, text in described.items() if len(text.split("\n")[0]) <= 8] == []
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    """Neither when they run, nor for types alone."""
+    graph = grimp.build_graph("rbstab", "rbstab_cli", cache_dir=None)
+    imports = {one: graph.find_modules_directly_imported_by(one) for one in graph.modules}
+    try:
+        TopologicalSorter(imports).prepare()
+    except CycleError as error:
+        pytest.fail(f"a circle: {' -> '.join(error.args[1])}")

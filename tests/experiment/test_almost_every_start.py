@@ -11,7 +11,8 @@ import rbstab
 from rbstab.experiment.answers.state_words import almost_sentence
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
-from rbstab.experiment.stored_proof.proof import SUPPLIES, Proof
+from rbstab.experiment.stored_proof.data import SUPPLIES
+from rbstab.experiment.stored_proof.proof import Proof
 
 GAINS = {"L_r": [0.8, 0.8, 0.3]}
 
@@ -169,10 +170,11 @@ def test_each_hypothesis_is_needed(falling):
         (falling, slider, "jumps, or is not shown to be smooth"),
     ]
     for proof, given, words in cases:
-        found = almost_every_start(proof, given)
+        known = proof.of(given) if given else Proof.model_validate(proof.model_dump())
+        found = almost_every_start(known)
         assert not found.proved
         assert words in found.why
-    assert almost_every_start(changed(falling, 9, enclosure=at_zero), stiff).proved
+    assert almost_every_start(changed(falling, 9, enclosure=at_zero).of(stiff)).proved
 
 
 @pytest.mark.heavy

@@ -17,8 +17,9 @@ from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.run_to_file import prove_run, run_to_file
 from rbstab.experiment.stability import statements_of
+from rbstab.experiment.stored_proof.data import STOPPED
 from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.stored_proof.proof import STOPPED, Proof, no_proof
+from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.proof import limits
 from rbstab.proof.rest_states import Body
 from rbstab.proof.search import BATCH

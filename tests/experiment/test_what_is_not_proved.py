@@ -24,7 +24,7 @@ from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.proof import CODE_NOT_RUN, prove
 from rbstab.experiment.simulate import simulate
-from rbstab.experiment.stored_proof.proof import SUPPLIES
+from rbstab.experiment.stored_proof.data import SUPPLIES
 from rbstab.experiment.verification.verify import verify
 from rbstab.proof.passive import passive, switches
 from rbstab.proof.passive.passive import why_not_in_proofs

@@ -29,6 +29,8 @@ class StabilityReport(NamedTuple):
 
 def stability_data(report: StabilityReport) -> dict[str, Any]:
     """Return all results for one config as plain data."""
+    # Imported late: `Stability` is imported with the first config.
+    from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
     from rbstab_cli.output.certificate import certificate_checks
 
     stability, run = report.stability, report.run
@@ -53,7 +55,7 @@ def stability_data(report: StabilityReport) -> dict[str, Any]:
         **proof,
         "stable_count": stability.proof.stable_count,
         "every_start": stability.proof.every_start,
-        "almost_every_start": stability.proof.almost_every_start.as_data(),
+        "almost_every_start": almost_every_start(stability.proof).as_data(),
         "states": [{**state, "modes": mode_data(linear)} for state, linear in states],
         "certificate": certificate,
         "along": [_locus_data(report.config, along, points) for along, points in report.loci],

@@ -15,14 +15,9 @@ from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_build, without_code
 from rbstab.experiment.answers.reasons import NOT_DAMPED
+from rbstab.experiment.stored_proof.data import STOPPED, SUPPLIES, TOO_FEW
 from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.stored_proof.proof import (
-    STOPPED,
-    SUPPLIES,
-    TOO_FEW,
-    Proof,
-    no_proof,
-)
+from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
 from rbstab.experiment.stored_proof.rotations import rotations_record
 from rbstab.files.counts import grouped

@@ -21,12 +21,13 @@ from rbstab.experiment.answers.state_words import (
     other_family,
 )
 from rbstab.experiment.convergence.convergence import EVERY_START, Convergence
-from rbstab.experiment.stored_proof.proof import (
+from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
+from rbstab.experiment.stored_proof.data import (
     GOES_ON,
     NO_LENGTH,
     STOP,
     UNSPRUNG,
-    Proof,
+    ProofData,
     ProvedState,
     ProvedStates,
 )
@@ -63,7 +64,7 @@ class Stability:
         convergence: What is proved of the exact motion from this start; None if that was not asked.
     """
 
-    proof: Proof
+    proof: ProofData
     linearisations: tuple[Linearisation | None, ...]
     start: float | None
     reached: int | None
@@ -81,7 +82,7 @@ class Stability:
 
 
 def stability_of(
-    problem: Problem, proof: Proof, convergence: Convergence | None = None
+    problem: Problem, proof: ProofData, convergence: Convergence | None = None
 ) -> Stability:
     """Return the stability of a problem, derived from a proof (or a search).
 
@@ -106,7 +107,7 @@ def stability_of(
     return Stability(proof, tuple(linearisations), start, reached, convergence)
 
 
-def statements_of(proof: Proof) -> list[str]:
+def statements_of(proof: ProofData) -> list[str]:
     """Return sentences on a proof by itself, without a start."""
     parts = (*_rest_states(proof), *_regions(proof), *_unwrapped(proof))
     return [f"{sentence}." for sentence in parts]
@@ -126,9 +127,9 @@ def kind_of(state: ProvedState) -> str:
     return f"{kind}, held" if state.held else kind
 
 
-def _rest_states(proof: Proof) -> Iterator[str]:
+def _rest_states(proof: ProofData) -> Iterator[str]:
     """Yield how many rest states there are, which starts reach them, and how sure that is."""
-    almost, count = proof.almost_every_start, len(proof.states)
+    almost, count = almost_every_start(proof), len(proof.states)
     if not (count or proof.proved or proof.families):
         yield f"Rest states: not decided ({proof.ended})"
         return
@@ -140,7 +141,7 @@ def _rest_states(proof: Proof) -> Iterator[str]:
         yield f"Almost every start: not decided ({almost.why})"
 
 
-def _counted(proof: Proof) -> str:
+def _counted(proof: ProofData) -> str:
     """Return how many rest states there are, and how sure that is."""
     count, boxes = len(proof.states), f"{grouped(proof.examined)} boxes"
     if proof.on_rotations is not None and not proof.examined:
@@ -159,7 +160,7 @@ def _counted(proof: Proof) -> str:
     return f"{counted_states(count)} found{kinds}{some}; not proved to be all: {proof.ended}"
 
 
-def _global(proof: Proof) -> str:
+def _global(proof: ProofData) -> str:
     """Return whether every start converges."""
     count, answer = len(proof.states), "not decided"
     other = counterexample(proof) if proof.unique is False else other_family(proof)
@@ -183,7 +184,7 @@ def _global(proof: Proof) -> str:
     return answer
 
 
-def _regions(proof: Proof) -> Iterator[str]:
+def _regions(proof: ProofData) -> Iterator[str]:
     """Yield the certified region, and the regions of other minima."""
     region = proof.region
     if proof.every_start and proof.states:
@@ -234,7 +235,7 @@ def _of_minima(proof: ProvedStates, what: str = "Region") -> Iterator[str]:
             )
 
 
-def _unwrapped(proof: Proof) -> Iterator[str]:
+def _unwrapped(proof: ProofData) -> Iterator[str]:
     """Yield sentences on all real θ1 and θ3."""
     found, on_rotations = proof.unwrapped, proof.on_rotations is not None
     searched = not proof.has_energy or proof.outcome == SEARCHED

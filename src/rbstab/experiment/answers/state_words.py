@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.almost_every_start import AlmostEveryStart
-    from rbstab.experiment.stored_proof.proof import Proof, ProvedState
+    from rbstab.experiment.stored_proof.data import ProofData, ProvedState
 
 ALMOST = "almost every start"
 """All starts but a set of measure zero."""
@@ -43,7 +43,7 @@ def counted_states(count: int) -> str:
     return f"{count or 'no'} rest state{'s' if count > 1 else ''}"
 
 
-def families_of(proof: "Proof") -> str:
+def families_of(proof: "ProofData") -> str:
     """Return which families rest states form, such as "a surface of them at 2 J (index 1)"."""
     shapes = {1: "a curve of them", 2: "a surface of them", 3: "all rotations"}
     parts = [
@@ -53,7 +53,7 @@ def families_of(proof: "Proof") -> str:
     return " and ".join(parts)
 
 
-def other_family(proof: "Proof") -> str | None:
+def other_family(proof: "ProofData") -> str | None:
     """Return a family of rest states as text: one without an unstable direction if there is one."""
     shapes = {1: "curve of rest states", 2: "surface of rest states", 3: "family of all rotations"}
     families = sorted(proof.families, key=lambda one: (one.index > 0, one.energy))
@@ -64,7 +64,7 @@ def other_family(proof: "Proof") -> str | None:
     return f"{kind} {shapes[first.dimension]} at {first.energy:.6g} J (index {first.index})"
 
 
-def counterexample(proof: "Proof", own: int | None = None) -> str | None:
+def counterexample(proof: "ProofData", own: int | None = None) -> str | None:
     """Return a rest state at which a body can stay while another start ends elsewhere.
 
     Args:
@@ -82,7 +82,7 @@ def counterexample(proof: "Proof", own: int | None = None) -> str | None:
     return f"{where}, {kind}" if state.stable is None else f"the {kind} {where}"
 
 
-def found_stable(proof: "Proof", own: int | None = None) -> str | None:
+def found_stable(proof: "ProofData", own: int | None = None) -> str | None:
     """Return another stable rest state that a search found, where no stable one is proved.
 
     Args:
@@ -95,7 +95,7 @@ def found_stable(proof: "Proof", own: int | None = None) -> str | None:
     return f"{_named(*others[0])}, stable and not proved"
 
 
-def _others(proof: "Proof", own: int | None) -> "list[tuple[int, ProvedState]]":
+def _others(proof: "ProofData", own: int | None) -> "list[tuple[int, ProvedState]]":
     """Return all rest states but one, with their numbers."""
     return [one for one in enumerate(proof.states, start=1) if one[0] != (own or 1)]
 
@@ -104,7 +104,7 @@ def _named(number: int, state: "ProvedState") -> str:
     return f"rest state {number}, Θ = {angles(state.orientation)} rad"
 
 
-def almost_sentence(proof: "Proof", found: "AlmostEveryStart") -> str:
+def almost_sentence(proof: "ProofData", found: "AlmostEveryStart") -> str:
     """Return what is proved of almost every start, without a full stop.
 
     Args:
@@ -125,7 +125,7 @@ def almost_sentence(proof: "Proof", found: "AlmostEveryStart") -> str:
     return f"{begins}{scope} converges to {reached(proof, found)}"
 
 
-def exceptions(proof: "Proof") -> str:
+def exceptions(proof: "ProofData") -> str:
     """Return which rest states are not stable, without a full stop; empty if all are."""
     numbers = [n for n, state in enumerate(proof.states, start=1) if not state.stable]
     if proof.families:
@@ -142,7 +142,7 @@ def exceptions(proof: "Proof") -> str:
     return f"the exceptions are {states} and starts that lead to them"
 
 
-def reached(proof: "Proof", found: "AlmostEveryStart") -> str:
+def reached(proof: "ProofData", found: "AlmostEveryStart") -> str:
     """Return the rest states that almost every start reaches, with their tilt."""
     low, high = (f"{math.degrees(tilt):.3g}" for tilt in found.tilts)
     tilt = "at the desired attitude"
@@ -156,15 +156,19 @@ def reached(proof: "Proof", found: "AlmostEveryStart") -> str:
     return f"one of the {len(found.states)} stable rest states, {tilt}"
 
 
-def every_motion(proof: "Proof | None") -> str:
+def every_motion(proof: "ProofData | None") -> str:
     """Return which motions converge to the only rest state, without a full stop.
 
     Args:
         proof: The proof; None if it is not known. Then it holds of all that stay in the range.
     """
     where, kept = "the only rest state in the range", ""
-    if proof is not None and proof.almost_every_start.proved:
-        where = reached(proof, proof.almost_every_start)
+    if proof is not None:
+        # Imported late: its hypotheses need the elements and the bounds of proofs.
+        from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
+
+        almost = almost_every_start(proof)
+        where = reached(proof, almost) if almost.proved else where
     if proof is not None and proof.kept_by:
         kept = f", which {proof.kept_by} keeps away from θ2 = ±π/2"
     keeps = keeps_distance(proof)
@@ -172,7 +176,7 @@ def every_motion(proof: "Proof | None") -> str:
     return f"every motion that stays in the range{kept}{keeps}, converges to {where}"
 
 
-def keeps_distance(proof: "Proof | None") -> str:
+def keeps_distance(proof: "ProofData | None") -> str:
     """Return from what a motion must keep a distance, as the end of a phrase; "" from nothing."""
     ends = [] if proof is not None and proof.kept_by else ["from θ2 = ±π/2"]
     if proof is not None and proof.needs_lengths:

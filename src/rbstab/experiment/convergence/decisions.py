@@ -88,7 +88,7 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
     if proof is None:
         return undecided(Undecided.NO_REGION, NO_PROOF)
     # Imported late: most runs have no proof.
-    from rbstab.experiment.stored_proof.proof import GOES_ON
+    from rbstab.experiment.stored_proof.data import GOES_ON
     from rbstab.experiment.stored_proof.starts import has_no_rest_state
 
     if has_no_rest_state(proof, at_poles=problem.quaternion):

@@ -20,8 +20,8 @@ from rbstab.config.user_code.permission import has_code, without_code
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.proof_cache import NO_FILE_ERRORS, PROOFS
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance, bounds_of
+from rbstab.experiment.stored_proof.data import SUPPLIES
 from rbstab.experiment.stored_proof.identity import digest_of, equations_of
-from rbstab.experiment.stored_proof.proof import SUPPLIES
 from rbstab.store.errors import StoreError
 
 if TYPE_CHECKING:

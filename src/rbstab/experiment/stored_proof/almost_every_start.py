@@ -7,7 +7,7 @@ a list among all rotations the hypotheses of theorem 15 were checked where it wa
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rbstab.analysis.exact import decimals
 from rbstab.config.build import system_of
@@ -19,11 +19,9 @@ from rbstab.elements.ligament import Ligament
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.experiment.answers.wanted import wanted
+from rbstab.experiment.stored_proof.data import ProofData, ProvedState
 from rbstab.experiment.stored_proof.switches import may_switch
 from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
-
-if TYPE_CHECKING:
-    from rbstab.experiment.stored_proof.proof import Proof, ProvedState
 
 
 @dataclass(frozen=True)
@@ -65,13 +63,14 @@ class AlmostEveryStart:
         }
 
 
-def almost_every_start(proof: "Proof", config: Config | None) -> AlmostEveryStart:
+def almost_every_start(proof: ProofData) -> AlmostEveryStart:
     """Return whether almost every start converges to a stable rest state (theorem 14 or 15).
 
     Args:
-        proof: The proof of the rest states of the config.
-        config: The config; no code of users runs. Without it nothing is proved.
+        proof: The proof of the rest states of a config (`ProofData.of`); without one nothing is
+            proved. No code of users runs.
     """
+    config = proof.config
     why = next(_failing(proof, config), "")
     if why:
         return AlmostEveryStart(proved=False, why=why)
@@ -88,7 +87,7 @@ def almost_every_start(proof: "Proof", config: Config | None) -> AlmostEveryStar
     )
 
 
-def _failing(proof: "Proof", config: Config | None) -> Iterator[str]:
+def _failing(proof: ProofData, config: Config | None) -> Iterator[str]:
     """Yield the hypotheses of theorem 14, or 15, that are not known to hold, one by one."""
     if proof.on_rotations is not None:
         if proof.on_rotations.why:
@@ -117,7 +116,7 @@ def _failing(proof: "Proof", config: Config | None) -> Iterator[str]:
     yield from _not_smooth(proof, config, unstable)
 
 
-def _not_smooth(proof: "Proof", config: Config, unstable: "list[ProvedState]") -> Iterator[str]:
+def _not_smooth(proof: ProofData, config: Config, unstable: list[ProvedState]) -> Iterator[str]:
     """Yield why forces may not be Lipschitz, or not smooth near an unstable rest state (A4, A5)."""
     for name in switching_code(config):
         yield f"{name} is an element of your own with switches, or with states of its own"

@@ -2,13 +2,13 @@
 
 from typing import TYPE_CHECKING, Any
 
-from rbstab.experiment.stored_proof.proof import Proof, ProvedStates
+from rbstab.experiment.stored_proof.data import ProofData, ProvedStates
 
 if TYPE_CHECKING:
     from rbstab.proof.record import Record
 
 
-def record_of(proof: Proof) -> "Record":
+def record_of(proof: ProofData) -> "Record":
     """Return the energy of a proof, and its claims about each range.
 
     Args:

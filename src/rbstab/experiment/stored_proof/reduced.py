@@ -2,16 +2,15 @@
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rbstab.experiment.stored_proof.entries import Entry
-from rbstab.experiment.stored_proof.proof import (
+from rbstab.experiment.stored_proof.data import (
     NO_LENGTH,
-    Proof,
     ProvedMinimum,
     ProvedRegion,
     ProvedState,
     UnwrappedStates,
-    no_proof,
 )
+from rbstab.experiment.stored_proof.entries import Entry
+from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:

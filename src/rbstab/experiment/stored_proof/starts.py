@@ -9,7 +9,7 @@ import numpy as np
 
 from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.exact import ball, decimal_balls, in_balls, upper
-from rbstab.experiment.stored_proof.proof import Proof, ProvedState, ProvedStates
+from rbstab.experiment.stored_proof.data import ProofData, ProvedState, ProvedStates
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.attitude import tilt
 from rbstab.mechanics.numbers import Array
@@ -26,7 +26,7 @@ START_RANGE = np.array([np.inf, np.pi / 2, np.inf])
 """rad: the same for all real θ1 and θ3."""
 
 
-def has_no_rest_state(proof: Proof, *, at_poles: bool = False) -> bool:
+def has_no_rest_state(proof: ProofData, *, at_poles: bool = False) -> bool:
     """Return whether it is proved that there is no rest state with |θ2| < π/2.
 
     Never of a tied body with springs: it may balance where a spring has no length; and never of
@@ -38,7 +38,7 @@ def has_no_rest_state(proof: Proof, *, at_poles: bool = False) -> bool:
     return not proof.needs_lengths and wide is not None and wide.proved and not wide.states
 
 
-def start_level(problem: Problem, proof: Proof) -> float | None:
+def start_level(problem: Problem, proof: ProofData) -> float | None:
     """Return v(0) of a problem, J: the energy at the start minus that of the lowest rest state.
 
     Returns:
@@ -49,7 +49,7 @@ def start_level(problem: Problem, proof: Proof) -> float | None:
     return _start_energy(problem) - proof.states[0].energy
 
 
-def number_of(proof: Proof, Theta: Array) -> int | None:
+def number_of(proof: ProofData, Theta: Array) -> int | None:
     """Return the number of a rest state among those of a proof, from 1 for the lowest.
 
     Args:
@@ -71,7 +71,7 @@ def number_of(proof: Proof, Theta: Array) -> int | None:
     return None
 
 
-def start_state(problem: Problem, proof: Proof) -> int | None:
+def start_state(problem: Problem, proof: ProofData) -> int | None:
     """Return the number of the rest state to which the motion of a problem converges, proved.
 
     The energy and Θ at the start are enclosed for the exact numbers of the config. A start whose
@@ -86,7 +86,7 @@ def start_state(problem: Problem, proof: Proof) -> int | None:
     return start and reached_state(proof, start.energy, start.low, start.high)
 
 
-def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int | None:
+def reached_state(proof: ProofData, energy: float, low: Array, high: Array) -> int | None:
     """Return the number of the rest state to which every motion of a set converges, proved.
 
     The set has all motions that at some time have a total energy of at most `energy`, and Θ in a
@@ -106,7 +106,7 @@ def reached_state(proof: Proof, energy: float, low: Array, high: Array) -> int |
     return int(number) or None
 
 
-def reached_states(proof: Proof, energy: Array, low: Array, high: Array) -> Array:
+def reached_states(proof: ProofData, energy: Array, low: Array, high: Array) -> Array:
     """Return the same as `reached_state` for m sets, shape (m,): 0 where it is not proved.
 
     Args:
@@ -159,7 +159,7 @@ START_REGIONS = "start_regions"
 """The name under which the rest states of a proof keep their regions for starts."""
 
 
-def start_regions(proof: Proof, states: ProvedStates) -> "StartRegions | None":
+def start_regions(proof: ProofData, states: ProvedStates) -> "StartRegions | None":
     """Return the regions of the minima in one range of a proof; None if there are none.
 
     Args:
@@ -190,7 +190,7 @@ def start_regions(proof: Proof, states: ProvedStates) -> "StartRegions | None":
     return found
 
 
-def same_state(proof: Proof, state: ProvedState) -> int | None:
+def same_state(proof: ProofData, state: ProvedState) -> int | None:
     """Return the number of a proved rest state among those of a proof in the range of eq. 5.
 
     Of two boxes that contain exactly one rest state each, one inside the other, both contain the

@@ -11,10 +11,10 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import without_code
 from rbstab.elements.element import NO_STATE
+from rbstab.experiment.stored_proof.data import ProofData, ProvedState
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from rbstab.experiment.stored_proof.proof import Proof, ProvedState
     from rbstab.proof.enclosures.intervals import Intervals
     from rbstab.proof.exact.expr import Expr
 
@@ -23,7 +23,7 @@ WEIGHT = 2000
 
 
 def may_switch(
-    proof: "Proof", state: "ProvedState", config: Config, name: str, first: int | None = None
+    proof: ProofData, state: ProvedState, config: Config, name: str, first: int | None = None
 ) -> bool:
     """Return whether an event function h of an element may be zero at a proved rest state.
 
@@ -51,7 +51,7 @@ def may_switch(
     return any(one is None or bool(one.lo[0] <= 0 <= one.hi[0]) for one in found)
 
 
-def _over(proof: "Proof", box: Array, plain: Config, event: "Expr") -> "Intervals | None":
+def _over(proof: ProofData, box: Array, plain: Config, event: "Expr") -> "Intervals | None":
     """Return bounds on an event function at the lowest point, over a box of Θ; None if unknown."""
     from rbstab.proof.enclosures.bounds import BoundedEnergy
     from rbstab.proof.enclosures.levels import range_of

@@ -1,0 +1,318 @@
+"""The data of a proof: the models of its rest states and regions."""
+
+from typing import Literal, Self
+
+from pydantic import NonNegativeInt, PositiveInt, model_validator
+
+from rbstab.config.schema import Config
+from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
+from rbstab.experiment.stored_proof.entries import (
+    Entry,
+    Numbers,
+    OnRotations,
+    ProvedEnergy,
+    ProvedFamily,
+    Triple,
+)
+from rbstab.experiment.stored_proof.identity import PROOF_VERSION
+from rbstab.files.counts import grouped
+from rbstab.mechanics.states import PITCH
+from rbstab.store.cards import line
+
+NO_LENGTH = "a spring without length"
+"""Where c* is attained, if not on a face of the range nor at a rest state."""
+
+
+BARRIER, STOP = "a barrier", "a stop"
+"""What keeps every motion away from θ2 = ±π/2 (`Proof.kept_by`)."""
+
+STOPPED = "the limit on the number of boxes was reached"
+"""The outcome of a search that stopped at its limit (`SearchOutcome.BOX_LIMIT`)."""
+
+TOO_FEW = "more boxes are not expected to help"
+"""The begin of the outcome of such a search that would need far more boxes than any proof tries."""
+
+CONFIG = "config"
+"""The name under which a proof keeps the config of which it was asked."""
+
+GOES_ON = f"{ASK_FOR_PROOF} tries more"
+"""What is said of a proof that ended early, where more boxes may prove more."""
+
+
+UNSPRUNG = "K_r is not positive definite"
+"""The reason why rest states may form a family, and be farther away than any angle."""
+
+
+class ProvedState(Entry):
+    """One rest state: Θ, X and D, and its potential energy, J.
+
+    index is the number of independent directions in which the energy decreases. index_proved is
+    whether it is proved.
+
+    enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
+
+    held is true if the force of an element of a user jumps there, and one between those on both
+    sides balances the load, or if a repelling guard or a stop holds θ2 at its angle in this way.
+    index then counts directions along the surface, or of θ1 and θ3. None: it is not held. ridge is
+    true if the force pushes away from the surface: the energy falls on both sides, which is one
+    direction more. degenerate is true if the Hessian is singular to round-off, and the index is not
+    proved.
+    """
+
+    orientation: Triple
+    position: Triple
+    connector_state: Numbers
+    energy: float
+    index: NonNegativeInt
+    proved: bool
+    enclosure: tuple[Triple, Triple]
+    index_proved: bool = False
+    held: Literal[True] | None = None
+    ridge: Literal[True] | None = None
+    degenerate: Literal[True] | None = None
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether it is a minimum of the energy; None if its index is not determined."""
+        return None if self.degenerate else self.index == 0
+
+
+class ProvedRegion(Entry):
+    """Motions with v < level converge to the lowest rest state; proved for v < lower_bound, J.
+
+    energy is c*, J. It is attained at the orientation `attained_at`: on the named face of the
+    range, at another rest state (face None), or where a spring has no length (`NO_LENGTH`).
+
+    energy_bound is the same bound for the sum of all energies, J: each motion that at some time is
+    in the range with less energy converges to the lowest rest state. None: not proved, or not
+    stored (version 1).
+    """
+
+    energy: float
+    level: float
+    lower_bound: float
+    attained_at: Triple
+    face: str | None
+    proved: bool
+    energy_bound: float | None = None
+
+
+class ProvedMinimum(Entry):
+    """The region of one minimum: motions in it converge to this rest state, proved.
+
+    A motion is in the region if at some time the sum of its energies is below `energy_bound`, J,
+    and its Θ is in the component of {U < energy_bound} that contains the rest state.
+
+    rest_state is its number, from 1 for the lowest. level is the height of its pass above it, J;
+    lower_bound is proved. The pass is at the rest state with the number `pass_state`, or on the
+    face `pass_face` of the range. If both are None it is not located: a box is undecided.
+    pass_at is its Θ.
+    """
+
+    rest_state: PositiveInt
+    level: float
+    lower_bound: float
+    energy_bound: float
+    pass_state: PositiveInt | None
+    pass_face: str | None
+    pass_at: Triple | None
+
+
+class ProvedStates(Entry):
+    """The rest states in a range of Θ, lowest first, and the regions of the minima.
+
+    outcome describes how the search ended, or gives the reason why there is no proof. proved is
+    True if `states` are proved to be all rest states. unique is True if there is exactly one (None:
+    not known). examined is the number of boxes that the search examined. undecided are boxes of Θ
+    that may contain more rest states.
+
+    region holds in all of the range. regions has a region of each minimum that has one, in the
+    order of the states.
+
+    end is the largest |Θ| of the box that was searched, rad: that of the range, but it ends at a
+    stop. None: nothing was searched.
+    """
+
+    outcome: str
+    proved: bool
+    unique: bool | None
+    examined: NonNegativeInt
+    undecided: tuple[tuple[Triple, Triple], ...]
+    states: tuple[ProvedState, ...]
+    region: ProvedRegion | None
+    regions: tuple[ProvedMinimum, ...] = ()
+    end: Triple | None = None
+
+    @property
+    def stable_count(self) -> int:
+        """The number of stable rest states: the minima of the energy."""
+        return sum(state.stable is True for state in self.states)
+
+    @property
+    def globally_stable(self) -> bool | None:
+        """Whether every motion that stays in the range converges to the only rest state.
+
+        By La Salle's theorem this is true if that state is a minimum, for motions that keep a
+        distance from θ2 = ±π/2: the theorem needs a closed set in which the equations are smooth.
+        With a barrier all motions keep it. None: not known.
+        """
+        if self.unique and self.states[0].index_proved is False:
+            return None
+        return self.unique and self.states[0].index == 0
+
+
+class UnwrappedStates(ProvedStates):
+    """The rest states with |θ2| < π/2 and any real θ1 and θ3, and the regions of the minima.
+
+    All of them have |Θ| < end, rad; regions end there too. They are not in `Proof.states` if they
+    are beyond the range of eq. 5. A motion leaves this range only through θ2 = ±π/2.
+
+    every_start is true if a barrier or a stop keeps every motion away from θ2 = ±π/2 and there is
+    one rest state, a minimum: then c* is infinite, and every motion that starts with |θ2| < π/2 (up
+    to the stop) converges to it. There is no region then, as none is needed. None: not proved.
+    """
+
+    every_start: Literal[True] | None = None
+
+
+class ProofData(ProvedStates):
+    """The data of a proof, and what follows from them alone; see `Proof`."""
+
+    id: str
+    version: int = PROOF_VERSION
+    seconds: float = 0.0
+    reduced_energy: ProvedEnergy | None = None
+    unwrapped: UnwrappedStates | None = None
+    brief: Literal[True] | None = None
+    closed: Literal[True] | None = None
+    on_rotations: OnRotations | None = None
+
+    @model_validator(mode="after")
+    def _check_version(self) -> Self:
+        if self.version != PROOF_VERSION:
+            raise ValueError("the proof is of an older program")
+        return self
+
+    def of(self, config: Config) -> Self:
+        """Return this proof for one of the configs that it is about.
+
+        They differ in their starts, for example, and in the pose that is desired.
+        """
+        found = self.model_copy()
+        # It is no field: it is not in files, and makes no difference between proofs.
+        vars(found)[CONFIG] = config
+        return found
+
+    @property
+    def config(self) -> Config | None:
+        """The config of which it was asked; None if it was not (see `of`)."""
+        found: Config | None = vars(self).get(CONFIG)
+        return found
+
+    def __repr__(self) -> str:
+        """Return one line: the rest states, and how the proof ended."""
+        count = len(self.states)
+        found = f"{count} rest state{'' if count == 1 else 's'}"
+        ended = "proved to be all" if self.proved else self.ended
+        return line("Proof", "", [found, ended, f"{self.examined} boxes"])
+
+    __str__ = __repr__
+
+    @property
+    def claims_nothing(self) -> bool:
+        """Whether it only says why there is no proof, and which rest states a search found."""
+        nothing = not self.proved and not any(state.proved for state in self.states)
+        return nothing and not self.has_energy and self.region is None
+
+    @property
+    def has_energy(self) -> bool:
+        """Whether it has the energy from which it follows."""
+        return self.reduced_energy is not None or self.on_rotations is not None
+
+    @property
+    def globally_stable(self) -> bool | None:
+        """The same as in `ProvedStates`; it is false beside a family of rest states."""
+        return False if self.families else super().globally_stable
+
+    @property
+    def families(self) -> tuple[ProvedFamily, ...]:
+        """The families of rest states, where all of these are known."""
+        return () if self.on_rotations is None else self.on_rotations.families
+
+    @property
+    def place(self) -> str:
+        """Where it looks for rest states, as the end of a phrase."""
+        return "in the range" if self.on_rotations is None else "on SO(3)"
+
+    @property
+    def needs_lengths(self) -> bool:
+        """Whether it is about motions on which each spring keeps a length: theorem 12."""
+        return self.reduced_energy is not None and self.reduced_energy.has_springs
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether `rbstab run --prove` may prove more, as it takes more boxes."""
+        return self.brief is True and not (self.outcome.startswith(TOO_FEW) or self.unsprung)
+
+    @property
+    def ended(self) -> str:
+        """How the search ended; with the command that goes on, if more boxes may prove more."""
+        return self.ended_in(self)
+
+    def ended_in(self, states: ProvedStates) -> str:
+        """Return the same of the search in one of both ranges."""
+        if states.outcome != STOPPED:
+            return states.outcome
+        then = f"; {GOES_ON}" if self.brief else ", the most that are tried"
+        if self.unsprung:
+            then = f"; {UNSPRUNG}, so rest states may form a family, for which none suffice"
+        return f"the proof needs more than {grouped(states.examined)} boxes{then}"
+
+    @property
+    def unsprung(self) -> bool:
+        """Whether the quadratic part of the energy, that of K_r, is not positive definite."""
+        if self.reduced_energy is None:
+            return False
+        from rbstab.proof.exact.rewriting import inverse_of_definite, quadratic_in
+        from rbstab.proof.model import THETA  # imported late: few proofs end so
+
+        K = quadratic_in(self.reduced_energy.energy.U, THETA).H
+        return inverse_of_definite(K) is None
+
+    @property
+    def kept_by(self) -> str | None:
+        """What keeps every motion away from θ2 = ±π/2: "a barrier" or "a stop"; None: nothing."""
+        if self.reduced_energy is not None and self.reduced_energy.stop is not None:
+            return STOP
+        return BARRIER if PITCH in self._closed_angles else None
+
+    @property
+    def every_start(self) -> bool:
+        """Whether every motion from the range (up to a stop) converges to the one rest state."""
+        wide = self.unwrapped and self.unwrapped.every_start
+        return self.kept_by is not None and bool(self.closed if self.within_barriers else wide)
+
+    @property
+    def confined(self) -> bool:
+        """Whether every start keeps to a set in which `states` are proved to be all rest states.
+
+        This set is |θ2| < π/2 with all real θ1 and θ3, or the range itself with barriers on these.
+        """
+        wide = self.unwrapped
+        same = wide is not None and wide.proved and len(wide.states) == len(self.states)
+        known = self.proved and not self.needs_lengths and (self.within_barriers or same)
+        return self.kept_by is not None and known
+
+    @property
+    def within_barriers(self) -> bool:
+        """Whether barriers on θ1 and θ3 keep these angles between -π and π."""
+        return 0 in self._closed_angles
+
+    @property
+    def _closed_angles(self) -> tuple[int, ...]:
+        """The angles, 0 to 2, of which a barrier or a stop lets no motion reach the end."""
+        return () if self.reduced_energy is None else self.reduced_energy.closed
+
+
+SUPPLIES = "an input supplies power"
+"""Why nothing is proved of a config with inputs."""

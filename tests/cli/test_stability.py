@@ -125,7 +125,7 @@ def test_an_along_that_is_none(folder: Path, rbstab: Invoke, text: str) -> None:
         ("K_r", "did you mean controller.K_r?"),
         ("controller.K_r[3]", "did you mean controller.K_r?"),
         ("bdy.mass", "did you mean body.mass?"),
-        ("body.mass.x.y", "did you mean body.mass?"),
+        ("body.mass.x.y", "expected one of controller.K_t, controller.L_t, controller.K_r, "),
         ("title", "expected one of controller.K_t, controller.L_t, controller.K_r, "),
     ],
 )

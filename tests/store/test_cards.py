@@ -55,7 +55,7 @@ def test_a_run() -> None:
 def test_a_sweep() -> None:
     table = rbstab.open_sweep(STORED / "sweeps/finished_map")
     title = "A map over spin, stored by rbstab 0.1.0"
-    assert repr(table) == f'<rbstab.Table "{title}": 30 members, 30 returns, 31 columns>'
+    assert repr(table) == f'<rbstab.Table "{title}": 30 members, 30 returns, 30 columns>'
     page = table._repr_html_()
     Tags(page)
     assert "30 returns" in page

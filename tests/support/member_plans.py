@@ -58,8 +58,9 @@ def drawn(base: Any, vary: Any, members: int = 12, **more: Any) -> Plan:
 
 
 def keeping(plan: Plan, every: int) -> Plan:
-    """Return a plan that keeps the motion of every so many members."""
-    return load_plan(plan_data(plan) | {"keep": {"traces": {"every": every}}})
+    """Return a plan that keeps the motion of every so many members; 0: of none."""
+    keep = {"traces": {"every": every}} if every else "summary"
+    return load_plan(plan_data(plan) | {"keep": keep})
 
 
 def listed(base: Any, **vary: Any) -> Plan:

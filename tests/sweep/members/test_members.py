@@ -320,7 +320,12 @@ def test_what_no_column_shows_is_not_asked_for(monkeypatch):
     monkeypatch.setattr("rbstab.integrate.switching.trust.trusted_until", refuse)
     monkeypatch.setattr("rbstab.integrate.switching.chatter.Chatter.energy", refuse)
     monkeypatch.setattr(record, "checks_of", refuse)
-    monkeypatch.setattr(record, "_values", refuse)
+    found_in = record.recorded_in
+
+    def outcome_alone(system, only_outcome):
+        return found_in(system, only_outcome) if only_outcome else refuse()
+
+    monkeypatch.setattr(record, "recorded_in", outcome_alone)
     monkeypatch.setattr("rbstab.systems.system.Observation.dissipation", property(refuse))
     found = batches(plan).compute(0, 1).outcome
     assert found["status"].tolist() == [COMPLETED]

@@ -3,10 +3,7 @@
 import operator
 
 import numpy as np
-from flint import arb, arb_mat
-
-from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.systems.parameters import map_parameters
+from flint import arb
 
 
 class Dual:
@@ -78,26 +75,3 @@ def variables(values):
     one = arbs(np.eye(len(values)))
     zero = arbs(np.zeros((len(values), len(values))))
     return np.array([Dual(x, one[i], zero) for i, x in enumerate(values)], dtype=object)
-
-
-def energy_dual(system, q):
-    """Return the stored energy of a system over a box of configurations, with its derivatives."""
-    exact = map_parameters(configurations(system).system, lambda _, value: arbs(value))
-    return Configurations(exact).energy(variables(q))
-
-
-def reduced_derivatives(system, Theta):
-    """Return U, ∇U and the Hessian of U over intervals of Θ, from the stored energy Π(Θ, x).
-
-    ∇U is Π_Θ at x* = -H⁻¹ Π_x(Θ, 0). The Hessian of U is a Schur complement.
-    """
-    lengths = configurations(system).size - 3
-    bare = energy_dual(system, np.concatenate([Theta, arbs(np.zeros(lengths))]))
-    if not lengths:
-        return bare.value, bare.gradient, bare.hessian
-    compliance = arb_mat(bare.hessian[3:, 3:].tolist()).inv().table()
-    x_at_rest = -np.array(compliance, dtype=object) @ bare.gradient[3:]
-    at_rest = energy_dual(system, np.concatenate([Theta, x_at_rest]))
-    mixed, inverse = at_rest.hessian[:3, 3:], np.array(compliance, dtype=object)
-    hessian = at_rest.hessian[:3, :3] - mixed @ inverse @ mixed.T
-    return at_rest.value, at_rest.gradient[:3], hessian

@@ -4,7 +4,6 @@ import numpy as np
 
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
-from rbstab.elements.spring import Spring
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.mechanics.body import Body
 from rbstab.systems.coordinates import ReducedCoordinates
@@ -16,19 +15,6 @@ K_T = np.diag([4100.0, 4100.0, 3280.0])
 K_R = np.diag([400.0, 400.0, 320.0])
 DAMPING = np.diag([60.0, 60.0, 42.0])
 WEIGHT = np.array([0.0, 0.0, -410.0])
-
-
-def random_springs(rng, count):
-    """Return springs between random points, which have a length at each attitude."""
-    springs = list[Spring]()
-    while len(springs) < count:
-        p, anchor = rng.normal(size=3) * 0.3, rng.normal(size=3) * 0.6
-        # Their ends are at different distances from the contact point.
-        if abs(np.linalg.norm(p - R) - np.linalg.norm(anchor - R)) > 0.1:
-            constants = {"stiffness": rng.uniform(300, 3000), "rest_length": rng.uniform(0.1, 0.9)}
-            name = f"spring {len(springs)}"
-            springs.append(Spring(name=name, point=p, anchor=anchor, damping=5.0, **constants))
-    return springs
 
 
 def held_system(springs, soft=0.3, *others):

@@ -66,11 +66,6 @@ def regions_of(rest: RestStates) -> Regions:
         return _BODIES[rest].regions(rest)
 
 
-def energies_of(rest: RestStates, Theta: Array) -> Array:
-    """Return U at points of shape (m, 3), J, in doubles."""
-    return _BODIES[rest].bounded.at(np.asarray(Theta).T)[0]
-
-
 def slopes_of(rest: RestStates, Theta: Array) -> Array:
     """Return ∇U at one point of shape (3,), J/rad, in doubles."""
     return _BODIES[rest].bounded.at(np.asarray(Theta)[:, np.newaxis])[1][:, 0]

@@ -69,20 +69,3 @@ def inverted_pendulum(stiffness, moment):
     )
     body = Body(1.0, np.eye(3), np.array([0.0, 0.0, -1.0]))
     return System(body, elements, ReducedCoordinates(), np.zeros(3))
-
-
-def soft_body(variant, seed):
-    """Return a random body under 2.5 times its weight, with a fiftieth of its rotational stiffness.
-
-    Some of these bodies have several minima, far apart in energy.
-    """
-    system = random_rest_system(np.random.default_rng(seed), variant)
-    gravity, translational, rotational, *connector = system.elements
-    assert isinstance(gravity, Gravity)
-    assert isinstance(rotational, RotationalStabilizer)
-    loaded = (
-        Gravity(2.5 * gravity.weight),
-        translational,
-        RotationalStabilizer(0.02 * rotational.K_r, rotational.L_r),
-    )
-    return System(system.body, (*loaded, *connector), system.coordinates, system.anchor)

@@ -7,7 +7,6 @@ from scipy.optimize import root
 
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
-from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.spring import Spring
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
@@ -46,11 +45,6 @@ def tied_system(springs, soft=1.0, K_c=K_C, K_d=None, *others):
     )
     body = Body(41.0, np.diag([10.0, 8.0, 0.4]), R)
     return System(body, elements, CentreCoordinates(), np.zeros(3))
-
-
-def barrier_of(stiffness):
-    """Return a barrier on θ2."""
-    return Barrier(name="range", stiffness=stiffness, outer_stiffness=0.0)
 
 
 def energy_of(springs, Theta, X, *, soft=1.0, K_c=K_C, K_d=None, barrier=0.0):

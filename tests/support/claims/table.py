@@ -1,7 +1,7 @@
 """The stored table: the configs, and what was claimed about them when it was made."""
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -55,10 +55,3 @@ def write(file: Path, table: Mapping[str, Any]) -> None:
 
 def _line(entry: Any) -> str:
     return json.dumps(entry, ensure_ascii=False)
-
-
-def states_in(claims: Claims) -> Iterator[tuple[str, Claims]]:
-    """Yield the ranges of the claims about a config that have been searched, by name."""
-    for name in ("range", "all_angles"):
-        if claims[name] is not None:
-            yield name, claims[name]

@@ -39,7 +39,8 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     assert sentence == (
         f"{MAX_CARDS} runs. Rests elsewhere: {MAX_CARDS}. "
         f"Comes to rest from its start: seen ({MAX_CARDS}). "
-        f"All motions that stay in the range, and away from θ2 = ±π/2: not decided ({MAX_CARDS})."
+        "All motions that stay in the range, and keep a distance from θ2 = ±π/2: "
+        f"not decided ({MAX_CARDS})."
     )
     assert isinstance(first, str)
     # Runs that are alike have no first one.

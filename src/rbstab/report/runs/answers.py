@@ -36,7 +36,7 @@ QUESTIONS = {
 }
 """What a run is asked then; the names are those of `RunAnswer.answers`."""
 
-ALL_MOTIONS = "All motions that stay in the range, and away from θ2 = ±π/2"
+ALL_MOTIONS = "All motions that stay in the range, and keep a distance from θ2 = ±π/2"
 
 OTHER_START = "start above the rest state of c*"
 """Name of v(0) as it is compared with the certified region, if that of the run is another."""

@@ -21,6 +21,7 @@ from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.algebra import IDENTITY, ZERO, cross_matrix
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.exact.expr import Expr, expr
+from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.passive.passive import in_proofs, why_not_passive
 from rbstab.proof.passive.signs import spanned, vanishing
 from rbstab.proof.passive.statements import NotRecordedError, Statements, statements_of
@@ -79,16 +80,16 @@ def damping_of_users(system: System) -> Damping:
 
 def _turning(statements: Statements) -> bool:
     """Return whether Ω is seen to be zero where nothing is dissipated, or AΩ."""
-    motion, dissipated = statements.of_entries.motion, statements.of_entries.dissipated
-    return _vanish(dissipated, motion.Omega, motion.A @ motion.Omega)
+    of = statements.of_any
+    return _vanish(of.dissipated, of.motion.Omega, of.motion.A @ of.motion.Omega)
 
 
 def _moving(statements: Statements) -> bool:
-    """Return whether V is, or A'V, of a body that does not turn."""
-    if statements.still is None:
-        return False
-    motion, dissipated = statements.still
-    return _vanish(dissipated, motion.V, motion.A.T @ motion.V)
+    """Return whether V is, or A'V, of a body that is not held and does not turn."""
+    of = statements.of_any
+    still = {a: expr(0) for entry in of.motion.Omega for a in entry.atoms}
+    dissipated = substituted(of.dissipated, still)
+    return not statements.held and _vanish(dissipated, of.motion.V, of.motion.A.T @ of.motion.V)
 
 
 def _vanish(dissipated: Expr, *velocities: Array) -> bool:

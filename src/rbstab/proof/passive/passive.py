@@ -11,7 +11,6 @@ times a positive factor, where r is odd and rises, as sinh does.
 """
 
 from collections.abc import Callable, Sequence
-from fractions import Fraction
 from functools import partial
 
 import numpy as np
@@ -22,10 +21,8 @@ from rbstab.proof.boxes import Box, one_box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.expr import (
     COS,
-    LET,
     SIN,
     VAR,
-    Atom,
     Expr,
     as_factor,
     atom,
@@ -33,6 +30,7 @@ from rbstab.proof.exact.expr import (
     only,
     summed,
     variable,
+    variable_of,
 )
 from rbstab.proof.exact.rewriting import derivative, inverse_of_definite, quadratic_in, substituted
 from rbstab.proof.passive.expanded import TooLargeError, is_zero, multiplied_out
@@ -155,7 +153,8 @@ def _why_not(at_rest: Configurations, element: Element) -> str | None:
         statements = statements_of(at_rest, element)
     except NotRecordedError as error:
         return f"its code cannot be recorded: {error}"
-    return _first(statements, _why_unbalanced, _why_switching, _why_moving_up, _why_no_least_energy)
+    checks = _why_unbalanced, why_not_continuous, _why_no_values, _why_moving_up
+    return _first(statements, *checks, _why_no_least_energy)
 
 
 def why_not_passive(statements: Statements) -> str | None:
@@ -209,27 +208,13 @@ def _balance(statements: Statements) -> Expr:
 
 def _have_values(*of: Expr) -> bool:
     """Return whether expressions are shown to have values, and to be smooth."""
-    divisors, positives = set[Atom](), set[Expr]()
-    for e in of:
-        for a in e.all_atoms:
-            if a.kind in {"sqrt", "log"}:
-                positives.add(a.inner)
-        for inner in (e, *(a.inner for a in e.all_atoms if a.kind != VAR)):
-            divisors |= {a for m in inner.terms for a, p in m if p < 0}
-    return all(map(_is_above_zero, positives)) and all(map(_is_not_zero, divisors))
-
-
-def _is_above_zero(e: Expr) -> bool:
-    return positive(e) or _by_boxes(e, either=False)
-
-
-def _is_not_zero(a: Atom) -> bool:
-    if a.kind == "exp" or a is PITCH:
-        return True
-    if a.kind == "sqrt":
-        return _is_above_zero(a.inner)
-    e = a.inner if a.kind == LET else only(a)
-    return positive(e) or positive(-e) or _by_boxes(e, either=True)
+    functions = {a for e in of for a in e.all_atoms if a.kind != VAR}
+    above = {a.inner for a in functions if a.kind in {"sqrt", "log"}}
+    sums = (*of, *(a.inner for a in functions))
+    divisors = {a for e in sums for m in e.terms for a, p in m if p < 0 and a.kind != "sqrt"}
+    return all(positive(e) or _by_boxes(e, either=False) for e in above) and all(
+        positive(e) or positive(-e) or _by_boxes(e, either=True) for e in map(only, divisors)
+    )
 
 
 def _by_boxes(e: Expr, *, either: bool) -> bool:
@@ -249,9 +234,8 @@ def _by_boxes(e: Expr, *, either: bool) -> bool:
 
 def _is_periodic(e: Expr) -> bool:
     """Return whether θ1 and θ3 stand in their sines and cosines alone."""
-    whole = {variable(k).digest for k in (0, 2)}
     return all(
-        (a.kind in {SIN, COS} and a.inner.digest in whole)
+        (a.kind in {SIN, COS} and variable_of(a.inner) is not None)
         or (a.kind != VAR and _is_periodic(a.inner))
         or a.variables <= {1}
         for a in e.atoms
@@ -261,14 +245,8 @@ def _is_periodic(e: Expr) -> bool:
 # -- switches and the form of the energy -----------------------------------------------------------
 
 
-def _why_switching(statements: Statements) -> str | None:
-    """Return what is not shown of the switches of an element; None if all is."""
-    if not statements.modes:
-        return None
-    why = why_not_continuous(statements)
-    if why is None and not _have_values(*statements.of_motion.guards):
-        return GUARDS_WITHOUT_VALUES
-    return why
+def _why_no_values(statements: Statements) -> str | None:
+    return None if _have_values(*statements.of_motion.guards) else GUARDS_WITHOUT_VALUES
 
 
 def first_jump(at_rest: Configurations, element: Element) -> int:
@@ -284,9 +262,8 @@ def first_jump(at_rest: Configurations, element: Element) -> int:
         statements = statements_of(at_rest, element)
     except NotRecordedError:
         return 1
-    if _first(statements, _why_unbalanced, _why_switching) is not None:
-        return 1
-    return 2 if force_is_continuous(statements) else 1
+    shown = _first(statements, _why_unbalanced, why_not_continuous, _why_no_values) is None
+    return 2 if shown and force_is_continuous(statements) else 1
 
 
 def _why_no_least_energy(statements: Statements) -> str | None:
@@ -299,7 +276,7 @@ def _why_no_least_energy(statements: Statements) -> str | None:
         return None
     if own and not held:
         return NOT_QUADRATIC
-    forms = (statements.of_any.stored,), (stored,), (rest, stored - rest)
+    forms = (statements.of_any.stored,), (rest, stored - rest)
     if not any(statements.on_all_sides(partial(_are_convex, x), *one) for one in forms):
         return NOT_CONVEX_IN_STATES if own else NOT_CONVEX
     if not own:
@@ -358,10 +335,8 @@ def moves_down(stored: Expr, own: Sequence[int], rates: Sequence[Expr]) -> bool:
     M = in_terms_of(columns[: len(slopes)], columns[len(slopes) :])
     if M is None:
         return all(map(_has_sign, rates, slopes, own))
-    return (
-        inverse_of_definite([[-x - y for x, y in zip(*rows)] for rows in zip(M, zip(*M))])
-        is not None
-    )
+    n = range(len(own))
+    return inverse_of_definite([[-M[i][j] - M[j][i] for j in n] for i in n]) is not None
 
 
 def _has_sign(rate: Expr, slope: Expr, number: int) -> bool:

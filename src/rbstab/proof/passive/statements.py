@@ -17,7 +17,6 @@ from rbstab.mechanics.motion import Motion, motion_from_centre
 from rbstab.proof.exact.expr import Atom, Expr, expr, numbers, variable, variables
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.systems.parameters import map_parameters
-from rbstab.systems.system import System
 
 VELOCITIES = range(2000, 2006)
 """The numbers of the variables Ω and V; those of Θ, X and own states are their places in q."""

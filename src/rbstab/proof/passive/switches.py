@@ -62,6 +62,8 @@ class Switched(Enum):
 
 def why_not_continuous(statements: Statements) -> str | None:
     """Return what is not shown of the switches of an element; None if all is."""
+    if not statements.modes:
+        return None
     of, Theta = statements.of_motion, set(range(3))
     others = of.stored.variables.difference(Theta, *(a.variables for a in statements.modes))
     if any(not g.variables <= Theta for g in of.guards) or (others and not statements.own):

@@ -59,11 +59,12 @@ RATES = {
     "a root": (lambda s, Theta, *_: root(s, Theta), True),
     "Eyring": (lambda s, Theta, *_: eyring(s, Theta), True),
     "upward by a root": (lambda s, Theta, *_: -root(s, Theta), False),
+    "zero elsewhere too": (lambda s, *q: s * q[2] * q[2], False),
     "one is kept": (lambda s, *_: np.diag([1.0, 0.0, 1.0]) @ s, False),
     "singular": (lambda s, *_: SINGULAR @ s, False),
     "of another energy": (lambda s, *q: s + 0.001 * q[1], False),
     "of a sign that is not seen": (lambda s, Theta, *_: turned(s, Theta), False),
-    # -diag(s) M ∂W/∂D may go up if M is not diagonal.
+    # With different factors, M s may go up if M is not diagonal.
     "signs with a matrix": (lambda s, *q: ((np.eye(3) + SKEW) @ s) / (1.0 + q[2] ** 2), False),
 }
 

@@ -21,6 +21,7 @@ from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.algebra import IDENTITY, ZERO, cross_matrix
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.exact.expr import Expr, expr
+from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.passive.passive import in_proofs, why_not_passive
 from rbstab.proof.passive.signs import spanned, vanishing
 from rbstab.proof.passive.statements import NotRecordedError, Statements, statements_of
@@ -63,7 +64,7 @@ def damping_of_users(system: System) -> Damping:
     users = [element for element in system.elements if element.from_user]
     if not all(map(in_proofs, users)):
         return NOTHING
-    at_rest, turning, moving = configurations(system), False, False
+    at_rest, found = configurations(system), list[Damping]()
     for element in at_rest.system.elements:
         if not element.from_user or element.mode_count:
             continue
@@ -73,22 +74,18 @@ def damping_of_users(system: System) -> Damping:
             return NOTHING
         if why_not_passive(statements):
             return NOTHING
-        turning, moving = turning or _turning(statements), moving or _moving(statements)
-    return Damping(turning, moving)
+        found.append(_damped(statements))
+    return Damping(*(any(each) for each in zip(NOTHING, *found, strict=True)))
 
 
-def _turning(statements: Statements) -> bool:
-    """Return whether Ω is seen to be zero where nothing is dissipated, or AΩ."""
-    motion, dissipated = statements.of_entries.motion, statements.of_entries.dissipated
-    return _vanish(dissipated, motion.Omega, motion.A @ motion.Omega)
-
-
-def _moving(statements: Statements) -> bool:
-    """Return whether V is, or A'V, of a body that does not turn."""
-    if statements.still is None:
-        return False
-    motion, dissipated = statements.still
-    return _vanish(dissipated, motion.V, motion.A.T @ motion.V)
+def _damped(statements: Statements) -> Damping:
+    """Return whether Ω or AΩ, and V or A'V, are seen to be zero where nothing is dissipated."""
+    motion, dissipated = statements.of_any.motion, statements.of_any.dissipated
+    still = substituted(dissipated, {a: expr(0) for entry in motion.Omega for a in entry.atoms})
+    return Damping(
+        _vanish(dissipated, motion.Omega, motion.A @ motion.Omega),
+        not statements.held and _vanish(still, motion.V, motion.A.T @ motion.V),
+    )
 
 
 def _vanish(dissipated: Expr, *velocities: Array) -> bool:

@@ -1,33 +1,32 @@
-"""Expressions multiplied out by python-flint: whether they are zero, and what they are a power of.
+"""Expressions multiplied out by python-flint: whether they are zero, and what has their sign.
 
-An expression times its divisors is a polynomial over variables, sines, cosines, steps and other
-functions; sin² = 1 - cos², and the square of a root is what the root is of. So it is zero if no
-term is left. Identities between different functions, as of sin 2x and sin x cos x, are not seen.
+An expression is a quotient N/D: N is a polynomial over variables, sines, cosines, steps and other
+functions, D a product of divisors. In N, sin² = 1 - cos², and the square of a root is what the root
+is of. The expression is zero if N has no term. Identities between different functions, as of sin 2x
+and sin x cos x, are not seen.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping
 from fractions import Fraction
-from functools import cached_property
+from functools import cache, reduce
 from math import gcd, lcm
-from typing import TYPE_CHECKING
+from operator import mul
+from typing import Any
 
 from rbstab.proof.exact.expr import (
     COS,
     LET,
     SIN,
     STEP,
-    VAR,
     Atom,
     Expr,
     Monomial,
+    as_factor,
     atom,
     monomial,
-    times,
 )
 from rbstab.proof.exact.rewriting import substituted
-
-if TYPE_CHECKING:
-    from flint import fmpq, fmpq_mpoly, fmpq_mpoly_ctx
 
 MOST_TERMS = 20_000
 """A sum of more terms is not shown to be anything."""
@@ -35,8 +34,12 @@ MOST_TERMS = 20_000
 MOST_PAIRS = 2_000_000
 """Sums with more pairs of terms are not multiplied."""
 
-MOST_ROUNDS = 12
-"""Of expressions with more functions inside one another nothing is shown."""
+
+Polynomial = Any  # fmpq_mpoly
+
+
+MOST_FACTORED = 4_000
+"""Sums of more terms are not factored."""
 
 
 class TooLargeError(Exception):
@@ -45,22 +48,43 @@ class TooLargeError(Exception):
 
 def is_zero(e: Expr) -> bool:
     """Return whether an expression is shown to be zero wherever it has a value."""
-    # High powers of a sum often cancel as they are.
-    high = frozenset(a for a, p in powers_in(e) if a.kind == LET and p > 2)
-    for kept in dict.fromkeys((high, frozenset[Atom]())):
-        try:
-            left = _without_divisions(_with_common_exponentials(e), kept)
-            for parts in (_apart(left), [left]):
-                if all(not multiplied_out(one, kept=kept).terms for one in parts):
-                    return True
-        except TooLargeError:
-            continue
-    return False
+    try:
+        return not multiplied_out(e).terms
+    except TooLargeError:
+        return False
 
 
-def powers_in(e: Expr) -> Iterable[tuple[Atom, int]]:
-    """Return the powers of all terms."""
-    return (one for m in e.terms for one in m)
+def multiplied_out(e: Expr, evenly: Callable[[Atom], bool] = lambda _: False) -> Expr:
+    """Multiply an expression by its divisors, and multiply all sums out.
+
+    Args:
+        e: The expression.
+        evenly: Whether it is multiplied by an even power of a divisor.
+
+    Raises:
+        TooLargeError: It has too many terms.
+    """
+    if e.is_polynomial:
+        return e
+    e = _with_common_exponentials(e)
+    ring = _Ring(e)
+    found, divisors = ring.quotient(e)
+    for a, p in divisors.items():
+        if p % 2 and (evenly(a) or (a.kind == LET and ring.quotient(a.inner)[1])):
+            found = ring.product(found, ring.numerator(a))
+    return ring.expression(found)
+
+
+def as_product(e: Expr) -> Expr:
+    """Return a polynomial as a product of powers of sums, if one has another power than 1."""
+    if not e.is_polynomial or len(e.terms) > MOST_FACTORED:
+        return e
+    ring = _Ring(e)
+    number, factors = ring.quotient(e)[0].factor_squarefree()
+    if all(p == 1 for _, p in factors):
+        return e
+    powers = (as_factor(ring.expression(one)) ** int(p) for one, p in factors)
+    return reduce(mul, powers, ring.expression(ring.context.constant(number)))
 
 
 def lead(e: Expr) -> Fraction:
@@ -89,182 +113,91 @@ def _with_common_exponentials(e: Expr) -> Expr:
     return substituted(e, given)
 
 
-def multiplied_out(
-    e: Expr,
-    raised: Callable[[Atom, int], int] = lambda _, power: power,
-    kept: frozenset[Atom] = frozenset(),
-) -> Expr:
-    """Multiply an expression by its divisors, and multiply all sums out.
-
-    Args:
-        e: The expression.
-        raised: The power of a divisor by which it is multiplied, from that in which it stands.
-        kept: Sums that stay as they are.
-
-    Raises:
-        TooLargeError: It has too many terms.
-    """
-    e = _with_common_exponentials(e)
-    for _ in range(MOST_ROUNDS):
-        divisors: dict[Atom, int] = {}
-        for a, p in powers_in(e):
-            divisors[a] = max(divisors.get(a, 0), -p)
-        factor = monomial((a, raised(a, p)) for a, p in divisors.items() if p)
-        if _is_multiplied(e, kept) and not factor:
-            return e
-        e = _multiplied(e, factor, kept)
-    raise TooLargeError
-
-
-def _is_multiplied(e: Expr, kept: frozenset[Atom]) -> bool:
-    sums = ((a, p) for a, p in powers_in(e) if p > 0 and a not in kept)
-    return not any(a.kind == LET or (a.kind == "sqrt" and p > 1) for a, p in sums)
-
-
-def _without_divisions(e: Expr, kept: frozenset[Atom]) -> Expr:
-    """Multiply the sums out, without those that divide."""
-    for _ in range(MOST_ROUNDS):
-        if _is_multiplied(e, kept):
-            return e
-        e = _multiplied(e, (), kept)
-    raise TooLargeError
-
-
-def _apart(e: Expr) -> list[Expr]:
-    """Return the parts of a sum that share no function: each is zero if the sum is, as a rule."""
-    parts = list[tuple[set[Atom], dict[Monomial, Fraction]]]()
-    for m, c in e.terms.items():
-        mine = {a for a, _ in m if not _is_plain(a)}
-        joined = {m: c}
-        rest = []
-        for atoms, terms in parts:
-            if atoms & mine or not (atoms or mine):
-                mine, joined = mine | atoms, terms | joined
-            else:
-                rest.append((atoms, terms))
-        parts = [*rest, (mine, joined)]
-    return [Expr(terms) for _, terms in parts]
-
-
-def _is_plain(a: Atom) -> bool:
-    return a.kind in {VAR, STEP} or (a.kind in {SIN, COS} and a.order[0] == 0)
-
-
 class _Ring:
-    """Polynomials over atoms, and over the inverses of those that divide.
+    """The polynomials over the functions in an expression."""
 
-    Args:
-        atoms: The atoms, each with whether it divides.
-    """
-
-    def __init__(self, atoms: Mapping[Atom, bool]) -> None:
-        self.generators = [(a, 1) for a in atoms]
-        self.generators += [(a, -1) for a, divides in atoms.items() if divides]
-        self.places = {one: k for k, one in enumerate(self.generators)}
-
-    @cached_property
-    def context(self) -> "fmpq_mpoly_ctx":
+    def __init__(self, e: Expr) -> None:
         from flint import fmpq_mpoly_ctx  # imported late: it takes a while
 
-        return fmpq_mpoly_ctx.get([f"x{k}" for k in range(max(len(self.generators), 1))])
+        functions = [a for a in e.all_atoms if a.kind != LET]
+        cosines = [atom(COS, a.argument) for a in functions if a.kind == SIN]
+        self.atoms = list(dict.fromkeys([*functions, *cosines]))
+        self.context: Any = fmpq_mpoly_ctx.get([f"x{k}" for k in range(len(self.atoms))])
+        self.of = dict(zip(self.atoms, self.context.gens(), strict=True))
+        self.quotient = cache(self._quotient)
+        self.squares: dict[int, Polynomial] = {}
+        for k, a in enumerate(self.atoms):
+            if a.kind in {SIN, STEP}:  # a step is its square
+                cosine = self.of[atom(COS, a.argument)] if a.kind == SIN else None
+                self.squares[k] = self.of[a] if cosine is None else 1 - cosine**2
+        for k, a in enumerate(self.atoms):
+            square, divisors = self.quotient(a.inner) if a.kind == "sqrt" else (None, None)
+            if square is not None and not divisors:
+                self.squares[k] = square
 
-    def of(self, terms: Mapping[Monomial, Fraction]) -> "fmpq_mpoly":
-        """Return a sum as a polynomial."""
+    def numerator(self, a: Atom) -> Polynomial:
+        """Return what stands for an atom that divides."""
+        return self.quotient(a.inner)[0] if a.kind == LET else self.of[a]
+
+    def _quotient(self, e: Expr) -> tuple[Polynomial, Counter[Atom]]:
+        """Return N and the divisors, with their powers, of which D is the product."""
+        rows, common = list[tuple[Polynomial, Counter[Atom]]](), Counter[Atom]()
+        for m, c in e.terms.items():
+            above, below = Counter[Atom](), Counter[Atom]()
+            for a, p in m:
+                (above if p > 0 else below)[a] += abs(p)
+                inner = self.quotient(a.inner)[1] if a.kind == LET else {}
+                for b, n in inner.items():
+                    (below if p > 0 else above)[b] += n * abs(p)
+            rows.append((self._powers(above, self._number(c)), below))
+            common |= below
+        total = self.context.constant(0)
+        for term, below in rows:
+            total += self._powers(common - below, term)
+            if len(total) > MOST_TERMS:
+                raise TooLargeError
+        return self._reduced(total), common
+
+    def _number(self, c: Fraction) -> Polynomial:
         from flint import fmpq
 
-        found = {}
-        for m, c in terms.items():
-            powers = [0] * max(len(self.generators), 1)
-            for a, p in m:
-                powers[self.places[a, 1 if p > 0 else -1]] = abs(p)
-            found[tuple(powers)] = fmpq(c.numerator, c.denominator)
-        return self.context.from_dict(found)
+        return self.context.constant(fmpq(c.numerator, c.denominator))
 
-    def expression(self, polynomial: "fmpq_mpoly") -> Expr:
-        """Return a polynomial as an expression."""
-        total: dict[Monomial, Fraction] = {}
-        for powers, c in polynomial.to_dict().items():
-            found: dict[Atom, int] = {}
-            for (a, sign), p in zip(self.generators, powers, strict=False):
-                if p:
-                    found[a] = found.get(a, 0) + sign * int(p)
-            m = monomial(found.items())
-            total[m] = total.get(m, Fraction(0)) + Fraction(int(c.p), int(c.q))
-        return Expr(total)
+    def _powers(self, factors: Mapping[Atom, int], found: Polynomial) -> Polynomial:
+        for a, p in factors.items():
+            for _ in range(p):
+                found = self.product(found, self.numerator(a))
+        return found
 
-    def reduced(self, polynomial: "fmpq_mpoly") -> "fmpq_mpoly":
-        """Put 1 - cos² in place of sin², and a step in place of its square."""
-        generators = self.context.gens()
-        for (a, sign), k in self.places.items():
-            if a.kind not in {SIN, STEP} or sign < 0 or polynomial.degrees()[k] < 2:
-                continue
-            square = generators[k]  # of a step
-            if a.kind == SIN:
-                square = 1 - generators[self.places[atom(COS, a.argument), 1]] ** 2
-            total = self.context.constant(0)
-            by_power: dict[int, dict[tuple[int, ...], fmpq]] = {}
+    def product(self, one: Polynomial, two: Polynomial) -> Polynomial:
+        """Return the product of two polynomials."""
+        if len(one) * len(two) > MOST_PAIRS:
+            raise TooLargeError
+        return self._reduced(one * two)
+
+    def _reduced(self, polynomial: Polynomial) -> Polynomial:
+        """Put what squares are in place of them."""
+        while True:
+            degrees = polynomial.degrees()
+            k = next((k for k in self.squares if degrees[k] > 1), None)
+            if k is None:
+                return polynomial
+            by_power: dict[int, dict[tuple[int, ...], Any]] = {}
             for powers, c in polynomial.to_dict().items():
                 count, left = divmod(int(powers[k]), 2)
-                rest = (*powers[:k], left, *powers[k + 1 :])
-                by_power.setdefault(count, {})[rest] = c
+                by_power.setdefault(count, {})[*powers[:k], left, *powers[k + 1 :]] = c
+            polynomial = self.context.constant(0)
             for count, terms in by_power.items():
-                # A step to any power is the step.
-                power = count if a.kind == SIN else min(count, 1)
-                total += self.context.from_dict(terms) * square**power
-            polynomial = total
-            if a.kind == STEP:
-                polynomial = self.reduced(polynomial)
-        return polynomial
+                polynomial += self.context.from_dict(terms) * self.squares[k] ** count
 
-
-def _ring_of(terms: Iterable[Monomial]) -> _Ring:
-    divides: dict[Atom, bool] = {}
-    for m in terms:
-        for a, p in m:
-            divides[a] = divides.get(a, False) or p < 0
-            if a.kind == SIN:
-                divides.setdefault(atom(COS, a.argument), False)
-    return _Ring(divides)
-
-
-def _multiplied(e: Expr, factor: Monomial, kept: frozenset[Atom]) -> Expr:
-    """Multiply a sum by a product, and multiply out the sums that stand as factors."""
-    groups: dict[Monomial, dict[Monomial, Fraction]] = {}
-    for m, c in e.terms.items():
-        sums, rest = dict[Atom, int](), dict[Atom, int]()
-        for a, p in times(m, factor):
-            if p > 0 and a.kind == LET and a not in kept:
-                sums[a] = p
-            elif p > 1 and a.kind == "sqrt":
-                sums[a], rest[a] = divmod(p, 2)
-            else:
-                rest[a] = p
-        groups.setdefault(monomial(sums.items()), {})[monomial(rest.items())] = c
-    sums_used = {a for key in groups for a, _ in key}
-    ring = _ring_of(
-        m for terms in (*groups.values(), *(a.inner.terms for a in sums_used)) for m in terms
-    )
-    inner = {a: ring.of(a.inner.terms) for a in sums_used}
-    total = ring.context.constant(0)
-    for key, terms in groups.items():
-        found = ring.of(terms)
-        for a, p in key:
-            for _ in range(p):
-                if len(found) * len(inner[a]) > MOST_PAIRS:
-                    raise TooLargeError
-                found = ring.reduced(found * inner[a])
-        total += found
-        if len(total) > MOST_TERMS:
-            raise TooLargeError
-    return ring.expression(ring.reduced(total))
-
-
-def factors_of(e: Expr) -> list[tuple[Expr, int]]:
-    """Return a polynomial as a product of powers: a number, and factors without square factors."""
-    from flint import fmpq
-
-    ring = _ring_of(e.terms)
-    number, found = ring.of(e.terms).factor_squarefree()
-    number = fmpq(number)
-    constant = Expr({(): Fraction(int(number.p), int(number.q))})
-    return [(constant, 1), *((ring.expression(one), int(p)) for one, p in found)]
+    def expression(self, polynomial: Polynomial) -> Expr:
+        """Return a polynomial as an expression."""
+        terms = polynomial.to_dict().items()
+        return Expr(
+            {
+                monomial(zip(self.atoms, map(int, powers), strict=True)): Fraction(
+                    int(c.p), int(c.q)
+                )
+                for powers, c in terms
+            }
+        )

@@ -11,7 +11,6 @@ times a positive factor, where r is odd and rises, as sinh does.
 """
 
 from collections.abc import Callable, Sequence
-from fractions import Fraction
 from functools import partial
 
 import numpy as np
@@ -22,15 +21,16 @@ from rbstab.proof.boxes import Box, one_box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.expr import (
     COS,
-    LET,
     SIN,
     VAR,
-    Atom,
     Expr,
+    as_factor,
     atom,
     expr,
     only,
+    summed,
     variable,
+    variable_of,
 )
 from rbstab.proof.exact.rewriting import derivative, inverse_of_definite, quadratic_in, substituted
 from rbstab.proof.passive.expanded import TooLargeError, is_zero, multiplied_out
@@ -39,8 +39,9 @@ from rbstab.proof.passive.signs import (
     in_terms_of,
     is_convex,
     never_negative,
-    odd_argument,
     positive,
+    spanned,
+    vanishing,
 )
 from rbstab.proof.passive.statements import (
     TIME,
@@ -152,7 +153,8 @@ def _why_not(at_rest: Configurations, element: Element) -> str | None:
         statements = statements_of(at_rest, element)
     except NotRecordedError as error:
         return f"its code cannot be recorded: {error}"
-    return _first(statements, _why_unbalanced, _why_switching, _why_moving_up, _why_no_least_energy)
+    checks = _why_unbalanced, why_not_continuous, _why_no_values, _why_moving_up
+    return _first(statements, *checks, _why_no_least_energy)
 
 
 def why_not_passive(statements: Statements) -> str | None:
@@ -178,10 +180,10 @@ def _why_unbalanced(statements: Statements) -> str | None:
         return NO_FUNCTION_OF_POSE
     if not statements.on_all_sides(is_zero, _balance(statements)):
         return UNBALANCED
-    free = statements.of_entries
-    if not any(statements.on_all_sides(_have_values, *one.used) for one in (free, of)):
+    forms = statements.of_any, of
+    if not any(statements.on_all_sides(_have_values, *one.used) for one in forms):
         return WITHOUT_VALUES
-    dissipated = free.dissipated, of.dissipated
+    dissipated = [one.dissipated for one in forms]
     if not any(statements.on_all_sides(never_negative, one) for one in dissipated):
         return GAINS_ENERGY
     return None
@@ -206,27 +208,13 @@ def _balance(statements: Statements) -> Expr:
 
 def _have_values(*of: Expr) -> bool:
     """Return whether expressions are shown to have values, and to be smooth."""
-    divisors, positives = set[Atom](), set[Expr]()
-    for e in of:
-        for a in e.all_atoms:
-            if a.kind in {"sqrt", "log"}:
-                positives.add(a.inner)
-        for inner in (e, *(a.inner for a in e.all_atoms if a.kind != VAR)):
-            divisors |= {a for m in inner.terms for a, p in m if p < 0}
-    return all(map(_is_above_zero, positives)) and all(map(_is_not_zero, divisors))
-
-
-def _is_above_zero(e: Expr) -> bool:
-    return positive(e) or _by_boxes(e, either=False)
-
-
-def _is_not_zero(a: Atom) -> bool:
-    if a.kind == "exp" or a is PITCH:
-        return True
-    if a.kind == "sqrt":
-        return _is_above_zero(a.inner)
-    e = a.inner if a.kind == LET else only(a)
-    return positive(e) or positive(-e) or _by_boxes(e, either=True)
+    functions = {a for e in of for a in e.all_atoms if a.kind != VAR}
+    above = {a.inner for a in functions if a.kind in {"sqrt", "log"}}
+    sums = (*of, *(a.inner for a in functions))
+    divisors = {a for e in sums for m in e.terms for a, p in m if p < 0 and a.kind != "sqrt"}
+    return all(positive(e) or _by_boxes(e, either=False) for e in above) and all(
+        positive(e) or positive(-e) or _by_boxes(e, either=True) for e in map(only, divisors)
+    )
 
 
 def _by_boxes(e: Expr, *, either: bool) -> bool:
@@ -246,9 +234,8 @@ def _by_boxes(e: Expr, *, either: bool) -> bool:
 
 def _is_periodic(e: Expr) -> bool:
     """Return whether θ1 and θ3 stand in their sines and cosines alone."""
-    whole = {variable(k).digest for k in (0, 2)}
     return all(
-        (a.kind in {SIN, COS} and a.inner.digest in whole)
+        (a.kind in {SIN, COS} and variable_of(a.inner) is not None)
         or (a.kind != VAR and _is_periodic(a.inner))
         or a.variables <= {1}
         for a in e.atoms
@@ -258,14 +245,8 @@ def _is_periodic(e: Expr) -> bool:
 # -- switches and the form of the energy -----------------------------------------------------------
 
 
-def _why_switching(statements: Statements) -> str | None:
-    """Return what is not shown of the switches of an element; None if all is."""
-    if not statements.modes:
-        return None
-    why = why_not_continuous(statements)
-    if why is None and not _have_values(*statements.of_motion.guards):
-        return GUARDS_WITHOUT_VALUES
-    return why
+def _why_no_values(statements: Statements) -> str | None:
+    return None if _have_values(*statements.of_motion.guards) else GUARDS_WITHOUT_VALUES
 
 
 def first_jump(at_rest: Configurations, element: Element) -> int:
@@ -281,9 +262,8 @@ def first_jump(at_rest: Configurations, element: Element) -> int:
         statements = statements_of(at_rest, element)
     except NotRecordedError:
         return 1
-    if _first(statements, _why_unbalanced, _why_switching) is not None:
-        return 1
-    return 2 if force_is_continuous(statements) else 1
+    shown = _first(statements, _why_unbalanced, why_not_continuous, _why_no_values) is None
+    return 2 if shown and force_is_continuous(statements) else 1
 
 
 def _why_no_least_energy(statements: Statements) -> str | None:
@@ -296,7 +276,7 @@ def _why_no_least_energy(statements: Statements) -> str | None:
         return None
     if own and not held:
         return NOT_QUADRATIC
-    forms = (statements.of_rotation,), (stored,), (rest, stored - rest)
+    forms = (statements.of_any.stored,), (rest, stored - rest)
     if not any(statements.on_all_sides(partial(_are_convex, x), *one) for one in forms):
         return NOT_CONVEX_IN_STATES if own else NOT_CONVEX
     if not own:
@@ -329,15 +309,15 @@ def _is_least_somewhere(stored: Expr, own: Sequence[int]) -> bool:
 
 def _why_moving_up(statements: Statements) -> str | None:
     """Return why the own states may not move down the energy of a body at rest; None if they do."""
-    own, of = statements.own, [statements.of_motion.stored, *statements.at_rest]
-    if not own:
-        return None
-    both = sides(of, statements.modes)
+    own, of = statements.own, statements.of_motion
+    still = {atom(VAR, k): expr(0) for k in VELOCITIES}
+    rates = [substituted(rate, still) for rate in of.rates]
+    both = sides([of.stored, *rates], statements.modes) if own else ()
     return None if all(moves_down(W, own, rates) for W, *rates in both) else NOT_RELAXING
 
 
 def moves_down(stored: Expr, own: Sequence[int], rates: Sequence[Expr]) -> bool:
-    """Return whether rates are -M times the slopes of an energy, or have the signs of these.
+    """Return whether rates are -M times the slopes of an energy, or each has the sign of -slope.
 
     Args:
         stored: The energy.
@@ -345,62 +325,29 @@ def moves_down(stored: Expr, own: Sequence[int], rates: Sequence[Expr]) -> bool:
         rates: dD/dt.
     """
     slopes = [derivative(stored, {k: expr(1)}) for k in own]
-    M = _factors(slopes, [-rate for rate in rates])
-    if M is None:
-        signs = [_sign_of(-one, s, k) for one, s, k in zip(rates, slopes, own, strict=True)]
-        M = _factors(slopes, signs)
-        if M is None or any(c for i, row in enumerate(M) for j, c in enumerate(row) if i != j):
-            return False
-    both = [[M[i][j] + M[j][i] for j in range(len(own))] for i in range(len(own))]
-    return inverse_of_definite(both) is not None
-
-
-def _factors(slopes: Sequence[Expr], others: Sequence[Expr]) -> list[list[Fraction]] | None:
-    """Return numbers M with others = M slopes; None if none are found."""
     tags = [variable(TAGS + k) for k in range(2 * len(slopes))]
-    both = zip((*slopes, *others), tags, strict=True)
+    both = zip((*slopes, *rates), tags, strict=True)
     try:
-        total = multiplied_out(sum((e * tag for e, tag in both), expr(0)))
+        total = multiplied_out(summed(e * tag for e, tag in both))
     except TooLargeError:
-        return None
+        return False
     columns = [derivative(total, {TAGS + k: expr(1)}) for k in range(len(tags))]
-    return in_terms_of(columns[: len(slopes)], columns[len(slopes) :])
+    M = in_terms_of(columns[: len(slopes)], columns[len(slopes) :])
+    if M is None:
+        return all(map(_has_sign, rates, slopes, own))
+    n = range(len(own))
+    return inverse_of_definite([[-M[i][j] - M[j][i] for j in n] for i in n]) is not None
 
 
-def _sign_of(rate: Expr, slope: Expr, number: int) -> Expr:
-    """Return an expression with the sign of a rate, without what does not change it.
+def _has_sign(rate: Expr, slope: Expr, number: int) -> bool:
+    """Return whether a rate has the sign of -slope, and both are zero at the same places.
 
     If the slope is s = a D + b with a constant a, it takes the place of D.
     """
-    D = atom(VAR, number)
-    parts = quadratic_in(slope, [number], constant=(VAR, SIN, COS))
-    b = slope - parts.b[0] * only(D)
-    a = parts.b[0].constant
-    if a and not parts.H[0][0] and number not in b.variables:
-        s = variable(TAGS)
-        moved = substituted(rate, {D: (s - b).scaled(1 / a)})
-        try:
-            plain = multiplied_out(moved) if _is_polynomial(moved) else moved
-        except TooLargeError:
-            plain = moved
-        return substituted(_core(plain), {next(iter(s.atoms)): slope})
-    return _core(rate)
-
-
-def _is_polynomial(e: Expr) -> bool:
-    return all(p > 0 and a.kind in {VAR, SIN, COS, LET} for m in e.terms for a, p in m)
-
-
-def _core(e: Expr) -> Expr:
-    while True:
-        u = odd_argument(e)
-        if u is None and len(e.terms) == 1:
-            ((m, c),) = e.terms.items()
-            left = [(a, p) for a, p in m if not positive(only(a))]
-            if len(left) != 1 or left[0][1] < 0 or left[0][1] % 2 == 0:
-                return e
-            a = left[0][0]
-            u = (a.inner if a.kind == LET else only(a)).scaled(Fraction(1 if c > 0 else -1))
-        if u is None or u == e:
-            return e
-        e = u
+    s, parts = variable(TAGS), quadratic_in(slope, [number], constant=(VAR, SIN, COS))
+    a, D = parts.b[0].constant, variable(number)
+    b = slope - parts.b[0] * D
+    if a and number not in b.variables:
+        rate, slope = substituted(rate, {atom(VAR, number): (s - b).scaled(1 / a)}), s
+    power = as_factor(slope) * -rate
+    return bool(slope.terms) and never_negative(power) and spanned([slope], vanishing(power))

@@ -6,35 +6,28 @@ Its numbers and those of its code are what their doubles mean.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import count, product
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations
 from rbstab.elements.element import Element
-from rbstab.mechanics import contact
-from rbstab.mechanics.algebra import ZERO
-from rbstab.mechanics.motion import Motion
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.motion import Motion, motion_from_centre
 from rbstab.proof.exact.expr import Atom, Expr, expr, numbers, variable, variables
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.systems.parameters import map_parameters
-from rbstab.systems.system import System
 
 VELOCITIES = range(2000, 2006)
 """The numbers of the variables Ω and V; those of Θ, X and own states are their places in q."""
 
 TIME = 2010
 
-ENTRIES = 3000
-"""The number of the first variable that stands for an entry of a motion."""
+ENTRIES = range(3000, 3021)
+"""The numbers of the entries of any A and B, and of any X of a body that is held."""
 
 MODES = 4000
 """The number of the variable whose step is the first mode."""
-
-
-PARTS = tuple(name for name in Motion._fields if name != "time")
 
 
 class NotRecordedError(Exception):
@@ -73,20 +66,14 @@ class Statements:
 
     Args:
         of_motion: They, as functions of q, Ω, V and the time.
-        of_entries: They, where each entry of the motion and each own state is a variable.
-        at_rest: The rates of the own states of a body at rest, as functions of q.
-        of_rotation: The stored energy of a body at rest, where the entries of A are variables.
-        still: A motion without turning, with any A, and its dissipated power; None for a held body.
+        of_any: They of a body that is not held, with any A and B.
         own: The numbers of the own states in q.
         modes: The steps that stand for the modes.
         held: Whether the contact point is held.
     """
 
     of_motion: Stated
-    of_entries: Stated
-    at_rest: tuple[Expr, ...]
-    of_rotation: Expr
-    still: tuple[Motion, Expr] | None
+    of_any: Stated
     own: range
     modes: tuple[Atom, ...]
     held: bool
@@ -148,31 +135,23 @@ def _statements(at_rest: Configurations, element: Element) -> Statements:
     if steps:
         switched: Any = mine
         mine = replace(switched, mode=np.array(steps, dtype=object))
-    entries, places = own_numbers(at_rest, element), count(ENTRIES)
-    own, time = variables(entries), variable(TIME)
-    motion = _motion(system, at_rest, variables(VELOCITIES), time)
-    parts = {name: _opaque(getattr(motion, name), places) for name in PARTS}
-    opaque = Motion(**parts, time=time)
-    still = None
-    if not at_rest.held:
-        velocities = np.array([*ZERO, *variables(VELOCITIES[3:])], dtype=object)
-        moved = _motion(system, at_rest, velocities, time)
-        moved = _with_any_rotation(system, moved, places)
-        still = moved, expr(mine.dissipated(moved, own))
-    resting = _motion(system, at_rest, np.concatenate([ZERO, ZERO]), time)
+    own = own_numbers(at_rest, element)
+    Omega, V = np.split(variables(VELOCITIES), 2)
+    Theta, A, B = variables(range(3)), *variables(ENTRIES[:18]).reshape(2, 3, 3)
+    X = variables(ENTRIES[18:] if at_rest.held else range(3, 6))
+    Z = np.concatenate([Theta, Omega, X, V])
+    motion = system.motion(Z[:6] if at_rest.held else Z, variable(TIME))
+    of_any = motion_from_centre(system.body, system.anchor, Z, (A, B))._replace(time=motion.time)
     return Statements(
-        _stated(mine, motion, own),
-        _stated(mine, opaque, _opaque(own, places)),
-        tuple(map(expr, mine.rates(resting, own))),
-        expr(mine.stored(_with_any_rotation(system, resting, places), own)),
-        still,
-        entries,
+        _stated(mine, motion, variables(own)),
+        _stated(mine, of_any, variables(own)),
+        own,
         tuple(a for step in steps for a in step.atoms),
         at_rest.held,
     )
 
 
-def _stated(element: Element, motion: Motion, own: Array) -> Stated:
+def _stated(element: Element, motion: Motion, own: Any) -> Stated:
     return Stated(
         motion,
         tuple(map(expr, element.guards(motion, own))),
@@ -181,27 +160,3 @@ def _stated(element: Element, motion: Motion, own: Array) -> Stated:
         expr(element.dissipated(motion, own)),
         tuple(map(expr, element.rates(motion, own))),
     )
-
-
-def _motion(system: System, at_rest: Configurations, velocities: Array, time: Expr) -> Motion:
-    Theta, X = variables(range(3)), variables(range(3, 6))
-    Omega, V = velocities[:3], velocities[3:]
-    parts = [Theta, Omega] if at_rest.held else [Theta, Omega, X, V]
-    return system.motion(np.concatenate(parts), time)
-
-
-def _with_any_rotation(system: System, motion: Motion, places: Iterator[int]) -> Motion:
-    """Return a motion at rest in which A is any matrix."""
-    A, body, anchor = _opaque(motion.A, places), system.body, system.anchor
-    if system.coordinates.holds_contact:
-        return motion._replace(A=A, X=contact.centre_position(body, A, ZERO, anchor))
-    return motion._replace(A=A, E=contact.displacement(body, A, motion.X, anchor))
-
-
-def _opaque(part: Array, places: Iterator[int]) -> Array:
-    """Return variables in place of the entries; a number that is known stays what it is."""
-    found = np.array(part, dtype=object)
-    for index, place in zip(np.ndindex(found.shape), places, strict=False):
-        if expr(found[index]).constant is None:
-            found[index] = variable(place)
-    return found

@@ -6,19 +6,28 @@ the surface ∇T_i = k_i ∇g_i, and k_i = ∇T_i·∇g_i/|∇g_i|² must have o
 zero, the force pulls back to the surface, and E has a valley there; if never above, E has a ridge.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from enum import Enum
+from itertools import product
 
-from rbstab.proof.exact.expr import LET, Atom, Expr, Monomial, as_factor, expr, monomial, only
+from rbstab.proof.exact.expr import (
+    LET,
+    VAR,
+    Atom,
+    Expr,
+    expr,
+    mapped,
+    only,
+    same_function,
+    summed,
+)
 from rbstab.proof.exact.rewriting import derivative, substituted
 from rbstab.proof.passive.expanded import is_zero
-from rbstab.proof.passive.signs import divided, never_negative
+from rbstab.proof.passive.signs import never_negative
 from rbstab.proof.passive.statements import Statements
 
 MOST_MODES = 6
 """The most switches of one element: a guard on both sides of each angle has so many."""
-
-MOST_ROUNDS = 40
 
 NOT_OF_ANGLES = (
     "it switches, and its energy or an event function depends on more than Θ (and, for the energy, "
@@ -53,6 +62,8 @@ class Switched(Enum):
 
 def why_not_continuous(statements: Statements) -> str | None:
     """Return what is not shown of the switches of an element; None if all is."""
+    if not statements.modes:
+        return None
     of, Theta = statements.of_motion, set(range(3))
     others = of.stored.variables.difference(Theta, *(a.variables for a in statements.modes))
     if any(not g.variables <= Theta for g in of.guards) or (others and not statements.own):
@@ -83,35 +94,36 @@ def _kinds(statements: Statements) -> list[Switched | None] | None:
     Returns:
         None if it is not shown that the energy is continuous.
     """
-    best: list[Switched | None] | None = None
-    surfaces = _parts(statements.of_motion.guards, statements.of_motion.stored, statements.modes)
-    for of in (statements.of_entries, statements.of_motion):
-        parts = _parts(of.guards, of.stored, statements.modes)
-        if parts is None or surfaces is None or len(parts) != len(surfaces):
-            continue
-        if all(_vanishes(T, g) for g, T in parts):
-            found = [_kind(g, T) for g, T in parts]
-            if best is None or best.count(None) > found.count(None):
-                best = found
-    return best
+    found, forms = list[list[Switched | None]](), (statements.of_any, statements.of_motion)
+    both = [_parts(of.guards, of.stored, statements.modes) or [] for of in forms]
+    for parts in both:
+        if len(parts) == len(both[1]) > 0 and all(_vanishes(T, g) for g, T in parts):
+            found.append([_kind(g, T) for g, T in parts])
+    return min(found, key=lambda kinds: kinds.count(None), default=None)
 
 
 def _parts(
     guards: Sequence[Expr], stored: Expr, modes: Sequence[Atom]
 ) -> list[tuple[Expr, Expr]] | None:
     """Return each g_i with its T_i, one for each surface; None if E is not of this form."""
-    found = dict.fromkeys(modes, expr(0))
-    for m, c in _with_modes_apart(stored, frozenset(modes)).terms.items():
-        switching = [(a, p) for a, p in m if a in found]
-        rest = Expr({tuple(one for one in m if one[0] not in found): c})
-        if any(a in found for a in rest.all_atoms) or len(switching) > 1:
+    numbers = frozenset[int]().union(*(a.variables for a in modes))
+    sums = [stored, *(a.inner for a in stored.all_atoms if a.kind == LET)]
+    factors = {one for e in sums for m in e.terms for one in m if one[0] not in modes}
+    if any((a.kind != LET or p < 0) and a.variables & numbers for a, p in factors):
+        return None
+
+    def with_modes(*values: int) -> Expr:
+        return substituted(stored, dict(zip(modes, map(expr, values), strict=True)))
+
+    units = [[int(j == k) for j in range(len(modes))] for k in range(len(modes))]
+    E = with_modes(*(0 for _ in modes))
+    found = [with_modes(*unit) - E for unit in units]
+    for values in product((0, 1), repeat=len(modes)):
+        both = [T for T, value in zip(found, values, strict=True) if value]
+        if len(both) > 1 and not is_zero(summed((E, *both, -with_modes(*values)))):
             return None
-        for a, p in switching:
-            if p < 1:
-                return None
-            found[a] = found[a] + rest
     parts: dict[Expr, Expr] = {}
-    for g, T in zip(guards, found.values(), strict=True):
+    for g, T in zip(guards, found, strict=True):
         if -g in parts:  # step(-g) = 1 - step(g)
             parts[-g] = parts[-g] - T
         else:
@@ -119,78 +131,41 @@ def _parts(
     return list(parts.items())
 
 
-def _with_modes_apart(e: Expr, modes: frozenset[Atom]) -> Expr:
-    """Multiply out the sums in which modes stand, until modes are factors of terms."""
-    for _ in range(MOST_ROUNDS):
-        total, changed = expr(0), False
-        for m, c in e.terms.items():
-            inside = [
-                a for a, p in m if a.kind == LET and p > 0 and not modes.isdisjoint(a.inner.atoms)
-            ]
-            if not inside:
-                total = total + Expr({m: c})
-                continue
-            changed = True
-            a = inside[0]
-            rest = Expr({monomial((b, p - (b is a)) for b, p in m): c})
-            for one, number in a.inner.terms.items():
-                total = total + rest * Expr({one: number})
-        e = total
-        if not changed:
-            break
-    return e
-
-
 def _kind(g: Expr, T: Expr) -> Switched | None:
     """Return what happens at one surface; None if it is not seen."""
-    numbers = T.variables | g.variables
-    slopes = {k: derivative(T, {k: expr(1)}) for k in sorted(numbers)}
-    if all(_vanishes(slope, g) for slope in slopes.values()):
+    variables = [{k: expr(1)} for k in sorted(T.variables | g.variables)]
+    slopes = [derivative(T, one) for one in variables]
+    if all(_vanishes(slope, g) for slope in slopes):
         return Switched.SMOOTH
-    share = sum((derivative(g, {k: expr(1)}) * slope for k, slope in slopes.items()), expr(0))
-    on_surface = [share, *_on_surface(share, g)]
-    if any(never_negative(one) for one in on_surface):
+    share = summed(derivative(g, one) * slope for one, slope in zip(variables, slopes, strict=True))
+    on_surface = _on_surface(share, g)
+    if any(map(never_negative, on_surface)):
         return Switched.VALLEY
     return Switched.RIDGE if any(never_negative(-one) for one in on_surface) else None
 
 
 def _vanishes(e: Expr, g: Expr) -> bool:
     """Return whether an expression is shown to be zero wherever another one is."""
-    return is_zero(e) or any(map(is_zero, _on_surface(e, g)))
+    return any(map(is_zero, _on_surface(e, g)))
 
 
-def _on_surface(e: Expr, g: Expr) -> Iterator[Expr]:
-    """Yield forms of an expression where g = 0: one term of g stands for all others."""
-    for m, c in sorted(g.terms.items(), key=lambda one: len(one[0])):
-        if not m:
-            continue
-        rest = Expr({m: c}) - g
-        rest = rest.scaled(1 / c)
-        if len(m) == 1 and m[0][1] == 1:
-            a = m[0][0]
-            if a not in rest.all_atoms:
-                yield substituted(e, {a: rest})
-        else:
-            yield _replaced(e, m, rest)
+def _on_surface(e: Expr, g: Expr) -> list[Expr]:
+    """Return forms of an expression where g = 0: a term a^n of g stands for all others."""
+    forms = [e]
+    for m, c in g.terms.items():
+        rest = (Expr({m: c}) - g).scaled(1 / c)
+        if len(m) == 1 and m[0][0] not in rest.all_atoms:
+            forms.append(_with_power(e, *m[0], rest))
+    return forms
 
 
-def _replaced(e: Expr, m: Monomial, rest: Expr) -> Expr:
-    """Put an expression in place of a product, also inside sums that stand as factors."""
-    for _ in range(MOST_ROUNDS):
-        total, changed = expr(0), False
-        for one, c in e.terms.items():
-            left = divided(one, m)
-            if left is not None:
-                total, changed = total + Expr({left: c}) * rest, True
-                continue
-            term = expr(c)
-            for a, p in one:
-                base = only(a)
-                if a.kind == LET:
-                    base = as_factor(_replaced(a.inner, m, rest))
-                term = term * base**p
-            total = total + term
-        e = total
-        if not changed:
-            break
-    return e
+def _with_power(e: Expr, a: Atom, n: int, rest: Expr) -> Expr:
+    """Put an expression in place of a^n."""
+
+    def change(b: Atom, p: int) -> Expr:
+        if b is a:
+            return rest ** (p // n) * only(a) ** (p % n)
+        inside = b.kind != VAR and a in b.inner.all_atoms
+        return (same_function(b, _with_power(b.inner, a, n, rest)) if inside else only(b)) ** p
+
+    return mapped(e, change)

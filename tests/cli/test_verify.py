@@ -258,9 +258,9 @@ def test_a_second_opinion_confirms_and_refutes(folder: Path, rbstab: Invoke) -> 
     (proof,) = (folder / "results" / "proofs").iterdir()
     done = rbstab("verify", str(proof), "--config", config, "--second")
     assert done.exit_code == 0
-    assert "  Codac: the range of eq. 5\n    Rest state 1: checked." in done.stdout
+    assert "  Codac: the range of eq. 5\n    Rest states: checked." in done.stdout
     assert "  Codac: all θ1 and θ3\n" in done.stdout
-    assert "codac: that all rest states with any θ1 and θ3 are in" in done.stdout
+    assert "codac is asked about lists of rest states and certified regions only" in done.stdout
     assert "codac" not in rbstab("verify", str(proof), "--config", config).stdout.lower()
     data = read_document(proof)
     data["states"][0]["index"] = 1
@@ -287,7 +287,7 @@ def test_a_second_opinion_needs_a_config_and_codac(
     done = rbstab("verify", str(proof), "--second")
     assert done.exit_code == 2
     assert "--second needs --config" in done.stderr
-    monkeypatch.setattr("rbstab.experiment.verification.second.opinion.find_spec", lambda _: None)
+    monkeypatch.setattr("rbstab_cli.commands.verify.find_spec", lambda _: None)
     done = rbstab("verify", str(proof), "--config", "good.yaml", "--second")
     assert done.exit_code == 2
     assert 'pip install "rbstab[second]"' in done.stderr

@@ -1,6 +1,7 @@
 """`rbstab verify`."""
 
 from collections import Counter
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -129,14 +130,13 @@ def command(
 
 def _check_second(config: "Config | None") -> None:
     """Refuse to ask for a second opinion without a config, or without codac."""
-    from rbstab.experiment.verification.second.opinion import NoCodacError, check_available
-
     if config is None:
         raise click.UsageError("--second needs --config: codac is asked about its equations.")
-    try:
-        check_available()
-    except NoCodacError as error:
-        raise click.UsageError(str(error)) from error
+    if find_spec("codac") is None:
+        raise click.UsageError(
+            "a second opinion needs codac, which a plain install lacks. "
+            'Run `pip install "rbstab[second]"`'
+        )
 
 
 def _exit_unless_verified(found: "Sequence[Verification]") -> None:

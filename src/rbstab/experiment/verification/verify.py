@@ -13,12 +13,20 @@ from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.verification.second.opinion import UNDECIDED, not_asked, second_opinion
 
 if TYPE_CHECKING:
     from rbstab.proof.check.findings import Finding
+    from rbstab.proof.model import Energy
 
 CONFIG = "the config"
+
+UNDECIDED = "second opinion"
+"""The claim of what codac does not decide."""
+
+SWITCHES = frozenset({"step", "positive"})
+"""The operations of an energy that codac is not asked about."""
+
+NOT_ASKED = "codac is asked about lists of rest states and certified regions only."
 
 NO_CHECKER = "rotations"
 """The claim that is not checked: a list of rest states among all rotations."""
@@ -91,10 +99,10 @@ def verify(
         findings = [*_config_findings(proof, config), *findings]
     unchecked = list(_unchecked(proof, config))
     if second and config is not None:
-        for said in second_opinion(proof, config):
-            findings.append(Finding(*said))
-            progress(findings[-1])
-        unchecked += not_asked(proof)
+        for found in second_opinion(proof, config):
+            findings.append(found)
+            progress(found)
+        unchecked.append(NOT_ASKED)
     return Verification(findings, unchecked)
 
 
@@ -138,18 +146,48 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
 
 def _other_energy(proof: Proof, config: Config) -> str | None:
     """Return in which way U of a proof is not that of a config; None if they are equal."""
-    from rbstab.proof.reasons import NoReducedEnergy
     from rbstab.proof.record import difference_from
+
+    stored, energy = proof.reduced_energy, _energy_of(config)
+    assert stored is not None
+    return energy if isinstance(energy, str) else difference_from(stored.model_dump(), energy)
+
+
+def _energy_of(config: Config) -> "Energy | str":
+    """Return the energy of a config, traced from its equations; why there is none."""
+    from rbstab.proof.reasons import NoReducedEnergy
     from rbstab.proof.rest_states import reduced_energy
 
-    stored = proof.reduced_energy
-    assert stored is not None
     plain = partial(system_of, without_code(config))
     try:
-        energy = reduced_energy(smooth_rest_system(problem_of(config)), plain)
+        return reduced_energy(smooth_rest_system(problem_of(config)), plain)
     except NoReducedEnergy as error:
         return str(error)
-    return difference_from(stored.model_dump(), energy)
+
+
+def second_opinion(proof: Proof, config: Config) -> "Iterator[Finding]":
+    """Yield what codac says of lists of rest states and certified regions, for a config.
+
+    A claim that is not decided has the name `UNDECIDED`, and its own in its sentences.
+    """
+    from rbstab.experiment.verification.second.opinion import answers, question
+    from rbstab.proof.check.findings import Finding
+    from rbstab.proof.record import operations_of
+
+    energy = _energy_of(config) if may_build(config) else CODE_NOT_RUN
+    if not isinstance(energy, str):
+        if energy.free:
+            energy = "X, or own states, are left in its energy"
+        elif not SWITCHES.isdisjoint(kind for kind, *_ in operations_of(energy.U)):
+            energy = "its energy has terms that switch"
+    if isinstance(energy, str):
+        yield Finding("codac", UNDECIDED, False, f"It was not asked: {energy}.")
+        return
+    asked = question(proof.record["ranges"], energy, smooth_rest_system(problem_of(config)))
+    for place, claim, verdict, text in answers(asked):
+        decided = verdict != "not decided"
+        said = text if decided else f"{claim.capitalize()}: {text}"
+        yield Finding(f"codac: {place}", claim if decided else UNDECIDED, verdict == "proved", said)
 
 
 def _unchecked(proof: Proof, config: Config | None) -> Iterator[str]:

@@ -29,6 +29,8 @@ initial: {angular_velocity: [1, 2, -1]}
 integration: {duration: 0.1, samples: 11}
 """
 
+STORED = Path(__file__).parents[1] / "formats/data/format_1"
+
 Invoke = Callable[..., Result]
 
 
@@ -49,6 +51,35 @@ def invoke(*arguments: str) -> Result:
 def rbstab() -> Invoke:
     """A function that calls the command line in this process."""
     return invoke
+
+
+def _not_called(*_: object, **__: object) -> None:
+    raise AssertionError("the command began its work")
+
+
+@pytest.fixture
+def no_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every run, sweep and proof fail the test."""
+    for name in (
+        "experiment.run_to_file.simulate_problem",
+        "experiment.proof_cache.proof_for",
+        "sweep.sweep.sweep_to_folder",
+        "sweep.folder.open_folder.sweep_bytes",
+    ):
+        monkeypatch.setattr(f"rbstab.{name}", _not_called)
+
+
+@pytest.fixture
+def no_work(no_runs: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let every computation fail the test."""
+    for name in (
+        "experiment.tuning.tune.tune",
+        "experiment.tuning.sensitivities.sensitivities",
+        "experiment.tuning.guard.guard",
+        "experiment.stability.stability_of",
+        "report.build.report_of",
+    ):
+        monkeypatch.setattr(f"rbstab.{name}", _not_called)
 
 
 @pytest.fixture

@@ -29,6 +29,8 @@ initial: {angular_velocity: [1, 2, -1]}
 integration: {duration: 0.1, samples: 11}
 """
 
+PLAN_OF_MASSES = "base: good.yaml\nvary: {body.mass: {values: [40, 41]}}\n"
+
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 Invoke = Callable[..., Result]

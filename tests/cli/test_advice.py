@@ -4,7 +4,6 @@ Frequencies are those of the matrices of mass and stiffness, computed here.
 """
 
 import json
-import re
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +18,6 @@ from rbstab.config.load import load_config
 from rbstab.experiment import proof as proofs
 from rbstab.experiment.convergence.decisions import convergence_at_start
 from rbstab.experiment.stability import stability_of
-from rbstab.experiment.summary import at_rest_from, settling_time_of
 from rbstab.proof import limits
 from rbstab_cli.main import cli
 
@@ -40,10 +38,6 @@ def machine(elements: list[dict[str, Any]], **changes: Any) -> dict[str, Any]:
 
 def mount(p: list[float]) -> dict[str, Any]:
     return {"kind": "visco-elastic", "point": p, "anchor": p, "K_c": K_C, "L_c": L_C}
-
-
-def spring(p: list[float]) -> dict[str, Any]:
-    return {"kind": "spring", "point": p, "anchor": p, "stiffness": 2000, "rest_length": 0}
 
 
 MOUNTS = machine([mount(p) for p in POINTS])
@@ -129,19 +123,6 @@ def test_the_mounts_damp_every_motion() -> None:
     assert sorted(modes.natural_frequencies[::2]) == pytest.approx(frequencies(K_C))
 
 
-def test_rest_states_without_damping_are_looked_for() -> None:
-    config = load_config(machine([spring(p) for p in POINTS]))
-    proof = rbstab.prove(config)
-    assert proof.states
-    assert not any(state.proved for state in proof.states)
-    assert (proof.proved, proof.region, proof.globally_stable) == (False, None, None)
-    assert proof.outcome.endswith("every motion loses energy: no damper acts on the body")
-    modes = stability_of(problem_of(config), proof).linearisations[0]
-    assert modes is not None
-    assert sorted(modes.natural_frequencies[::2]) == pytest.approx(frequencies([2000] * 3))
-    np.testing.assert_allclose(modes.eigenvalues.real, 0.0, atol=1e-8)
-
-
 def test_a_free_spin_never_rests() -> None:
     found = printed("run", "spin.yaml")
     assert "v stays at 3.5 J along the computed run; the body moves on without damping" in found
@@ -161,29 +142,6 @@ def test_a_rest_state_is_approached_only_if_the_run_comes_to_rest() -> None:
     shown = printed("show", "results/leg.h5")
     assert "approaches" not in shown
     assert "the rest state below the end of the motion" in shown
-
-
-@pytest.mark.heavy
-def test_whether_more_boxes_help_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With ligaments on a tied body the bounds decide so little that no limit is enough."""
-    monkeypatch.setattr(limits, "TELLING", 1000)
-    monkeypatch.setattr(limits, "BRIEF_WITH_LIGAMENTS", 10000)
-    monkeypatch.setattr(limits, "MOST", 16000)
-    config = load_config(LEG | {"elements": LIGAMENTS})
-    for brief in (True, False):
-        proof = rbstab.prove(config, brief=brief)
-        assert (proof.proved, proof.goes_on) == (False, False)
-        words = r"more boxes are not expected to help: \S+ of them decide (\S+) %"
-        share = re.match(words, proof.ended)
-        assert share is not None
-        assert 0 < float(share[1]) < 5
-        assert proof.ended.endswith(
-            "at this rate, the 8000 of the longest proof are too few; the same body held at C "
-            "(variant: permanent) may be proved in its place"
-        )
-        found = convergence_at_start(problem_of(config), proof)
-        assert found.why.startswith(f"no certified region is proved ({proof.ended})")
-        assert "outside" not in found.why
 
 
 @pytest.mark.heavy
@@ -233,18 +191,3 @@ def test_v_of_the_start_has_one_value_under_one_name() -> None:
     assert "J above the lowest rest state, inside" in found
     assert "v(0) =" not in found
     assert "start above rest state 1, J" in found
-
-
-@pytest.fixture(scope="module")
-def fine() -> float:
-    """Return the settling time of the leg by many samples, s."""
-    samples = {"integration": {"duration": 5, "samples": 2001}}
-    return settling_time_of(rbstab.simulate(LEG | samples))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("samples", [5, 11, 51, 501])
-def test_the_settling_time_does_not_depend_on_the_samples(samples: int, fine: float) -> None:
-    found = rbstab.simulate(LEG | {"integration": {"duration": 5, "samples": samples}})
-    assert settling_time_of(found) == pytest.approx(fine, abs=1e-7)
-    assert float(at_rest_from(found)) == pytest.approx(fine, rel=1e-3)

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from cli.conftest import Invoke
 from click.testing import Result
-from support.printed_paths import printed
 
 import rbstab
 from rbstab.store.errors import StoreError
@@ -64,21 +63,6 @@ def test_no_proof_on_request(folder: Path, rbstab: Invoke) -> None:
     assert "  This start:  proved: " in proved.stdout
 
 
-def test_a_run_that_is_interrupted_starts_again(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("rbstab.experiment.run_to_file.run_to_file", interrupted)
-    done = rbstab("run", "good.yaml")
-    assert done.exit_code == 130
-    assert done.stderr.splitlines()[-2:] == [
-        "Interrupted: 0 of 1 runs are stored.",
-        "Run the same command to start again from t = 0.",
-    ]
-
-
 def test_the_answers_of_json(folder: Path, rbstab: Invoke) -> None:
     (data,) = json.loads(rbstab("run", "good.yaml", "--json").stdout)
     assert {question: answer["word"] for question, answer in data["answers"].items()} == {
@@ -104,34 +88,6 @@ def test_a_run_without_its_proof_is_kept(
     assert "good.yaml: the proof cannot be written" in done.stderr
     assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
     assert Path("results/good.h5").is_file()
-
-
-def test_an_interrupted_proof_loses_no_run(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("rbstab.experiment.proof.prove", interrupted)
-    done = rbstab("run", "good.yaml")
-    assert done.exit_code == 130
-    assert (
-        printed("1 of 1 runs are stored; the proofs of results/good.h5 are missing.") in done.stderr
-    )
-    assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
-
-
-def test_several_runs_have_a_table_of_words(folder: Path, rbstab: Invoke) -> None:
-    Path("other.yaml").write_text(Path("good.yaml").read_text().replace("[1, 2, -1]", "[1, 2, 0]"))
-    done = rbstab("run", "good.yaml", "other.yaml")
-    rows = [
-        line.split() for line in done.stdout.splitlines() if line.startswith(printed(" results/"))
-    ]
-    moving = ["still", "moving"]
-    assert rows[-2:] == [
-        [printed("results/good.h5"), *moving, "proved", "returns:", "proved"],
-        [printed("results/other.h5"), *moving, "proved", "returns:", "proved"],
-    ]
 
 
 def test_a_folder_whose_parent_holds_a_file_of_the_same_name(folder: Path, rbstab: Invoke) -> None:

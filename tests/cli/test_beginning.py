@@ -43,14 +43,6 @@ def test_init_of_a_variant_elsewhere(variant: str, rbstab: Invoke) -> None:
     assert load_config(Path("my first/one/experiment.yaml")).controller.variant == variant
 
 
-def test_init_of_an_unknown_variant(rbstab: Invoke) -> None:
-    done = rbstab("init", "--variant", "visco")
-    assert done.exit_code == 2
-    assert "'visco' is not one of free, permanent, " in done.stderr
-    assert done.stderr.endswith("Did you mean visco-elastic?\n")
-    assert contents(".") == {}
-
-
 @pytest.mark.parametrize("name", FILES)
 def test_init_overwrites_nothing(name: str, rbstab: Invoke) -> None:
     Path(name).write_text("mine")
@@ -67,13 +59,6 @@ def test_the_proposed_command_keeps_the_variant(rbstab: Invoke) -> None:
     assert rbstab("init", "--variant", "sliding").exit_code == 0
     again = rbstab("init", "--variant", "sliding")
     assert again.stderr.endswith(": rbstab init FOLDER --variant sliding\n")
-
-
-def test_init_below_a_file(rbstab: Invoke) -> None:
-    Path("file").write_text("mine")
-    done = rbstab("init", "file/folder")
-    assert done.exit_code == 4
-    assert printed("file/folder/experiment.yaml cannot be written: ") in done.stderr
 
 
 def test_the_list_of_examples(rbstab: Invoke) -> None:
@@ -142,24 +127,3 @@ def test_all_examples(rbstab: Invoke) -> None:
     assert set(copied) >= originals
     for name in originals:
         assert copied[name] == (root / "configs" / name).read_text()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["examples", "case1_permanant"], "did you mean paper/case1_permanent?"),
-        (["examples", "--all", "joint"], "--all cannot be combined with NAME"),
-    ],
-)
-def test_wrong_words(arguments: list[str], message: str, rbstab: Invoke) -> None:
-    done = rbstab(*arguments)
-    assert done.exit_code == 2
-    assert message in done.stderr
-    assert contents(".") == {}
-
-
-def test_a_hint_ends_its_sentence(folder: Path, rbstab: Invoke) -> None:
-    stderr = rbstab("examples", "paper/case").stderr
-    assert "?. " not in stderr
-    assert stderr.endswith("? `rbstab examples` lists them.\n")
-    assert rbstab("examples", "zzz").stderr.endswith("zzz. `rbstab examples` lists them.\n")

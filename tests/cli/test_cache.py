@@ -48,12 +48,6 @@ def test_the_cache_is_shown_and_cleared(tmp_path: Path) -> None:
     assert sum(path.stat().st_size for path in place.iterdir()) < full / 4
 
 
-def test_code_is_cached_again_after_clearing(tmp_path: Path) -> None:
-    cache("--clear", folder=tmp_path)
-    assert called("-c", FILL, folder=tmp_path).returncode == 0
-    assert " 0.0 MB" not in cache(folder=tmp_path).stdout
-
-
 @pytest.mark.parametrize("options", [(), ("--clear",)])
 def test_a_folder_that_cannot_be_used_is_an_error(options: tuple[str, ...]) -> None:
     folder = f"{os.devnull}/cache"

@@ -156,37 +156,6 @@ def test_the_modules_that_a_run_imports_are_excluded_from_garbage_collection(fol
     assert done.stderr.split()[-4:] == ["0", "True", "True", "False"]
 
 
-def test_version(rbstab: Invoke) -> None:
-    assert rbstab("--version").stdout.startswith("rbstab 0.")
-
-
-def test_an_unknown_command_is_a_usage_error(rbstab: Invoke) -> None:
-    assert rbstab("simulate").exit_code == 2
-
-
-@pytest.mark.parametrize("command", ["run", "check", "show", "report", "sensitivities", "tune"])
-def test_a_missing_argument_is_a_usage_error(command: str, rbstab: Invoke) -> None:
-    assert rbstab(command).exit_code == 2
-
-
-def test_check_says_what_is_right(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("check", "good.yaml")
-    assert done.exit_code == 0
-    assert done.stdout.startswith("good.yaml: valid: free, coordinates Z, engine scipy, run id ")
-    assert not Path("results").exists()
-
-
-def test_check_says_all_that_is_wrong(folder: Path, rbstab: Invoke) -> None:
-    Path("wrong.yaml").write_text(GOOD.replace("mass: 41", "mass: 0"))
-    done = rbstab("check", "good.yaml", "wrong.yaml", "--set", "integration.samples=1")
-    assert done.exit_code == 2
-    assert done.stdout == ""
-    assert done.stderr.splitlines() == [
-        "--set integration.samples:1:21: integration.samples: is 1 (expected a number at least 2)",
-        "wrong.yaml:2:14: body.mass: is 0 (expected a number greater than 0)",
-    ]
-
-
 def test_show_says_how_a_run_ended(folder: Path, rbstab: Invoke) -> None:
     reference = "reference: {source: a book, final: {orientation: [0.1, 0.2, 0.3]}}\n"
     Path("good.yaml").write_text(GOOD + reference)
@@ -213,33 +182,12 @@ def test_show_compares_no_changed_case_with_the_paper(folder: Path, rbstab: Invo
     assert data["reference"]["changed"] == ["body.mass"]
 
 
-def test_show_as_json(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "--no-prove", "good.yaml")
-    facts = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
-    assert facts["status"] == "completed"
-    assert facts["arrays"]["orientation"]["shape"] == [11, 3]
-    assert yaml.safe_load(facts["config"])["title"] == "A short run"
-
-
 def test_numbers_that_are_not_finite_are_null_in_json(folder: Path, rbstab: Invoke) -> None:
     Path("good.yaml").write_text(GOOD.replace("[1, 2, -1]", "[1e200, 0, 1e200]"))
     assert rbstab("run", "--no-prove", "good.yaml").exit_code == 3
     facts = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
     assert facts["status"] == "diverged"
     assert facts["lyapunov_start"] is None
-
-
-@pytest.mark.parametrize(
-    ("name", "content"), [("missing.h5", None), ("text.h5", b"text"), ("empty.h5", b"")]
-)
-def test_show_refuses_what_is_no_result(
-    name: str, content: bytes | None, folder: Path, rbstab: Invoke
-) -> None:
-    if content is not None:
-        Path(name).write_bytes(content)
-    done = rbstab("show", name)
-    assert done.exit_code == 4
-    assert done.stderr.startswith(f"error: {name}")
 
 
 def test_titles_cannot_steer_the_terminal(folder: Path, rbstab: Invoke) -> None:
@@ -274,26 +222,3 @@ def test_completion_completes(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     commands = ["sweep", "show", "stability", "sensitivities", "schema"]
     assert done.stdout.split() == [f"plain,{command}" for command in commands]
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="its shell cannot close streams like this")
-@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
-def test_a_sweep_needs_no_streams(folder: Path, closed: str) -> None:
-    # Two shards, so that a second process starts.
-    (folder / "plan.yaml").write_text(
-        "base: good.yaml\nvary: {body.mass: {linspace: [40, 42, 4]}}\n"
-    )
-    command = [
-        sys.executable,
-        "-m",
-        "rbstab_cli",
-        "sweep",
-        "--no-prove",
-        "plan.yaml",
-        "--shard-size",
-        "2",
-    ]
-    shell = ["/bin/sh", "-c", f'exec "$@" {closed}', "sh", *command, "--threads", "2"]
-    assert subprocess.run(shell, capture_output=True, check=False).returncode == 0
-    assert (folder / "results/plan/members.h5").exists()

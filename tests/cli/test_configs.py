@@ -48,32 +48,6 @@ def test_the_counterexamples_are_what_they_say() -> None:
     assert states[1].orientation == pytest.approx((1.977, 1.534, 2.718), abs=1e-3)
 
 
-def test_the_papers_cases_and_the_promised_examples_are_there() -> None:
-    names = {path.stem for path in CONFIGS}
-    paper = {"case1_permanent", "case2_visco_elastic", "case2_stiff", "case3_embedded"}
-    examples = {
-        "free_gravity",
-        "permanent_gravity_origin",
-        "permanent_gravity_equilibrium",
-        "manifold",
-        "full_gains",
-        "contact_coordinates",
-        "real_body",
-        "elements",
-        "elements_proved",
-        "strut_proved",
-        "ligament_proved",
-    }
-    sliding = {
-        f"{surface}_{law}_{bound}{load}"
-        for surface in ("position", "slope")
-        for law in ("exact", "layer", "implicit")
-        for bound in (2000, 20000)
-        for load in ("", "_gravity")
-    }
-    assert paper | examples | sliding <= names
-
-
 @pytest.mark.parametrize(
     "path", sorted((ROOT / "examples" / "sliding").glob("*")), ids=lambda p: p.stem
 )

@@ -42,34 +42,6 @@ def test_the_line_for_a_config_works(rbstab: Invoke) -> None:
 
 
 @pytest.mark.usefixtures("folder")
-def test_a_file_is_not_replaced_without_force(rbstab: Invoke) -> None:
-    Path("mine.py").write_text("# mine\n")
-    assert rbstab("init", "--element", "mine.py").exit_code == 4
-    assert Path("mine.py").read_text() == "# mine\n"
-    assert rbstab("init", "--element", "mine.py", "--force").exit_code == 0
-    assert Path("mine.py").read_text() == TEMPLATE
-
-
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize(
-    ("arguments", "unused"),
-    [
-        (("--element", "mine.py", "--variant", "free"), "--element has no use for --variant"),
-        (("somewhere", "--element"), "--element has no use for DIR"),
-        (("--force",), "init without --element has no use for --force"),
-    ],
-)
-def test_init_takes_nothing_without_effect(
-    arguments: tuple[str, ...], unused: str, rbstab: Invoke
-) -> None:
-    before = set(Path().iterdir())
-    done = rbstab("init", *arguments)
-    assert done.exit_code == 2
-    assert f"Error: {unused}\n" in done.stderr
-    assert set(Path().iterdir()) == before
-
-
-@pytest.mark.usefixtures("folder")
 def test_wrong_files_are_all_told(rbstab: Invoke) -> None:
     Path("wrong.py").write_text(SPRING.replace("0.5 *", "0.6 *"))
     Path("broken.py").write_text("class Mine(:\n")
@@ -83,21 +55,6 @@ def test_wrong_files_are_all_told(rbstab: Invoke) -> None:
     assert "  WRONG  the wrench on a body at rest is not the slope of `stored`" in done.stdout
     assert "mine.py: Mine: all statements hold" in done.stdout
     assert done.stderr.startswith("broken.py: cannot be run: line 1: SyntaxError: ")
-
-
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize(
-    ("arguments", "expected"),
-    [
-        ((), "expected CONFIG or --element FILE"),
-        (("--element", "mine.py", "--set", "a=1"), "--set has no effect without CONFIG"),
-        (("--element", "mine.py", "--allow-python"), "--allow-python has no effect without CONFIG"),
-    ],
-)
-def test_options_without_effect(rbstab: Invoke, arguments: tuple[str, ...], expected: str) -> None:
-    done = rbstab("check", *arguments)
-    assert done.exit_code == 2
-    assert expected in done.stderr
 
 
 @pytest.mark.usefixtures("folder")

@@ -182,38 +182,6 @@ def test_what_one_run_lacks_is_empty_or_nan(folder: Path, rbstab: Invoke) -> Non
     assert (other["made_number"], other["made_text"]) == ("2.5", "yes")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code", "words"),
-    [
-        (
-            ("made.h5", "-o", "a.xlsx"),
-            2,
-            "expected a file name that ends in .csv, .parquet, .mat, .nc",
-        ),
-        (("made.h5",), 2, "Missing option '-o'"),
-        (("made.h5", "swept", "-o", "a.csv"), 2, "expected runs only, or one sweep"),
-        (("made.h5", "-o", "a.nc"), 2, "-o a.nc: expected one sweep, without --traces"),
-        (("made.h5", "swept", "-o", "a.nc"), 2, "-o a.nc: expected one sweep, without --traces"),
-        (("swept", "--traces", "-o", "a.nc"), 2, "-o a.nc: expected one sweep, without --traces"),
-        (("swept", "-o", "there.nc"), 4, "there.nc: already exists"),
-        (("absent.h5", "-o", "a.csv"), 4, "absent.h5: cannot be read: No such file"),
-        (("made.h5", "-o", "there.csv"), 4, "there.csv: already exists"),
-        (("made.h5", "-o", "no/a.csv"), 4, "the folder no does not exist"),
-    ],
-)
-def test_what_cannot_be_exported(
-    arguments: tuple[str, ...], code: int, words: str, sweep: Path, rbstab: Invoke
-) -> None:
-    made_file(sweep.parent / "made.h5")
-    for name in ("there.csv", "there.nc"):
-        Path(name).write_text("mine")
-    done = rbstab("export", *arguments)
-    assert (done.exit_code, words in done.output) == (code, True), done.output
-    assert Path("there.csv").read_text() == Path("there.nc").read_text() == "mine"
-    assert not list(Path().glob("a.*"))
-    assert rbstab("export", "made.h5", "-o", "there.csv", "--force").exit_code == 0
-
-
 def test_only_parquet_needs_further_packages(
     folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,7 +1,6 @@
 """Protects folders in place of results: what is taken from them, and what is said of the others."""
 
 import json
-import os
 import re
 import shutil
 from pathlib import Path
@@ -40,28 +39,6 @@ def test_a_report_takes_the_results_in_a_folder(mixed: Path, rbstab: Invoke) -> 
     assert same["sections"] == data["sections"]
 
 
-def test_the_results_of_a_folder_are_in_the_order_of_their_names(
-    mixed: Path, rbstab: Invoke
-) -> None:
-    os.utime(mixed / "range_left.h5", (1, 1))
-    text = rbstab("report", "mixed", "--format", "text", "-q").stdout
-    assert text.index("embedded") < text.index("range_left")
-
-
-def test_quiet_takes_the_same_without_a_word(mixed: Path, rbstab: Invoke) -> None:
-    done = rbstab("report", "mixed", "--format", "text", "-q")
-    assert "mixed: " not in done.stderr
-
-
-def test_a_report_never_replaces_a_result_in_the_folder(mixed: Path, rbstab: Invoke) -> None:
-    file = mixed / "embedded.h5"
-    before = file.read_bytes()
-    done = rbstab("report", "mixed", "--format", "text", "-o", str(file), "--force")
-    assert done.exit_code == 2
-    assert "is one of the results. Choose another name with -o." in done.stderr
-    assert file.read_bytes() == before
-
-
 def test_a_file_that_is_no_result_hides_no_others(mixed: Path, rbstab: Invoke) -> None:
     (mixed / "broken.h5").write_text("text")
     report = rbstab("report", "mixed", "--format", "text")
@@ -74,13 +51,6 @@ def test_a_file_that_is_no_result_hides_no_others(mixed: Path, rbstab: Invoke) -
     assert "runs-decay" in plot.stdout
     # A result that is named must be readable.
     assert rbstab("plot", "mixed", "mixed/broken.h5").exit_code == 4
-
-
-def test_a_folder_of_unfinished_sweeps_says_so(folder: Path, rbstab: Invoke) -> None:
-    shutil.copytree(STORED / "sweeps/begun_map", "begun/begun_map")
-    done = rbstab("report", "begun")
-    assert done.exit_code == 4
-    assert printed("begun/begun_map") + ": is a sweep that is not finished" in done.stderr
 
 
 def _without_ages(text: str) -> list[str]:
@@ -127,10 +97,3 @@ def test_folders_inside_of_a_sweep(mixed: Path, rbstab: Invoke) -> None:
     shutil.copytree(STORED / "sweeps/finished_variants", "mixed/variants")
     traces = json.loads(rbstab("show", "mixed/variants/traces", "--json").stdout)
     assert traces[0]["file"] == "00000000.h5"
-
-
-def test_help_is_a_word_too(rbstab: Invoke) -> None:
-    assert rbstab("help").stdout == rbstab("--help").stdout
-    assert rbstab("help", "show").stdout == rbstab("show", "--help").stdout
-    done = rbstab("help", "shwo")
-    assert (done.exit_code, "Did you mean show?" in done.stderr) == (2, True)

@@ -90,17 +90,6 @@ def test_a_soft_guard_for_this_start(case1: Path, rbstab: Invoke, method: str, k
     assert facts["guarded"]["largest_couple"] <= proved["couple_bound"]
 
 
-def test_a_soft_guard_as_a_table(case1: Path, rbstab: Invoke) -> None:
-    done = rbstab("guard", "case1.yaml", "--method", "stiff", "--limit", "40000")
-    assert done.exit_code == 0
-    rows = [line.split() for line in done.stdout.splitlines() if line.strip()]
-    assert ["stiffness", "k", "[N", "m/rad]", "-", "1.15e+05"] in rows
-    assert any(row[-3:] == ["in", "this", "run"] for row in rows)
-    wide = rbstab("guard", "case1.yaml", "--method", "stiff", "--limit", "50000", "--force")
-    assert "couple stays below 50000 N m" in wide.stdout
-    assert "  proved\n" in wide.stdout
-
-
 def test_a_couple_above_the_limit_is_not_written(case1: Path, rbstab: Invoke) -> None:
     done = rbstab("guard", "case1.yaml", "--method", "repelling", "--limit", "20000", "--json")
     assert done.exit_code == 3
@@ -127,23 +116,6 @@ def test_no_soft_guard_says_why(case1: Path, rbstab: Invoke) -> None:
     why = "no guard was found: the least soft guard is not looked for beside springs"
     assert why in done.stderr
     assert json.loads(done.stdout)["proved"] is None
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("--soft-angle", "1.2"), "--method barrier has no use for --soft-angle"),
-        (("--limit", "5"), "--method barrier has no use for --limit"),
-        (("--method", "stiff", "--soft-angle", "1.6"), "--soft-angle is 1.6 (expected between 0"),
-        (("--method", "stiff", "--soft-angle", "nan"), "--soft-angle is nan"),
-        (("--method", "stiff", "--limit", "0"), "--limit is 0 (expected a couple above 0, N m)"),
-        (("--method", "stop"), "'stop' is not one of 'barrier', 'stiff', 'repelling'"),
-    ],
-)
-def test_wrong_options(case1: Path, rbstab: Invoke, options: tuple[str, ...], message: str) -> None:
-    done = rbstab("guard", "case1.yaml", *options)
-    assert done.exit_code == 2
-    assert message in done.stderr
 
 
 def test_what_cannot_be_proved_is_not_written(
@@ -234,37 +206,3 @@ def test_the_run_stays_in_the_range_too(case1: Path, rbstab: Invoke) -> None:
     assert facts["given"]["status"] == "range left"
     assert facts["guarded"]["status"] == "completed"
     assert facts["stiffness"] > 0.01
-
-
-@pytest.mark.parametrize(
-    ("elements", "message"),
-    [
-        ({"a": {}, "b": {}}, "elements: has the barriers a, b (expected one)"),
-        (
-            {"a": {"outer_stiffness": 2.0}},
-            "elements.a.outer_stiffness: is 2, and a barrier on θ2 alone would take its place "
-            "(expected 0)",
-        ),
-    ],
-)
-def test_barriers_that_would_be_lost_are_refused(
-    case1: Path, rbstab: Invoke, elements: dict[str, Any], message: str
-) -> None:
-    barrier = {"kind": "guard", "method": "barrier", "stiffness": 3.0}
-    own = {name: barrier | more for name, more in elements.items()}
-    case1.write_text(as_yaml(with_elements(**own)))
-    done = rbstab("guard", "case1.yaml")
-    assert done.exit_code == 2
-    assert done.stderr.endswith(f"case1.yaml: {message}\n")
-    assert not Path("case1_guarded.yaml").exists()
-
-
-@pytest.mark.parametrize("method", ["barrier", "stiff"])
-def test_a_body_that_never_leaves_the_range_needs_no_guard(
-    case1: Path, rbstab: Invoke, method: str
-) -> None:
-    free = ("--set", "controller.K_r=0", "--set", "integration.coordinates=quaternion")
-    done = rbstab("guard", "case1.yaml", "--method", method, *free)
-    assert done.exit_code == 2
-    assert "integration.coordinates: is 'quaternion', in which no run leaves" in done.stderr
-    assert case1.exists()

@@ -82,13 +82,6 @@ def test_proofs_of_runs(folder: Path, number: int) -> None:
     assert "This start:" in stdout
 
 
-def test_proofs_of_runs_as_json(folder: Path) -> None:
-    function = "rbstab.experiment.run_to_file.prove_run"
-    code, stdout, _ = interrupted(function, 1, signal.SIGINT, "run", "good.yaml", "--json")
-    assert code == 130
-    assert json.loads(stdout)[0]["file"] == printed("results/good.h5")
-
-
 @pytest.mark.parametrize("number", CODES)
 def test_proofs_of_bodies(folder: Path, number: int) -> None:
     """The proof that is running is finished and stored; the first two are 40 and 43 kg."""
@@ -110,18 +103,6 @@ def test_proofs_of_bodies(folder: Path, number: int) -> None:
     assert code == 0
     data = json.loads(stdout)["proofs"]
     assert (data["reached"], data["members"]) == (5, {"proved": 5})
-
-
-def test_proofs_of_bodies_as_json(folder: Path) -> None:
-    Path("bodies.yaml").write_text(BODIES)
-    words = ("sweep", "bodies.yaml", "--threads", "1", "--json")
-    prove = "rbstab.sweep.proofs.prove_bodies._prove"
-    code, stdout, _ = interrupted(prove, 1, signal.SIGINT, *words)
-    assert code == 130
-    proofs = json.loads(stdout)["proofs"]
-    assert proofs["interrupted"] is True
-    assert proofs["reached"] == 1
-    assert proofs["members_not_reached"] == [[1, 4]]
 
 
 @pytest.mark.parametrize("number", CODES)

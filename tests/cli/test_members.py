@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 
 import pytest
-from support.printed_paths import printed
 
 import rbstab as api
 from rbstab.config.load import run_id
@@ -45,17 +44,6 @@ def test_it_is_the_member_of_the_sweep(rbstab, engine):
 
 
 @pytest.mark.usefixtures("plan")
-def test_the_plan_that_a_sweep_was_made_from_does_as_well(rbstab):
-    rbstab("sweep", "--no-prove", "spins.yaml", "--engine", "scipy", "-q")
-    done = rbstab("run", "--no-prove", "spins.yaml", "--member", "9", "--member", "0", "-q")
-    assert done.exit_code == 0, done.output
-    table = api.open_sweep("results/spins")
-    for number in (0, 9):
-        run = api.open_result(f"results/spins-member{number}.h5")
-        assert run["lyapunov"][0] == table["lyapunov_start"][number]
-
-
-@pytest.mark.usefixtures("plan")
 def test_without_a_sweep_the_engine_is_that_which_a_sweep_would_have(rbstab):
     rbstab("run", "--no-prove", "spins.yaml", "--member", "1", "-q")
     rbstab(
@@ -85,52 +73,3 @@ def test_it_is_not_repeated_and_not_overwritten(rbstab):
     other = rbstab("run", "--no-prove", "spins.yaml", "--member", "3", "--set", "body.mass=50")
     assert other.exit_code == 4
     assert Path("results/spins-member3.h5").read_bytes() == before
-
-
-@pytest.mark.usefixtures("plan")
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (
-            ["spins.yaml"],
-            "spins.yaml:1:1: is the plan of a sweep (expected a config; run all its members: "
-            "rbstab sweep spins.yaml; one: rbstab run spins.yaml --member N)",
-        ),
-        (
-            ["good.yaml", "--member", "0"],
-            "good.yaml:1:1: is not the plan of a sweep (expected a plan, or no --member)",
-        ),
-        (
-            ["spins.yaml", "--member", "10"],
-            "spins.yaml: has no member 10 (expected 0 to 9)",
-        ),
-        (["none.yaml", "--member", "0"], "none.yaml:1:1: cannot be read"),
-        (["wrong.yaml", "--member", "0"], "wrong.yaml:2:8: vary.body.mass"),
-        (["spins.yaml", "--member", "-1"], "-1 is not in the range x>=0"),
-        (["spins.yaml", "--member", "two"], "'two' is not a valid integer"),
-    ],
-)
-def test_what_is_wrong(rbstab, arguments, message):
-    Path("wrong.yaml").write_text("base: good.yaml\nvary: {body.mass: {values: [-1]}}\n")
-    done = rbstab("run", "--no-prove", *arguments)
-    assert done.exit_code == 2
-    assert message in done.stderr
-    assert "Traceback" not in done.output
-    assert not Path("results").exists()
-
-
-@pytest.mark.usefixtures("plan")
-def test_other_commands_know_a_plan_too(rbstab):
-    done = rbstab("stability", "spins.yaml", "good.yaml")
-    assert done.exit_code == 2
-    assert done.stderr.count("spins.yaml:1:1: is the plan of a sweep") == 1
-    assert len(done.stderr.splitlines()) == 1
-
-
-@pytest.mark.usefixtures("plan")
-def test_two_members_of_one_name_are_refused(rbstab, folder):
-    (folder / "sub").mkdir()
-    (folder / "sub/spins.yaml").write_text(PLAN.replace("good", "../good"))
-    done = rbstab("run", "--no-prove", "spins.yaml", "sub/spins.yaml", "--member", "1")
-    assert done.exit_code == 2
-    assert printed("spins.yaml, member 1 would both write results/spins-member1.h5") in done.stderr

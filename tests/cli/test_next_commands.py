@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from cli.conftest import GOOD, Invoke
-from support.printed_paths import printed, words_of
+from support.printed_paths import words_of
 
 from rbstab.files.shell_words import shell_word
 from rbstab.store.errors import StoreError
@@ -16,49 +16,6 @@ from rbstab_cli.output.answers import named
 SWEEP = shell_word(Path("my results", "plan"))
 
 PLAN = "base: good.yaml\nvary: {body.mass: {values: [40, 41]}}\n"
-
-
-@pytest.mark.parametrize(
-    ("word", "message"),
-    [
-        ("swep", "No such command 'swep'. Did you mean sweep?"),
-        ("Report", "No such command 'Report'. Did you mean report?"),
-        ("good.yaml", "good.yaml is not a command. Run this config: rbstab run good.yaml"),
-        ("my case.yml", f"Run this config: rbstab run {shell_word('my case.yml')}"),
-        ("version", "No such command 'version'. Did you mean --version?"),
-        ("xyzzy", "No such command 'xyzzy'."),
-    ],
-)
-def test_an_unknown_command(word: str, message: str, rbstab: Invoke) -> None:
-    done = rbstab(word)
-    assert done.exit_code == 2
-    assert done.stderr.endswith(f"{message}\n")
-
-
-def test_options_of_the_program_are_not_commands(rbstab: Invoke) -> None:
-    done = rbstab("--vers")
-    assert "command" not in done.stderr.splitlines()[-1]
-
-
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("run good.yaml --duration 3", "Change the config: --set integration.duration=VALUE"),
-        ("run --mass=3 good.yaml", "'--mass'. Change the config: --set body.mass=VALUE"),
-        ("stability good.yaml --K_r 3", "Change the config: --set controller.K_r=VALUE"),
-        ("run --outptu x good.yaml", "No such option '--outptu'. Did you mean '--output'?"),
-        ("run --xyzzy good.yaml", "No such option '--xyzzy'."),
-        ("show --duration good.yaml", "No such option '--duration'."),
-        ("run good.yaml -m 3", "No such option '-m'."),
-    ],
-)
-def test_a_key_of_a_config_is_no_option(words: str, message: str, rbstab: Invoke) -> None:
-    done = rbstab(*words.split())
-    assert done.exit_code == 2
-    # click 8.2 writes: No such option: -m
-    older = message.replace("option '", "option: ").replace("'.", "").replace("'", "")
-    assert done.stderr.endswith((f"{message}\n", f"{older}\n"))
 
 
 @pytest.mark.usefixtures("folder")
@@ -75,35 +32,6 @@ def test_an_example_that_was_not_copied_is_named(rbstab: Invoke) -> None:
         assert rbstab("examples", name).exit_code == 0
         assert Path(path).is_file()
     assert "`rbstab examples` lists others)" in rbstab("run", "configs/none.yaml").stderr
-
-
-@pytest.mark.usefixtures("folder")
-def test_sweep_is_given_a_config(rbstab: Invoke) -> None:
-    Path("a b.yaml").write_text(GOOD)
-    done = rbstab("sweep", "a b.yaml")
-    assert done.exit_code == 2
-    assert done.stderr == (
-        "a b.yaml:1:1: is a config (expected a plan with base and vary; "
-        "run it: rbstab run 'a b.yaml')\n"
-    )
-    assert not Path("results").exists()
-
-
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize("text", ["title: x\n", "", "colour: red\n", "base: good.yaml\nbody: {}\n"])
-def test_what_is_neither_gets_all_problems_of_a_plan(text: str, rbstab: Invoke) -> None:
-    Path("x.yaml").write_text(text)
-    done = rbstab("sweep", "x.yaml")
-    assert done.exit_code == 2
-    assert "is a config" not in done.stderr
-    assert "vary: is missing" in done.stderr
-
-
-@pytest.mark.usefixtures("plan")
-def test_run_is_given_a_plan_whose_path_needs_quotes(rbstab: Invoke) -> None:
-    Path("-a b.yaml").write_text(PLAN)
-    done = rbstab("run", "--", "-a b.yaml")
-    assert "run all its members: rbstab sweep './-a b.yaml'; one: rbstab run" in done.stderr
 
 
 def test_the_next_command_after_a_run(folder: Path, rbstab: Invoke) -> None:
@@ -161,13 +89,6 @@ def test_the_folder_is_tried_before_the_work(
 
 
 @pytest.mark.usefixtures("folder")
-def test_a_name_below_a_file(rbstab: Invoke) -> None:
-    done = rbstab("run", "good.yaml", "-o", str(Path("good.yaml", "results")))
-    assert done.exit_code == 4
-    assert printed("error: good.yaml/results cannot be written: ") in done.stderr
-
-
-@pytest.mark.usefixtures("folder")
 def test_stored_results_are_read_from_a_folder_that_cannot_be_written(
     rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -179,13 +100,6 @@ def test_stored_results_are_read_from_a_folder_that_cannot_be_written(
     assert "already done" in rbstab("run", "good.yaml").stderr
     Path("other.yaml").write_text(GOOD)
     assert "cannot be written: tried" in rbstab("run", "good.yaml", "other.yaml").stderr
-
-
-def test_trying_a_folder_leaves_nothing(folder: Path) -> None:
-    from rbstab.store.disk.paths import check_folder
-
-    check_folder(folder / "a" / "b")
-    assert [path.name for path in folder.iterdir()] == ["good.yaml"]
 
 
 @pytest.mark.usefixtures("folder")

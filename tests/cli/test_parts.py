@@ -1,14 +1,12 @@
 """Protects `rbstab sweep --part`: processes share one sweep, and a last command finishes it."""
 
 import json
-import signal
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from cli.conftest import Invoke, start
+from cli.conftest import Invoke
 from support import missing_heyoka
 from support.printed_paths import words_of
 from support.sweeping import digest_of
@@ -116,48 +114,6 @@ def test_the_command_that_resumes_a_sweep_works_as_typed(
     assert file.exists()
 
 
-@pytest.mark.usefixtures("use_fake_engine")
-def test_for_machines(rbstab: Invoke) -> None:
-    done = rbstab(*SWEEP, "--part", "2/2", "--json", "-q")
-    assert (done.exit_code, done.stderr) == (0, "")
-    found = json.loads(done.stdout)
-    part = {"number": 2, "parts": 2, "shards": 2, "done_shards": 2, "members": 8}
-    assert found["part"] == part
-    assert (found["finished"], found["done"], found["members"]) == (False, 8, 20)
-
-
-@pytest.mark.parametrize("option", ["--part", "--shard"])
-@pytest.mark.parametrize("part", ["0/3", "4/3", "1", "x/y", "1/0", ""])
-@pytest.mark.usefixtures("plan")
-def test_a_part_that_is_none(rbstab: Invoke, option: str, part: str) -> None:
-    refused = rbstab(*SWEEP, option, part)
-    assert refused.exit_code == 2
-    assert f"Invalid value for '{option}'" in refused.stderr
-    assert "part" in refused.stderr.splitlines()[-1]
-    assert not Path("results").exists()
-
-
-@pytest.mark.usefixtures("plan")
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (("--part", "1/2", "--force"), "--part cannot be combined with --force"),
-        (("--shard", "1/2", "--force"), "--shard cannot be combined with --force"),
-        (("--part", "1/2", "--compare", "5"), "--part cannot be combined with --compare"),
-        (("--shard", "1/2", "--compare", "5"), "--shard cannot be combined with --compare"),
-        (("--part", "1/2", "--shard", "1/2"), "--part cannot be combined with --shard"),
-        (("--dask", "tcp://x:1", "--threads", "2"), "--dask cannot be combined with --threads"),
-        (("--dask", "tcp://x:1", "--dry-run"), "--dask cannot be combined with --dry-run"),
-    ],
-)
-def test_options_that_rule_each_other_out(
-    rbstab: Invoke, options: tuple[str, ...], message: str
-) -> None:
-    refused = rbstab(*SWEEP, *options)
-    assert refused.exit_code == 2
-    assert message in refused.stderr
-
-
 @pytest.mark.usefixtures("plan")
 def test_a_dry_run_of_a_part(rbstab: Invoke) -> None:
     whole = json.loads(rbstab(*SWEEP, "--dry-run", "--json").stdout)
@@ -206,21 +162,3 @@ def test_a_scheduler_that_does_not_answer(rbstab: Invoke, monkeypatch: pytest.Mo
     assert refused.exit_code == 2
     assert "--dask tcp://127.0.0.1:9: the scheduler cannot be reached" in refused.stderr
     assert not Path("results").exists()
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="an interrupt there reaches the tests too")
-@pytest.mark.usefixtures("plan")
-def test_interrupting_a_part() -> None:
-    Path("plan.yaml").write_text(PLAN.replace("20]", "400]"))
-    options = ("--set", "integration.duration=0.2", "--part", "1/2")
-    with start(*SWEEP, *options) as process:
-        while not shard_files(Path("results/plan")):
-            assert process.poll() is None
-            time.sleep(0.01)
-        process.send_signal(signal.SIGINT)
-        _, stderr = process.communicate(timeout=30)
-    assert process.returncode == 130
-    assert "of 50 shards of part 1/2 are stored." in stderr
-    assert "Run the same command again to resume." in stderr
-    assert all(int(Path(name).stem) % 2 == 0 for name in shard_files(Path("results/plan")))

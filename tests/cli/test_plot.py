@@ -27,14 +27,6 @@ def test_the_figures_are_listed(run: Path, rbstab: Invoke) -> None:
     assert "run-1-energy" in names
 
 
-def test_the_name_of_a_figure_without_its_option(run: Path, rbstab: Invoke) -> None:
-    done = rbstab("plot", "made.h5", "runs-decay")
-    assert done.exit_code == 4
-    assert done.stderr.startswith("runs-decay: cannot be read: No such file or directory")
-    assert done.stderr.endswith("; a figure is named by --figure NAME\n")
-    assert "--figure" not in rbstab("plot", "made.h5", "other.h5").stderr
-
-
 @pytest.mark.parametrize(
     ("ending", "begin"), [("svg", b"<svg"), ("pdf", b"%PDF"), ("png", b"\x89PNG")]
 )
@@ -66,26 +58,6 @@ def test_the_data_are_those_of_the_run(run: Path, rbstab: Invoke) -> None:
     assert {(row["x_axis"], row["y_axis"], row["series"]) for row in rows} == {
         ("time t [s]", "Lyapunov function v [J]", "made")
     }
-
-
-def test_what_is_wrong_is_said(run: Path, rbstab: Invoke) -> None:
-    half = rbstab("plot", "made.h5", "--figure", "runs-decay")
-    assert (half.exit_code, "give both --figure NAME and -o FILE" in half.stderr) == (2, True)
-    ending = rbstab("plot", "made.h5", "--figure", "runs-decay", "-o", "a.gif")
-    assert (ending.exit_code, "expected a file name that ends in .svg" in ending.stderr) == (
-        2,
-        True,
-    )
-    name = rbstab("plot", "made.h5", "--figure", "decay", "-o", "a.svg")
-    assert (
-        name.exit_code,
-        "--figure decay: unknown; expected one of runs-decay," in name.stderr,
-    ) == (2, True)
-    missing = rbstab("plot", "none.h5")
-    assert (missing.exit_code, "none.h5" in missing.stderr) == (4, True)
-    Path("a.svg").write_text("mine")
-    kept = rbstab("plot", "made.h5", "--figure", "runs-decay", "-o", "a.svg")
-    assert (kept.exit_code, Path("a.svg").read_text()) == (4, "mine")
 
 
 def test_maps_have_their_values(folder: Path, rbstab: Invoke) -> None:
@@ -129,12 +101,3 @@ def test_a_figure_for_one_column_of_a_paper(run: Path, rbstab: Invoke) -> None:
     (width,) = re.findall(r'<svg [^>]*?width="([\d.]+)pt"', content)
     assert float(width) == pytest.approx(80 / 25.4 * 72, abs=0.01)
     assert set(re.findall(r'<text style="font(?:-size)?: ([\d.]+)px', content)) == {"8"}
-
-
-@pytest.mark.parametrize("options", [(), ("--figure", "runs-decay", "-o", "a.csv")])
-def test_a_column_without_a_drawing_is_refused(
-    options: tuple[str, ...], run: Path, rbstab: Invoke
-) -> None:
-    done = rbstab("plot", "made.h5", "--column", *options)
-    assert done.exit_code == 2
-    assert "--column is of use only with -o FILE that ends in .svg, .pdf, .png" in done.stderr

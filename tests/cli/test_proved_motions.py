@@ -85,20 +85,6 @@ def test_a_longer_enclosure_is_added(proved: Result, rbstab: Invoke) -> None:
     assert json.loads(shorter.stdout)[0]["computed"] is False
 
 
-def test_without_a_proof_the_reason_is_given(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "good.yaml", "--no-prove", "--json")
-    found = json.loads(done.stdout)[0]["convergence"]
-    assert found["proved"] is None
-    assert "rbstab run CONFIG --prove" in found["why"]
-    assert "Whole range: not decided" in rbstab("run", "good.yaml", "--no-prove").stdout
-
-
-def test_the_end_needs_the_proof(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "good.yaml", "--to-end")
-    assert done.exit_code == 2
-    assert "--to-end needs --prove" in done.stderr
-
-
 def test_a_printed_value_that_does_not_follow(folder: Path, rbstab: Invoke) -> None:
     reference = (
         *("--set", "reference.source=a book"),

@@ -6,15 +6,15 @@ import shlex
 import shutil
 from pathlib import Path
 
+import click
 import pytest
-from cli.conftest import GOOD, STORED, Invoke
+from cli.conftest import GOOD, PLAN_OF_MASSES as PLAN, STORED, Invoke
 from support.made_runs import made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
 from rbstab.files.shell_words import shell_word
-
-PLAN = "base: good.yaml\nvary: {body.mass: {values: [40, 41]}}\n"
+from rbstab_cli.commands.sweep import BESIDE_STATUS, command
 
 HELD = GOOD.replace("variant: free", "variant: permanent")
 
@@ -103,7 +103,9 @@ PLANS_AND_CONFIGS = {
     "stability plan.yaml good.yaml": "plan.yaml:1:1: is the plan of a sweep",
     "sweep 'a b/good.yaml'": "is a config (expected a plan with base and vary; run it: rbstab run "
     f"{shell_word(Path('a b/good.yaml'))})\n",
-    **dict.fromkeys((f"sweep {x}.yaml" for x in ("neither", "both", "nothing")), "vary: is missing"),
+    **dict.fromkeys(
+        (f"sweep {x}.yaml" for x in ("neither", "both", "nothing")), "vary: is missing"
+    ),
     "run good.yaml --member 0": "is not the plan of a sweep (expected a plan, or no --member)\n",
     "run plan.yaml --member 2": "plan.yaml: has no member 2 (expected 0 to 1)\n",
     "run none.yaml --member 0": "none.yaml:1:1: cannot be read",
@@ -114,6 +116,8 @@ PLANS_AND_CONFIGS = {
     "sweep wrong_proofs.yaml": "prove.motion.steps: is 0 (expected a number at least 1)\n",
     "sweep": "expected either PLAN or --status DIR",
     "sweep plan.yaml --status results": "--status",
+    "sweep --status results/map --force --set a=1 --fail-fast": "no use for --set, --fail-fast, "
+    "--force\n",
     "sweep plan.yaml --threads 0": "--threads",
     "sweep plan.yaml --compare 0": "--compare",
 }
@@ -241,7 +245,7 @@ WRONG_VALUES = {
             "K_r": "did you mean controller.K_r?",
             "controller.K_r[3]": "did you mean controller.K_r?",
             "bdy.mass": "did you mean body.mass?",
-            "body.mass.x.y": "did you mean body.mass?",
+            "body.mass.x.y": "",
             "title": "expected one of controller.K_t, controller.L_t, controller.K_r, ",
         }.items()
     },
@@ -314,6 +318,19 @@ STORAGE = {
     "sweep --status results/mine": "results/mine is not the folder of a sweep\n",
     "init --element mine.py": "mine.py",
 }
+
+
+@pytest.mark.parametrize(
+    "option", [one for one in command.params if one.name not in BESIDE_STATUS], ids=str
+)
+def test_a_status_has_no_use_for_the_options_of_a_sweep(
+    option: click.Option, rbstab: Invoke
+) -> None:
+    (name, *_), values = option.opts, {"--set": "a=1", "--engine": "scipy"}
+    value = values.get(name, "1/2" if name in ("--part", "--shard") else "1")
+    done = rbstab("sweep", "--status", "results/plan", name, *([] if option.is_flag else [value]))
+    assert done.exit_code == 2
+    assert f"Error: --status runs nothing, so it has no use for {name}\n" in done.stderr
 
 
 @pytest.fixture(scope="module")

@@ -39,18 +39,3 @@ def test_flags_and_repeatable_options_may_be_repeated(rbstab: Invoke, folder: ob
     assert done.exit_code in (0, 2)
     assert "is given" not in done.stderr
     assert rbstab("check", "good.yaml", *changes).exit_code == 0
-
-
-def test_other_mistakes_have_their_own_message(rbstab: Invoke) -> None:
-    done = rbstab("run", "--outputt", "a")
-    assert "No such option" in done.stderr
-
-
-@pytest.mark.parametrize(
-    "words",
-    [("show", ""), ("run", "good.yaml", ""), ("list", ""), ("run", "good.yaml", "-o", "")],
-)
-def test_an_empty_path_is_refused(rbstab: Invoke, folder: object, words: tuple[str, ...]) -> None:
-    done = rbstab(*words)
-    assert done.exit_code == 2
-    assert " is empty: expected a path.\n" in done.stderr

@@ -45,12 +45,6 @@ def tables(data: dict[str, Any]) -> dict[str, dict[str, Any]]:
     }
 
 
-def test_without_results_it_says_what_it_expects(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("report")
-    assert done.exit_code == 2
-    assert "Missing argument 'RESULT...'" in done.stderr
-
-
 def test_a_page_by_default(runs: list[str], rbstab: Invoke) -> None:
     done = rbstab("report", *runs)
     assert done.exit_code == 0, done.stderr
@@ -59,11 +53,6 @@ def test_a_page_by_default(runs: list[str], rbstab: Invoke) -> None:
     page = Path("results/report.html").read_text().replace("<wbr>", "")
     for word in ("light", "heavy", "body.mass", "rbstab report light.h5 heavy.h5"):
         assert word in page
-
-
-def test_quiet(runs: list[str], rbstab: Invoke) -> None:
-    done = rbstab("report", *runs, "-q", "-o", "r.txt")
-    assert (done.exit_code, done.stdout, done.stderr) == (0, "", "")
 
 
 @pytest.mark.parametrize(
@@ -84,19 +73,6 @@ def test_the_format_by_its_option(runs: list[str], rbstab: Invoke) -> None:
     options = ["--format", "text", "-o", "report.doc"]
     assert rbstab("report", *runs, *options).exit_code == 0
     assert Path("report.doc").read_text().startswith("2 runs")
-
-
-def test_a_name_that_contradicts_the_format(runs: list[str], rbstab: Invoke) -> None:
-    done = rbstab("report", *runs, "-o", "x.html", "--format", "pdf")
-    assert done.exit_code == 2
-    assert "x.html is the name of a file of the format html, and --format says pdf" in done.stderr
-    assert not Path("x.html").exists()
-
-
-def test_a_name_that_says_no_format(runs: list[str], rbstab: Invoke) -> None:
-    done = rbstab("report", *runs, "-o", "report.doc")
-    assert done.exit_code == 2
-    assert "expected one of .html, .htm, .md, .markdown, .pdf, .txt, or --format" in done.stderr
 
 
 def test_text_goes_to_stdout_in_80_columns(runs: list[str], rbstab: Invoke) -> None:
@@ -145,12 +121,6 @@ def test_the_command_names_a_whole_folder_by_a_pattern(folder: Path, rbstab: Inv
         assert ("made by rbstab report 'my runs/" in text) != expected
 
 
-def test_json_and_a_file(runs: list[str], rbstab: Invoke) -> None:
-    done = rbstab("report", *runs, "--json", "-o", "r.txt")
-    assert json.loads(done.stdout)["title"] == "2 runs"
-    assert Path("r.txt").exists()
-
-
 def test_runs_and_sweeps_together(runs: list[str], sweep: str, rbstab: Invoke) -> None:
     done = rbstab("report", runs[0], sweep, runs[1], "--json")
     assert done.exit_code == 0, done.stderr
@@ -158,12 +128,6 @@ def test_runs_and_sweeps_together(runs: list[str], sweep: str, rbstab: Invoke) -
     assert data["title"] == "2 runs and 1 sweep"
     names = [section["name"] for section in data["sections"]]
     assert names.index("summary") < names.index("sweep-1") < names.index("provenance")
-
-
-def test_a_sweep_alone(sweep: str, rbstab: Invoke) -> None:
-    done = rbstab("report", sweep, "-o", "r.html")
-    assert done.exit_code == 0, done.stderr
-    assert "Sweep plan" in Path("r.html").read_text()
 
 
 def test_what_cannot_be_read_is_said_and_the_rest_reported(runs: list[str], rbstab: Invoke) -> None:
@@ -188,13 +152,6 @@ def test_what_cannot_be_read_is_said_and_the_rest_reported(runs: list[str], rbst
         assert unread["path"] in text
 
 
-def test_nothing_can_be_read(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("report", "no.h5", "-o", "r.html")
-    assert done.exit_code == 4
-    assert "No result could be read; no report is written." in done.stderr
-    assert not Path("r.html").exists()
-
-
 def test_a_report_is_replaced_and_nothing_else(runs: list[str], rbstab: Invoke) -> None:
     assert rbstab("report", *runs, "-o", "r.txt").exit_code == 0
     assert rbstab("report", runs[0], "-o", "r.txt").exit_code == 0
@@ -204,13 +161,6 @@ def test_a_report_is_replaced_and_nothing_else(runs: list[str], rbstab: Invoke) 
     assert "good.txt already exists and is not a report. Use --force to replace it." in done.stderr
     assert Path("good.txt").read_text() == Path("good.yaml").read_text()
     assert rbstab("report", *runs, "-o", "good.txt", "--force").exit_code == 0
-
-
-def test_a_result_is_never_replaced(runs: list[str], rbstab: Invoke) -> None:
-    before = Path("light.h5").read_bytes()
-    done = rbstab("report", *runs, "-o", "./light.h5", "--format", "html", "--force")
-    assert done.exit_code == 2
-    assert Path("light.h5").read_bytes() == before
 
 
 HOSTILE = "<img src=x onerror=alert(1)> **b** [red]r[/red] | `c` $x$ \x1b[31m \u202e&lt;"
@@ -281,10 +231,6 @@ def test_the_stored_config_repeats_a_run(folder: Path, rbstab: Invoke) -> None:
         for name in ("results/good.h5", "again/again.h5")
     ]
     assert ids[0] == ids[1]
-
-
-def test_show_prints_one_thing_at_a_time(runs: list[str], rbstab: Invoke) -> None:
-    assert rbstab("show", runs[0], "--json", "--config").exit_code == 2
 
 
 PLAIN_INSTALL = """

@@ -4,7 +4,6 @@ import json
 import signal
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,6 @@ from support.printed_paths import printed
 
 import rbstab as api
 from rbstab.experiment import run_to_file
-from rbstab.store.result import write_result
 
 
 def test_a_run_leaves_a_file_and_a_table(folder: Path, rbstab: Invoke) -> None:
@@ -28,12 +26,6 @@ def test_a_run_leaves_a_file_and_a_table(folder: Path, rbstab: Invoke) -> None:
     assert line.split()[7] == "-"
     assert "At rest: v stays below v(0)/1000 from then on; -: not in this run." in done.stdout
     assert printed("Next: rbstab show results/good.h5") in done.stderr
-
-
-def test_quiet_says_nothing_but_the_table(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "--no-prove", "good.yaml", "-q")
-    assert done.stderr == ""
-    assert printed("results/good.h5") in done.stdout
 
 
 def test_json_holds_the_facts(folder: Path, rbstab: Invoke) -> None:
@@ -102,40 +94,6 @@ def test_a_damaged_file_is_refused_and_forced_aside(folder: Path, rbstab: Invoke
     assert Path("results/good.damaged.h5").read_bytes() == b"not a result"
 
 
-def test_a_run_that_hit_its_time_limit_is_tried_again(folder: Path, rbstab: Invoke) -> None:
-    late = ("run", "--no-prove", "good.yaml", "--json", "--set", "integration.time_limit=1e-9")
-    first, second = rbstab(*late), rbstab(*late)
-    assert first.exit_code == second.exit_code == 3
-    assert json.loads(second.stdout)[0]["status"] == "time limit"
-    assert json.loads(second.stdout)[0]["computed"] is True
-
-
-def test_a_longer_motion_of_the_same_config_is_kept(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Two processes repeat a run that hits its time limit; the other one reaches further."""
-    from rbstab.experiment import run_to_file as module
-    from rbstab.experiment.simulate import simulate_problem
-
-    late = ("run", "--no-prove", "good.yaml", "--json", "--set", "integration.time_limit=1e-9")
-    rbstab(*late)
-    first = api.open_result("results/good.h5")
-    time_reached = first.variables["time"]._replace(data=first["time"] + 0.05)
-    longer = replace(first, variables=first.variables | {"time": time_reached})
-
-    def overtaken(*arguments: Any, **options: Any) -> api.Result:
-        write_result("results/good.h5", longer, replace=True)
-        return simulate_problem(*arguments, **options)
-
-    monkeypatch.setattr(module, "simulate_problem", overtaken)
-    done = rbstab(*late)
-    assert done.exit_code == 3
-    assert "already holds a result of this config that is as good or better" in done.stderr
-    assert json.loads(done.stdout)[0]["computed"] is False
-    assert json.loads(done.stdout)[0]["end_time"] == 0.05
-    assert api.open_result("results/good.h5")["time"].tolist() == [0.05]
-
-
 def test_a_failed_run_is_stored_and_its_neighbours_go_on(folder: Path, rbstab: Invoke) -> None:
     leaves = GOOD.replace("[1, 2, -1]", "[0, 32, 0]").replace("[400, 400, 320]", "[4, 4, 3]")
     Path("a_leaves.yaml").write_text(leaves)
@@ -155,46 +113,6 @@ def test_a_result_that_cannot_be_written_does_not_stop_the_others(
     assert done.exit_code == 4
     assert printed("results/good.h5") in done.stderr
     assert api.open_result("results/other.h5").status == "completed"
-
-
-def test_a_folder_that_cannot_be_made_is_said(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "--no-prove", "good.yaml", "-o", "good.yaml/results")
-    assert done.exit_code == 4
-    assert "cannot be written" in done.stderr
-    assert done.stdout == ""
-
-
-def test_nothing_is_run_when_one_config_is_wrong(folder: Path, rbstab: Invoke) -> None:
-    Path("wrong.yaml").write_text(GOOD.replace("mass: 41", "mass: -41").replace("K_r", "Kr"))
-    done = rbstab("run", "--no-prove", "good.yaml", "wrong.yaml", "missing.yaml")
-    assert done.exit_code == 2
-    assert not Path("results").exists()
-    lines = done.stderr.splitlines()
-    assert "wrong.yaml:2:14: body.mass: is -41 (expected a number greater than 0)" in lines
-    assert "wrong.yaml:7:3: controller.Kr: is unknown (did you mean K_r?)" in lines
-    assert any(line.startswith("missing.yaml:1:1: cannot be read") for line in lines)
-
-
-def test_an_error_of_the_command_line_is_said_once(folder: Path, rbstab: Invoke) -> None:
-    Path("other.yaml").write_text(GOOD)
-    done = rbstab("run", "--no-prove", "good.yaml", "other.yaml", "--set", "body.mass=-1")
-    assert done.exit_code == 2
-    assert done.stderr.count("body.mass: is -1") == 1
-
-
-def test_two_configs_of_one_name_are_refused(folder: Path, rbstab: Invoke) -> None:
-    Path("sub").mkdir()
-    Path("sub/good.yaml").write_text(GOOD)
-    done = rbstab("run", "--no-prove", "good.yaml", "sub/good.yaml")
-    assert done.exit_code == 2
-    assert "would both write" in done.stderr
-    assert not Path("results").exists()
-
-
-def test_engine_replaces_that_of_the_config(folder: Path, rbstab: Invoke) -> None:
-    pytest.importorskip("heyoka")
-    rbstab("run", "--no-prove", "good.yaml", "--engine", "heyoka")
-    assert api.open_result("results/good.h5").attributes["engine"] == "heyoka"
 
 
 def test_a_missing_engine_is_said(

@@ -71,26 +71,10 @@ def test_a_run_that_does_not_settle_has_no_settling_time(folder: Path, rbstab: I
     assert "the run does not settle" in done.stderr
 
 
-def test_a_motion_without_derivatives_is_refused(folder: Path, rbstab: Invoke) -> None:
-    Path("sliding.yaml").write_text(STICKING)
-    done = rbstab("sensitivities", "sliding.yaml")
-    assert done.exit_code == 2
-    assert done.stderr == (
-        "sliding.yaml: controller.stick_energy: is 0.5 J, so that the motion is changed where an "
-        "axis sticks (expected 0)\n"
-    )
-
-
 def test_a_run_that_does_not_complete_is_said(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("sensitivities", "good.yaml", "--set", "integration.step_limit=1")
     assert done.exit_code == 3
     assert done.stderr.startswith("good.yaml: step limit: stopped after 1 steps")
-
-
-def test_a_wrong_config_is_said(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("sensitivities", "good.yaml", "--set", "body.mass=0")
-    assert done.exit_code == 2
-    assert "body.mass: is 0" in done.stderr
 
 
 def test_without_heyoka_the_command_says_so(

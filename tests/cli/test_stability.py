@@ -98,54 +98,6 @@ def test_a_file_instead_of_the_terminal(folder: Path, rbstab: Invoke) -> None:
     assert str(Path("no", "folder.txt")) in nowhere.stderr
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "K_r",
-        "K_r=1:2",
-        "=1:2:3",
-        "K_r=0:1:3",
-        "K_r=1:inf:3",
-        "K_r=1:2:0",
-        "K_r=1:nan:3",
-        "a=1:2:x",
-    ],
-)
-def test_an_along_that_is_none(folder: Path, rbstab: Invoke, text: str) -> None:
-    done = rbstab("stability", "good.yaml", "--along", text)
-    assert done.exit_code == 2
-    assert "expected KEY=FROM:TO:COUNT" in done.stderr
-
-
-@pytest.mark.parametrize(
-    ("key", "expected"),
-    [
-        ("controller.Kr", "did you mean controller.K_r?"),
-        ("K_r", "did you mean controller.K_r?"),
-        ("controller.K_r[3]", "did you mean controller.K_r?"),
-        ("bdy.mass", "did you mean body.mass?"),
-        ("body.mass.x.y", "did you mean body.mass?"),
-        ("title", "expected one of controller.K_t, controller.L_t, controller.K_r, "),
-    ],
-)
-def test_an_along_of_no_gain(key: str, expected: str, folder: Path, rbstab: Invoke) -> None:
-    """It is refused before anything is computed; the proof would be stored in results/proofs."""
-    done = rbstab("stability", "good.yaml", "--along", f"{key}=1:2:3")
-    assert done.exit_code == 2
-    message = f"--along {key}:1:1: {key} has no numbers that a factor can scale ({expected}"
-    assert done.stderr.startswith(message)
-    assert not Path("results").exists()
-
-
-def test_wrong_configs_are_all_told_first(folder: Path, rbstab: Invoke) -> None:
-    Path("wrong.yaml").write_text("body: 3\n")
-    done = rbstab("stability", "good.yaml", "wrong.yaml")
-    assert done.exit_code == 2
-    assert "wrong.yaml:1:" in done.stderr
-    assert done.stdout == ""
-
-
 def test_a_folder_that_takes_no_proof_is_no_error(folder: Path, rbstab: Invoke) -> None:
     Path("results").mkdir()
     Path("results/proofs").write_text("a file")

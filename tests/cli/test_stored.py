@@ -11,7 +11,6 @@ from support.made_runs import made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
-from rbstab.listing.folder import FIRST
 from rbstab_cli.output.listing import age
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
@@ -63,15 +62,6 @@ def test_list_names_what_cannot_be_read(rbstab: Invoke) -> None:
     assert printed("results/embedded.h5") in done.stdout
 
 
-def test_list_of_an_empty_folder_and_of_none(rbstab: Invoke) -> None:
-    Path("empty").mkdir()
-    done = rbstab("list", "empty")
-    assert (done.exit_code, done.stderr) == (0, f"empty has no runs and no sweeps. {FIRST}.\n")
-    done = rbstab("list", "none")
-    assert done.exit_code == 4
-    assert done.stderr == f"error: none cannot be read: No such file or directory; {FIRST}\n"
-
-
 @pytest.mark.parametrize(
     ("seconds", "text"),
     [(-5, "0 s"), (59.9, "59 s"), (60, "1 min"), (7199, "1 h"), (86400 * 400, "400 d")],
@@ -104,15 +94,6 @@ def test_compare_as_json(rbstab: Invoke) -> None:
     data = json.loads(rbstab(*words).stdout)
     assert data["kind"] == "sweep"
     assert {"name": "design", "first": "grid", "second": "random", "ratio": ""} in data["inputs"]
-
-
-def test_compare_a_run_and_a_sweep(rbstab: Invoke) -> None:
-    done = rbstab("compare", "results/embedded.h5", "results/finished_map")
-    assert done.exit_code == 4
-    assert (
-        printed("embedded.h5 is a run and results/finished_map is a sweep, which have")
-        in done.stderr
-    )
 
 
 @pytest.mark.parametrize(
@@ -154,23 +135,6 @@ def test_show_of_other_kinds(path: str, expected: list[str], rbstab: Invoke) -> 
 )
 def test_show_names_the_next_command_of_a_sweep(path: str, command: str, rbstab: Invoke) -> None:
     assert rbstab("show", f"results/{path}").stderr == printed(command)
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "message"),
-    [
-        (["good.yaml"], 2, "good.yaml is a config, not a result. Run it: rbstab run good.yaml; or"),
-        (["results/begun_map/plan.yaml"], 2, "check it: rbstab check results/begun_map/plan.yaml"),
-        (["results/finished_map", "--config"], 2, "is a sweep; only a run has a config to print"),
-        (["results/none.h5"], 4, "error: results/none.h5 cannot be read: No such file"),
-    ],
-)
-def test_show_of_what_has_nothing_to_show(
-    words: list[str], code: int, message: str, rbstab: Invoke
-) -> None:
-    done = rbstab("show", *words)
-    assert done.exit_code == code
-    assert message in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -95,13 +95,6 @@ def test_every_command_prints_in_every_encoding(
     assert ended.stdout
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
-def test_errors_are_printed_in_every_encoding(encoding: str, run_with: Run) -> None:
-    ended = run_with(encoding, "check", "Θ.yaml")
-    assert ended.code == 2
-    assert b"cannot be read: No such file or directory" in ended.stderr
-
-
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
 def test_json_and_yaml_keep_every_character(
     encoding: str, unicode_run: Path, run_with: Run
@@ -126,17 +119,6 @@ def test_escapes_show_which_character_is_missing(unicode_run: Path, run_with: Ru
 
 def rbstab(*arguments: str) -> list[str]:
     return [sys.executable, "-m", "rbstab_cli", *arguments]
-
-
-def test_the_environment_may_ask_for_strict_ascii() -> None:
-    done = subprocess.run(
-        rbstab("check", "Θ.yaml"),
-        capture_output=True,
-        env=os.environ | {"PYTHONIOENCODING": "ascii:strict", "PYTHONUTF8": "0"},
-        check=False,
-    )
-    assert done.returncode == 2
-    assert b"Traceback" not in done.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="file names are text there")

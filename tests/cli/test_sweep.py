@@ -98,18 +98,6 @@ def test_a_disk_without_room(rbstab, monkeypatch):
     assert "GB are free. No member was computed" in refused.stderr
 
 
-@pytest.mark.usefixtures("use_fake_engine")
-def test_for_machines(rbstab):
-    done = rbstab(*SWEEP, "--json", "-q", "--engine", "scipy")
-    assert (done.exit_code, done.stderr) == (0, "")
-    found = json.loads(done.stdout)
-    assert found["by_status"] == {"completed": 20}
-    assert (found["members"], found["finished"], found["check"]) == (20, True, None)
-    status = json.loads(rbstab("sweep", "--status", "results/plan", "--json").stdout)
-    assert status.items() >= {"finished": True, "running": False, "done": 20}.items()
-    assert status["plan_id"] == found["plan_id"]
-
-
 def test_failures(rbstab, use_fake_engine):
     use_fake_engine(failing=(3, 4, 9))
     done = rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "5", "--fail-fast", "--threads", "1")
@@ -211,17 +199,6 @@ def test_a_folder_in_use(rbstab):
         refused = rbstab(*SWEEP)
     assert refused.exit_code == 4
     assert "in use by another process" in refused.stderr
-
-
-@pytest.mark.usefixtures("plan")
-def test_what_is_wrong(rbstab):
-    Path("plan.yaml").write_text(PLAN.replace("linspace", "linspcae"))
-    wrong = rbstab(*SWEEP)
-    assert wrong.exit_code == 2
-    assert wrong.stderr.startswith("plan.yaml:4:33: vary.initial.angular_velocity[0].linspcae")
-    assert not Path("results").exists()
-    for arguments in ((), (*SWEEP, "--status", "results"), (*SWEEP, "--threads", "0")):
-        assert rbstab(*arguments[:1] or ["sweep"], *arguments[1:]).exit_code == 2
 
 
 @pytest.mark.usefixtures("plan")

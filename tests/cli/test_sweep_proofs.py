@@ -39,11 +39,3 @@ def test_a_plan_without_proofs_prints_nothing_of_them(rbstab, statuses):
     done = rbstab(*SWEEP, "--threads", "1", "--no-prove")
     assert "proved" not in done.stdout + done.stderr + "".join(statuses)
     assert json.loads(rbstab(*SWEEP, "--no-prove", "--json").stdout)["convergence"] == {}
-
-
-def test_a_wrong_value_is_reported_with_its_place(rbstab, plan):
-    plan.write_text(plan.read_text().replace("steps: 20", "steps: 0"))
-    done = rbstab(*SWEEP)
-    assert done.exit_code == 2
-    expected = "plan.yaml:5:25: prove.motion.steps: is 0 (expected a number at least 1)"
-    assert done.stderr.strip() == expected

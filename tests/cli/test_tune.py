@@ -72,35 +72,6 @@ def test_no_run_that_settles_is_exit_code_3(folder: Path, rbstab: Invoke) -> Non
     assert not Path("good_tuned.yaml").exists()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (
-            ("--objective", "energy", "--over", "controller.K_c"),
-            "--over controller.K_c: is not a gain",
-        ),
-        (
-            ("--objective", "energy", "--over", "controller.Kr"),
-            "controller.L_r; did you mean controller.K_r?)",
-        ),
-        (("--objective", "energy", "--over", ""), "--over : is not a gain"),
-        (("--objective", "speed", *OVER), "'speed' is not one of"),
-        (("--objective", "energy", *GAINS, "--bounds", "2:3"), "expected LOW:HIGH"),
-        (("--objective", "energy", *GAINS, "--bounds", "much"), "expected LOW:HIGH"),
-        (("--objective", "energy", *GAINS, "--bounds", "0:nan"), "expected LOW:HIGH"),
-        (("--objective", "energy", *OVER, "-o", "good.yaml", "--force"), "is the given config"),
-        (("--objective", "energy"), "Missing option '--over'"),
-    ],
-)
-def test_a_wrong_command_line_is_a_usage_error(
-    arguments: tuple[str, ...], message: str, folder: Path, rbstab: Invoke
-) -> None:
-    done = rbstab("tune", "good.yaml", *arguments)
-    assert done.exit_code == 2
-    assert message in done.stderr
-    assert [path.name for path in folder.iterdir()] == ["good.yaml"]
-
-
 def test_without_heyoka_the_command_says_so(
     folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:

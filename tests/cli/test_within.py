@@ -76,38 +76,6 @@ def test_largest_is_bracketed(held: Path, rbstab: Invoke) -> None:
     assert facts["within"]["statements"][0].startswith(head)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--within", "controller.K_r"], "expected KEY=±SIZE"),
-        (
-            ["--largest-within", "initial"],
-            "--largest-within initial: initial.angular_velocity[0] is a number of the initial",
-        ),
-        (
-            ["--within", "initial=±1%", "--largest-within", "controller.K_r"],
-            "--within: initial.angular_velocity[0] is a number of the initial state (beside",
-        ),
-        (["--largest-within", "--within"], "needs a KEY, such as controller.K_r; --within is an o"),
-        (["--largest-within", "controller.K_x"], "controller.K_x has no numbers"),
-        (["--within", "controller.K_r=±101%"], "at the low end of the tolerance"),
-        (
-            ["--within", "controller.K_r=±1%", "--largest-within", "controller"],
-            "--largest-within controller:1:1: gives a second tolerance of controller.K_r[0] "
-            "(expected one of them)",
-        ),
-        (["--search-only", "--within", "controller.K_r=±1%"], "--search-only makes no proofs"),
-    ],
-)
-def test_wrong_tolerances_are_refused(
-    held: Path, rbstab: Invoke, arguments: list[str], message: str
-) -> None:
-    done = rbstab("stability", "held.yaml", "--no-run", *arguments)
-    assert done.exit_code == 2
-    assert message in done.output
-    assert not (held / "results").exists()
-
-
 def test_a_sliding_connector_is_not_decided(held: Path, rbstab: Invoke) -> None:
     text = HELD.replace("variant: permanent", "variant: sliding\n  K_s: [60, 60, 40]")
     (held / "sliding.yaml").write_text(text.replace("K_s", "surface: position\n  K_s"))

@@ -3,7 +3,6 @@
 import json
 from pathlib import Path
 
-import pytest
 from cli.conftest import Invoke
 
 FAST = ("--set", "initial.angular_velocity=[12,0,0]")
@@ -41,28 +40,3 @@ def test_a_damaged_proof_is_made_again(folder: Path, rbstab: Invoke) -> None:
     assert done.exit_code == 0
     assert "converges to rest state 1, proved" in done.stdout
     assert '"rest_state": 1' in stored.read_text()
-
-
-@pytest.mark.parametrize(
-    ("texts", "expected"),
-    [
-        (["initial.angular_velocity=0.1"], "is not a tolerance (expected KEY=±SIZE"),
-        (["initial.angular_velocity=±0.1", "body.mass=±1"], "both initial.angular_velocity[0] and"),
-        (["integration.duration=±1"], "integration.duration has no numbers"),
-    ],
-)
-def test_a_wrong_tolerance_ends_before_anything_is_computed(
-    folder: Path, rbstab: Invoke, texts: list[str], expected: str
-) -> None:
-    options = [word for text in texts for word in ("--within", text)]
-    found = rbstab("stability", "good.yaml", *options)
-    assert found.exit_code == 2
-    assert expected in found.stderr
-    assert "Traceback" not in found.stderr
-    assert not (folder / "results").exists()
-
-
-def test_a_largest_tolerance_is_one_of_bodies(folder: Path, rbstab: Invoke) -> None:
-    found = rbstab("stability", "good.yaml", "--largest-within", "initial.angular_velocity")
-    assert found.exit_code == 2
-    assert "is a number of the initial state" in found.stderr

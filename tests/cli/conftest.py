@@ -55,33 +55,41 @@ def rbstab() -> Invoke:
     return invoke
 
 
-def _not_called(*_: object, **__: object) -> None:
-    raise AssertionError("the command began its work")
+@pytest.fixture
+def refuse(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """A function that lets calls of a function, or of several of rbstab, fail."""
+
+    def use(*names: str, error: Exception | None = None) -> None:
+        def fail(*_: object, **__: object) -> None:
+            raise error or AssertionError("the command began its work")
+
+        for name in names:
+            monkeypatch.setattr(f"rbstab.{name}", fail)
+
+    return use
 
 
 @pytest.fixture
-def no_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+def no_runs(refuse: Callable[..., None]) -> None:
     """Let every run, sweep and proof fail the test."""
-    for name in (
+    refuse(
         "experiment.run_to_file.simulate_problem",
         "experiment.proof_cache.proof_for",
         "sweep.sweep.sweep_to_folder",
         "sweep.folder.open_folder.sweep_bytes",
-    ):
-        monkeypatch.setattr(f"rbstab.{name}", _not_called)
+    )
 
 
 @pytest.fixture
-def no_work(no_runs: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def no_work(no_runs: None, refuse: Callable[..., None]) -> None:
     """Let every computation fail the test."""
-    for name in (
+    refuse(
         "experiment.tuning.tune.tune",
         "experiment.tuning.sensitivities.sensitivities",
         "experiment.tuning.guard.guard",
         "experiment.stability.stability_of",
         "report.build.report_of",
-    ):
-        monkeypatch.setattr(f"rbstab.{name}", _not_called)
+    )
 
 
 @pytest.fixture
@@ -113,13 +121,13 @@ def use_fake_engine(monkeypatch: pytest.MonkeyPatch, plan: Path) -> Callable[...
     return use
 
 
+def restore_interrupts() -> None:
+    """React to interrupts: the background processes of a shell ignore them."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def start(*arguments: str) -> "subprocess.Popen[str]":
     """Start the command line in its own process, which reacts to interrupts."""
-
-    def restore_interrupts() -> None:
-        # A shell makes its background processes and their children ignore interrupts.
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-
     return subprocess.Popen(
         [sys.executable, "-m", "rbstab_cli", *arguments],
         stdout=subprocess.PIPE,

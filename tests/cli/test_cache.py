@@ -55,13 +55,3 @@ def test_a_folder_that_cannot_be_used_is_an_error(options: tuple[str, ...]) -> N
     assert (done.returncode, done.stdout) == (4, "")
     assert done.stderr.startswith(f"error: the cache {folder}/rbstab cannot be used: ")
     assert done.stderr.endswith("HEYOKA_CACHE_DIR.\n")
-
-
-def test_a_damaged_database_is_an_error(tmp_path: Path) -> None:
-    place = tmp_path / "rbstab"
-    place.mkdir()
-    (place / "cache.db").write_text("no database")
-    done = cache(folder=tmp_path)
-    assert done.returncode == 4
-    assert f"the cache {place} cannot be used" in done.stderr
-    assert "Remove the folder" in done.stderr

@@ -12,7 +12,8 @@ import click
 import jsonschema
 import pytest
 import yaml
-from cli.conftest import GOOD, Invoke
+from cli.conftest import GOOD, PLAN_OF_MASSES, Invoke
+from support.made_runs import made_file
 
 from rbstab_cli.help_examples import EXAMPLES, FIRST_STEPS
 from rbstab_cli.main import COMMANDS, cli
@@ -222,3 +223,52 @@ def test_completion_completes(monkeypatch: pytest.MonkeyPatch) -> None:
     )
     commands = ["sweep", "show", "stability", "sensitivities", "schema"]
     assert done.stdout.split() == [f"plain,{command}" for command in commands]
+
+
+def test_plans_and_configs_are_checked(folder: Path, rbstab: Invoke) -> None:
+    Path("plan.yaml").write_text(PLAN_OF_MASSES)
+    done = rbstab("check", "plan.yaml", "good.yaml")
+    assert done.exit_code == 0
+    plan, config = done.stdout.splitlines()
+    assert plan.startswith("plan.yaml: valid: the plan of a sweep, 2 members, free, sweep id ")
+    assert config.startswith("good.yaml: valid: free, coordinates Z, engine scipy, run id ")
+    assert not Path("results").exists()
+
+
+NEEDED = {
+    "run good.yaml --engine heyoka": ("heyoka", "the engine 'heyoka' cannot be used here"),
+    "tune good.yaml --objective energy --over controller.L_r": ("heyoka", "need heyoka"),
+    "sensitivities good.yaml": ("heyoka", "need heyoka, which cannot be used here"),
+    "sweep plan.yaml --dask tcp://127.0.0.1:9": ("distributed", "rbstab[cluster]"),
+    "export made.h5 -o a.parquet": ("pandas pyarrow", "rbstab[table]"),
+    "export made.h5 -o a.csv": ("pandas pyarrow", ""),
+    "report made.h5 -o a.md": ("vl_convert typst", "rbstab[report]"),
+    "report made.h5 -o a.pdf": ("vl_convert typst", "rbstab[report]"),
+    "report made.h5 -o a.html": ("vl_convert typst", ""),
+}
+"""Commands with the packages that are missing, and what is said then; "" if they are not needed."""
+
+WITHOUT = """
+import sys
+for name in sys.argv.pop(1).split():
+    sys.modules[name] = None  # as if it were not installed
+from rbstab_cli.main import main
+main()
+"""
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("command", NEEDED)
+def test_a_command_names_the_package_that_it_needs(command: str, folder: Path) -> None:
+    Path("plan.yaml").write_text(PLAN_OF_MASSES)
+    made_file(folder / "made.h5")
+    packages, message = NEEDED[command]
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT, packages, *command.split()],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == (2 if message else 0)
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr

@@ -8,7 +8,6 @@ import pytest
 
 import rbstab
 from rbstab.config.controllers import SlidingController
-from rbstab.config.warnings import config_warnings
 from rbstab.experiment.summary import summary_of
 
 ROOT = Path(__file__).parents[2] / "configs"
@@ -61,14 +60,3 @@ def test_each_sliding_example_is_what_its_name_says(path: Path) -> None:
     found = "exact" if controller.law == "exact" else next(iter(type(controller.law).model_fields))
     assert found == {"layer": "boundary_layer"}.get(law, law)
     assert any(config.gravity) == (load == ["gravity"])
-
-
-@pytest.mark.parametrize("path", sorted((ROOT / "paper").glob("*.yaml")), ids=lambda p: p.stem)
-def test_each_case_of_the_paper_has_its_reference(path: Path) -> None:
-    reference = rbstab.load_config(path).reference
-    assert reference is not None
-    assert reference.source.startswith("paper, section 6.")
-
-
-def test_the_real_body_gives_no_warning() -> None:
-    assert config_warnings(rbstab.load_config(ROOT / "examples" / "real_body.yaml")) == []

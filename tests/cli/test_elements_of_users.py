@@ -79,18 +79,6 @@ def test_an_error_late_in_a_run_is_one_line(
     assert error == "error: mine.py: line 14: RuntimeError: late\n"
 
 
-@pytest.mark.usefixtures("folder")
-def test_the_working_folder_does_not_matter(
-    rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    Path("parts").mkdir()
-    Path("parts/mine.py").write_text(SPRING)
-    Path("parts/case.yaml").write_text(CONFIG)
-    assert rbstab("check", "parts/case.yaml", "--allow-python").exit_code == 0
-    Path("mine.py").write_text("raise ValueError\n")
-    assert rbstab("check", "parts/case.yaml", "--allow-python").exit_code == 0
-
-
 HELD = CONFIG.replace("variant: free", "variant: permanent")
 
 
@@ -116,38 +104,6 @@ def test_a_proof_with_code_is_made_and_verified(rbstab: Invoke) -> None:
     done = rbstab("verify", proof, "--allow-python")
     assert done.exit_code == 2
     assert "--allow-python has no effect without --config" in done.stderr
-
-
-@pytest.mark.usefixtures("folder")
-def test_run_answers_for_a_body_with_code(rbstab: Invoke) -> None:
-    Path("mine.py").write_text(SPRING)
-    Path("case.yaml").write_text(HELD)
-    done = rbstab("run", "case.yaml", "--allow-python")
-    assert "This start:  proved: the exact motion converges to the only rest state" in done.stdout
-    assert "Whole range: proved" in done.stdout
-    assert "converges to the only rest state" in rbstab("show", "results/case.h5").stdout
-    # The body that is not held has a proof too; without one, a search says what it found.
-    Path("free.yaml").write_text(CONFIG)
-    done = rbstab("run", "free.yaml", "--allow-python")
-    assert "Whole range: proved" in done.stdout
-    Path("mine.py").write_text(SPRING.replace("0.5 *", "0.6 *"))
-    done = rbstab("stability", "free.yaml", "--allow-python", "--no-run")
-    assert (
-        "1 rest state found: 1 stable; not proved to be all: no proof takes this code"
-        in done.stdout
-    )
-
-
-@pytest.mark.usefixtures("folder")
-def test_a_sweep_of_held_bodies_with_code_is_proved(rbstab: Invoke) -> None:
-    Path("mine.py").write_text(SPRING)
-    Path("case.yaml").write_text(HELD)
-    vary = "vary:\n  elements.mine.parameters.k: {values: [1, 2]}\n"
-    Path("plan.yaml").write_text(f"base: case.yaml\n{vary}")
-    done = rbstab("sweep", "plan.yaml", "--allow-python")
-    assert done.exit_code == 0, done.stderr
-    assert "Convergence: proved for 2 of the members" in done.stdout
-    assert rbstab("report", "results/plan", "--format", "text").exit_code == 0
 
 
 @pytest.mark.usefixtures("folder")

@@ -26,14 +26,6 @@ def test_a_gain_without_an_effect_has_one_row(folder: Path, rbstab: Invoke) -> N
     assert "E decays as exp(-κt), κ = 20 1/s" in done.stdout
 
 
-def test_a_gain_with_an_effect_has_a_row_for_each_factor(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("stability", "good.yaml", *SHORT, "--along", "controller.K_r=0.5:2:5")
-    assert "does not change" not in done.stdout
-    table = done.stdout.partition("Along controller.K_r")[2]
-    assert len([line for line in table.splitlines() if line.strip()]) == 1 + 1 + 5
-    assert "Not listed" not in done.stdout
-
-
 def test_round_off_is_not_printed_as_an_oscillation(rbstab: Invoke) -> None:
     """A damper gives two axes of this body the same two real eigenvalues."""
     config = str(CONFIGS / "examples" / "real_body.yaml")

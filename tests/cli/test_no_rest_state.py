@@ -50,15 +50,6 @@ def test_global_stability_is_false(config: str, rbstab: Invoke) -> None:
     assert facts["certificate"]["verdict"] != "certified"
 
 
-def test_tables_are_printed_without_rest_states(config: str, rbstab: Invoke) -> None:
-    done = rbstab("stability", config, "--along", "controller.K_r=0.5:1:2")
-    assert done.exit_code == 0
-    assert "Globally stable: false" in done.stdout
-    assert "no rest state in the range" in done.stdout
-    # A descent does not show that there is none.
-    assert done.stdout.count("none: a descent in energy from Θ = 0 found no smooth rest state") == 2
-
-
 def test_a_run_says_so_too(config: str, rbstab: Invoke) -> None:
     assert rbstab("run", config, "--prove").exit_code == 0
     result = rbstab_result("results/falls.h5")

@@ -9,7 +9,7 @@ from cli.conftest import GOOD, Invoke
 
 from rbstab.experiment.start_sets.starts_record import MAX_PARTS
 from rbstab_cli.output import progress as progress_module
-from rbstab_cli.output.progress import compiling, simulated_time, starts_proved
+from rbstab_cli.output.progress import simulated_time, starts_proved
 
 
 def use_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -62,11 +62,6 @@ def test_lines_where_there_is_no_terminal(
     assert not printed or lines[-1].endswith("t = 1.5 of 3 s")
 
 
-def test_only_long_compilations_are_announced() -> None:
-    assert "equations of 13 elements" in compiling("heyoka", 13)
-    assert compiling("heyoka", 3) == compiling("scipy", 13) == ""
-
-
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize(
     ("option", "shown"),
@@ -94,12 +89,3 @@ def test_stability_shows_the_proof_that_is_at_work(
     assert done.exit_code == 0
     assert done.stderr == ""
     assert names == [""] * len(stages)
-
-
-def test_a_quiet_proof_shows_nothing_on_a_terminal(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    use_terminal(monkeypatch)
-    with starts_proved("one.yaml", wanted=False) as progress:
-        progress(0.5, 1)
-    assert capsys.readouterr().err == ""

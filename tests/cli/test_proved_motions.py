@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from cli.conftest import GOOD, Invoke, invoke
 from click.testing import Result
-from support.printed_paths import printed
 
 OUTSIDE = (
     *("--set", "controller.variant=permanent", "--set", "body.inertia=[10,8,0.4]"),
@@ -102,12 +101,3 @@ def test_a_printed_value_that_does_not_follow(folder: Path, rbstab: Invoke) -> N
     )  # fmt: skip
     assert done.exit_code == 0, done.output
     assert "does not follow" not in rbstab("show", "other/good.h5").stdout
-
-
-def test_equal_sentences_are_printed_once(folder: Path, rbstab: Invoke) -> None:
-    text = Path("good.yaml").read_text()
-    Path("other.yaml").write_text(text)
-    done = rbstab("run", "good.yaml", "other.yaml", "--prove")
-    lines = done.stdout.splitlines()
-    assert lines.count(printed("results/good.h5, results/other.h5")) == 1
-    assert sum("This start:  proved" in line for line in lines) == 1

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import click
 import pytest
-from cli.conftest import GOOD, PLAN_OF_MASSES as PLAN, STORED, Invoke
+from cli.conftest import GOOD, STORED, Invoke
+from cli.conftest import PLAN_OF_MASSES as PLAN
 from support.made_runs import made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of

@@ -60,11 +60,6 @@ def test_what_may_be_meant_as_a_result_is_not_left_out(mixed: Path, name: str) -
     assert results_among([mixed / "light.h5", Path(name)]) == (mixed / "light.h5", Path(name))
 
 
-def test_without_a_result_nothing_is_left_out(mixed: Path) -> None:
-    others = (mixed / "proofs", mixed / "notes.md")
-    assert results_among(others) == others
-
-
 def test_a_report_of_a_pattern_that_names_the_older_report(folder: Path, rbstab: Invoke) -> None:
     """The report of before is replaced, and the command names what it is made from."""
     made_file(Path("made/run.h5"), made_config())
@@ -79,10 +74,3 @@ def test_a_report_of_a_pattern_that_names_the_older_report(folder: Path, rbstab:
     assert printed("rbstab report made/run.h5 -o made/page.txt") in " ".join(
         page.read_text().split()
     )
-
-
-def test_a_figure_of_a_pattern(folder: Path, rbstab: Invoke) -> None:
-    made_file(Path("made/run.h5"), made_config())
-    Path("made/proofs").mkdir()
-    done = rbstab("plot", "made/proofs", "made/run.h5")
-    assert (done.exit_code, done.stderr) == (0, printed("Left out, not a result: made/proofs\n"))

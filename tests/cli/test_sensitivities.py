@@ -1,7 +1,6 @@
 """Protects `rbstab sensitivities`: its tables, its JSON, and its refusals."""
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
@@ -48,39 +47,7 @@ def test_the_json_holds_all(settling_config: Path, rbstab: Invoke) -> None:
     assert mass["relative"]["settling_time"] == pytest.approx(expected)
 
 
-def test_the_json_goes_to_a_file_that_is_not_overwritten(
-    settling_config: Path, rbstab: Invoke
-) -> None:
-    assert rbstab("sensitivities", "good.yaml", "-o", "s.json").exit_code == 0
-    text = Path("s.json").read_text()
-    assert json.loads(text)["title"] == "A short run"
-    done = rbstab("sensitivities", "good.yaml", "-o", "s.json")
-    assert done.exit_code == 4
-    assert done.stderr == "s.json: already exists. Replace it with --force.\n"
-    Path("s.json").write_text("old")
-    assert rbstab("sensitivities", "good.yaml", "-o", "s.json", "--force").exit_code == 0
-    assert Path("s.json").read_text() == text
-    assert rbstab("sensitivities", "good.yaml", "-o", "no/where.json").exit_code == 4
-
-
-def test_a_run_that_does_not_settle_has_no_settling_time(folder: Path, rbstab: Invoke) -> None:
-    facts = json.loads(rbstab("sensitivities", "good.yaml", "--json").stdout)
-    assert facts["quantities"][0] == {"name": "settling_time", "unit": "s", "value": None}
-    done = rbstab("sensitivities", "good.yaml")
-    assert done.exit_code == 0
-    assert "the run does not settle" in done.stderr
-
-
 def test_a_run_that_does_not_complete_is_said(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("sensitivities", "good.yaml", "--set", "integration.step_limit=1")
     assert done.exit_code == 3
     assert done.stderr.startswith("good.yaml: step limit: stopped after 1 steps")
-
-
-def test_without_heyoka_the_command_says_so(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "rbstab.integrate.heyoka.engine", None)
-    done = rbstab("sensitivities", "good.yaml")
-    assert done.exit_code == 2
-    assert "need heyoka, which cannot be used here" in done.stderr

@@ -56,46 +56,27 @@ def test_a_counterexample_is_named(folder: Path, rbstab: Invoke) -> None:
     assert "Verdict" not in done.stdout
 
 
-def test_search_only_proves_and_keeps_nothing(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("stability", "good.yaml", "--search-only", "--no-run")
-    assert "not proved to be all" in done.stdout
-    assert "from a search, not proved" in done.stdout
-    assert not (folder / "results").exists()
-
-
-def test_a_kept_proof_is_used_by_run_and_by_search_only(folder: Path, rbstab: Invoke) -> None:
-    rbstab("stability", "good.yaml", "--no-run")
-    (kept,) = (folder / "results" / "proofs").iterdir()
-    before = kept.stat().st_mtime_ns
-    ran = rbstab("run", "--no-prove", "good.yaml", "--json")
-    assert json.loads(ran.stdout)[0]["convergence"]["proved"] is True
-    again = rbstab("stability", "good.yaml", "--search-only", "--no-run")
-    assert "proved to be all" in again.stdout
-    assert kept.stat().st_mtime_ns == before
-
-
 def test_run_prove_makes_the_proof(folder: Path, rbstab: Invoke) -> None:
     first = rbstab("run", "--no-prove", "good.yaml", "--json")
     assert json.loads(first.stdout)[0]["convergence"]["proved"] is None
     second = rbstab("run", "good.yaml", "--json", "--prove")
     facts = json.loads(second.stdout)[0]
     assert (facts["convergence"]["proved"], facts["computed"]) == (True, False)
-    third = rbstab("run", "good.yaml", "--json", "--prove")
-    assert json.loads(third.stdout)[0]["computed"] is False
-
-
-def test_a_file_instead_of_the_terminal(folder: Path, rbstab: Invoke) -> None:
-    whole = rbstab("stability", "good.yaml", "--no-run").stdout
-    done = rbstab("stability", "good.yaml", "--no-run", "-o", "stability.txt")
-    assert (done.exit_code, done.stdout) == (0, "")
-    assert Path("stability.txt").read_text() == whole
-    again = rbstab("stability", "good.yaml", "--no-run", "-o", "stability.txt")
-    assert again.exit_code == 4
-    assert "stability.txt: already exists" in again.stderr
-    assert Path("stability.txt").read_text() == whole
-    nowhere = rbstab("stability", "good.yaml", "--no-run", "-o", "no/folder.txt")
-    assert nowhere.exit_code == 4
-    assert str(Path("no", "folder.txt")) in nowhere.stderr
+    # It is used by every command, and made once.
+    (kept,) = (folder / "results" / "proofs").iterdir()
+    before = kept.stat().st_mtime_ns
+    without = rbstab("run", "--no-prove", "good.yaml", "--json", "-o", "results", "--force")
+    assert json.loads(without.stdout)[0]["convergence"]["proved"] is True
+    search = ("stability", "good.yaml", "--search-only", "--no-run")
+    found = rbstab(*search)
+    assert "proved to be all" in found.stdout
+    assert kept.stat().st_mtime_ns == before
+    assert rbstab(*search, "-o", "stability.txt").stdout == ""
+    assert Path("stability.txt").read_text() == found.stdout
+    searched = rbstab(*search, "--results", "other").stdout
+    assert "not proved to be all" in searched
+    assert "from a search, not proved" in searched
+    assert not Path("other").exists()
 
 
 def test_a_folder_that_takes_no_proof_is_no_error(folder: Path, rbstab: Invoke) -> None:

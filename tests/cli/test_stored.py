@@ -80,15 +80,6 @@ def test_compare_runs(rbstab: Invoke) -> None:
     assert "v(0) and v(end) have no ratio" in done.stderr
 
 
-def test_compare_equal_configs_and_equal_names(rbstab: Invoke) -> None:
-    Path("other").mkdir()
-    shutil.copy("results/embedded.h5", "other")
-    done = rbstab("compare", "results/embedded.h5", "other/embedded.h5")
-    assert done.stdout.startswith("The configs are equal.\n")
-    assert printed("results/embedded.h5 other/embedded.h5") in " ".join(done.stdout.split())
-    assert done.stderr == ""
-
-
 def test_compare_as_json(rbstab: Invoke) -> None:
     words = ("compare", "results/finished_map", "results/finished_variants", "--json")
     data = json.loads(rbstab(*words).stdout)
@@ -154,16 +145,6 @@ def test_show_of_damaged_files(path: str, rbstab: Invoke) -> None:
     assert done.exit_code == 4
     assert done.stderr.startswith("error: ")
     assert "Traceback" not in done.output
-
-
-def test_show_of_proofs_within_tolerances(rbstab: Invoke) -> None:
-    words = ("stability", "good.yaml", "--no-run", "--within", "body.mass=±1%")
-    assert rbstab(*words).exit_code == 0
-    (proof,) = Path("results/proofs").glob("within-*.json")
-    shown = rbstab("show", str(proof))
-    assert shown.exit_code == 0
-    assert "proof for all bodies within tolerances" in shown.stdout
-    assert "one rest state, a minimum, proved" in shown.stdout
 
 
 def test_provenance_has_units_and_no_empty_values(results: Path, rbstab: Invoke) -> None:

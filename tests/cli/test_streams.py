@@ -110,13 +110,6 @@ def test_json_and_yaml_keep_every_character(
     assert json.loads(shown.stdout)[0]["title"] == TITLE
 
 
-def test_escapes_show_which_character_is_missing(unicode_run: Path, run_with: Run) -> None:
-    shown = run_with("latin-1", "report", "results/unicode.h5", "--format", "text")
-    assert b"\\u0398, \xe9, \\U0001f600" in shown.stdout
-    shown = run_with("ascii", "report", "results/unicode.h5", "--format", "text")
-    assert TITLE.encode() in shown.stdout
-
-
 def rbstab(*arguments: str) -> list[str]:
     return [sys.executable, "-m", "rbstab_cli", *arguments]
 
@@ -191,15 +184,6 @@ def test_a_reader_that_has_ended_ends_the_command_quietly(
     assert done.returncode == 141
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="no such exit code there")
-def test_stderr_may_be_a_pipe_without_a_reader(folder: Path) -> None:
-    reader, writer = os.pipe()
-    os.close(reader)
-    done = subprocess.run(rbstab("check", "no.yaml"), stderr=writer, check=False)
-    os.close(writer)
-    assert done.returncode == 141
-
-
 FULL = Path("/dev/full")
 
 
@@ -212,13 +196,6 @@ def test_output_that_cannot_be_written_is_told(arguments: tuple[str, ...], folde
         )
     assert done.returncode == 4
     assert done.stderr == "error: the output cannot be written: No space left on device\n"
-
-
-@pytest.mark.skipif(not FULL.exists(), reason="no such device here")
-def test_errors_that_cannot_be_written_are_still_an_exit_code() -> None:
-    with FULL.open("w") as full:
-        done = subprocess.run(rbstab("check", "no.yaml"), stdout=full, stderr=full, check=False)
-    assert done.returncode == 4
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="no such device here")

@@ -80,7 +80,7 @@ def special(folder: Path) -> Iterator[None]:
         yield
 
 
-@pytest.mark.usefixtures("special", "no_work")
+@pytest.mark.usefixtures("special")
 @pytest.mark.parametrize("kind", ["pipe", "socket", "device", "folder"])
 @pytest.mark.parametrize("command", READERS)
 def test_what_is_no_file_is_not_read(command: str, kind: str, rbstab: Invoke) -> None:

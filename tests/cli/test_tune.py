@@ -1,7 +1,6 @@
 """Protects `rbstab tune`: the config it writes, its JSON, and its refusals."""
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
@@ -47,14 +46,6 @@ def test_json(folder: Path, rbstab: Invoke) -> None:
     assert load_config("t.yaml").controller.L_r[0] == 60 * factor
 
 
-def test_gains_of_all_over_options_are_scaled(folder: Path, rbstab: Invoke) -> None:
-    overs = ("--over", "controller.L_r[0]", "--over", "controller.L_t[1],controller.L_t[2]")
-    bounds = ("--bounds", "0.9:1.1")
-    done = rbstab("tune", "good.yaml", "--objective", "energy", *overs, *bounds, "--json")
-    gains = {"controller.L_r[0]", "controller.L_t[1]", "controller.L_t[2]"}
-    assert json.loads(done.stdout)["factors"].keys() == gains
-
-
 def test_nothing_better_writes_nothing(folder: Path, rbstab: Invoke) -> None:
     arguments = ("--objective", "energy", "--over", "controller.L_r", "--bounds", "1:1")
     done = rbstab("tune", "good.yaml", *arguments)
@@ -70,12 +61,3 @@ def test_no_run_that_settles_is_exit_code_3(folder: Path, rbstab: Invoke) -> Non
     (row,) = [line for line in done.stdout.splitlines() if "settling_time" in line]
     assert row.split()[3:] == [*["not", "in", "this", "run"] * 2, "-"]
     assert not Path("good_tuned.yaml").exists()
-
-
-def test_without_heyoka_the_command_says_so(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setitem(sys.modules, "rbstab.integrate.heyoka.engine", None)
-    done = rbstab("tune", "good.yaml", "--objective", "energy", *OVER)
-    assert done.exit_code == 2
-    assert "need heyoka, which cannot be used here" in done.stderr

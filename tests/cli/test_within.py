@@ -4,20 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
-from cli.conftest import Invoke
+from cli.conftest import GOOD, Invoke
 
-HELD = """\
-title: A held body
-body: {mass: 41, inertia: [10.0, 9.0, 2.0], contact_point: [0.15, 0.10, -0.42]}
-controller:
-  variant: permanent
-  K_t: [4100, 4100, 3280]
-  L_t: [200, 200, 140]
-  K_r: [400, 400, 320]
-  L_r: [60, 60, 42]
-initial: {angular_velocity: [1, 2, -1]}
-integration: {duration: 0.1, samples: 11}
-"""
+HELD = GOOD.replace("A short run", "A held body").replace("variant: free", "variant: permanent")
 
 
 @pytest.fixture
@@ -112,3 +101,51 @@ def test_a_limit_of_time_ends_the_proof_and_is_told(held: Path, rbstab: Invoke) 
     )
     assert "found by the time limit: none is proved." in largest.stdout
     assert rbstab(*within, "--time-limit", "0").exit_code == 2
+
+
+def test_the_largest_tolerance_of_a_driven_body_has_a_reason(folder: Path, rbstab: Invoke) -> None:
+    push = "{kind: input, quantity: couple, direction: [0, 0, 1], amplitude: 3, signal: "
+    Path("driven.yaml").write_text(
+        f"{HELD}schema_version: 2\nelements: {{push: {push}{{kind: constant}}}}}}\n"
+    )
+    words = ("stability", "driven.yaml", "--no-run", "--largest-within", "body.mass")
+    done = rbstab(*words)
+    assert done.exit_code == 0
+    assert "none is proved. At ±0.015625 % it is not decided: an input" in done.stdout
+
+
+FAST = ("--set", "initial.angular_velocity=[12,0,0]")
+"""A start above the level of the certified region."""
+
+SPIN = "initial.angular_velocity[0]=±0.01"
+
+
+def test_every_start_is_proved_and_the_proof_is_stored(folder: Path, rbstab: Invoke) -> None:
+    arguments = ("stability", "good.yaml", *FAST, "--no-run", "--within", SPIN)
+    first = rbstab(*arguments)
+    assert first.exit_code == 0, first.output
+    (line,) = [one for one in first.stdout.splitlines() if "For every start within" in one]
+    assert "initial.angular_velocity[0] ±0.01: the motion converges to rest state 1, proved" in line
+    assert "inside the certified region from t = " in line
+    (stored,) = (folder / "results" / "proofs").glob("starts-*.json")
+    before = stored.stat().st_mtime_ns
+    again = rbstab(*arguments, "--json")
+    assert stored.stat().st_mtime_ns == before
+    starts = json.loads(again.stdout)[0]["within"]["starts"]
+    assert starts["proved"] is True
+    assert starts["rest_states"] == [1]
+    assert starts["tolerances"] == [
+        {"key": "initial.angular_velocity[0]", "low": "11.99", "high": "12.01"}
+    ]
+
+
+def test_a_damaged_proof_is_made_again(folder: Path, rbstab: Invoke) -> None:
+    arguments = ("stability", "good.yaml", *FAST, "--no-run", "--within", SPIN)
+    rbstab(*arguments)
+    (stored,) = (folder / "results" / "proofs").glob("starts-*.json")
+    whole = stored.read_text()
+    stored.write_text(whole.replace('"rest_state": 1', '"rest_state": 2'))
+    done = rbstab(*arguments)
+    assert done.exit_code == 0
+    assert "converges to rest state 1, proved" in done.stdout
+    assert '"rest_state": 1' in stored.read_text()

@@ -1,11 +1,11 @@
-"""Protects the command line as a whole: help, start-up imports, `check`, `show`, `schema`,
-`completion`, exit codes, and a sweep without streams.
-"""
+"""The command line as a whole: help, start-up imports, exit codes, options given twice, packages."""
 
 import json
+import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import click
@@ -15,6 +15,8 @@ import yaml
 from cli.conftest import GOOD, PLAN_OF_MASSES, Invoke
 from support.made_runs import made_file
 
+from rbstab_cli import exit_codes, main
+from rbstab_cli.arguments import configs
 from rbstab_cli.help_examples import EXAMPLES, FIRST_STEPS
 from rbstab_cli.main import COMMANDS, cli
 
@@ -157,19 +159,6 @@ def test_the_modules_that_a_run_imports_are_excluded_from_garbage_collection(fol
     assert done.stderr.split()[-4:] == ["0", "True", "True", "False"]
 
 
-def test_show_says_how_a_run_ended(folder: Path, rbstab: Invoke) -> None:
-    reference = "reference: {source: a book, final: {orientation: [0.1, 0.2, 0.3]}}\n"
-    Path("good.yaml").write_text(GOOD + reference)
-    rbstab("run", "--no-prove", "good.yaml")
-    shown = rbstab("show", "results/good.h5")
-    assert shown.exit_code == 0
-    assert "A short run" in shown.stdout
-    assert "Reference: a book" in shown.stdout
-    assert "(0.1, 0.2, 0.3)" in shown.stdout
-    for name in ("contact_displacement", "run_id", "numpy_version"):
-        assert name in shown.stdout
-
-
 def test_show_compares_no_changed_case_with_the_paper(folder: Path, rbstab: Invoke) -> None:
     for name, changes in {"own": [], "other": ["--set", "body.mass=42"]}.items():
         words = ("run", str(PAPER / "case1_permanent.yaml"), "--no-prove", "-o", name, *changes)
@@ -191,27 +180,11 @@ def test_numbers_that_are_not_finite_are_null_in_json(folder: Path, rbstab: Invo
     assert facts["lyapunov_start"] is None
 
 
-def test_titles_cannot_steer_the_terminal(folder: Path, rbstab: Invoke) -> None:
-    title = '"\\e[31mred\\e[0m [bold]markup[/bold]"'
-    Path("good.yaml").write_text(GOOD.replace("A short run", title))
-    rbstab("run", "--no-prove", "good.yaml")
-    shown = rbstab("show", "results/good.h5").stdout
-    assert "\x1b" not in shown
-    assert "[bold]markup[/bold]" in shown
-
-
 def test_the_printed_schema_accepts_a_config(folder: Path, rbstab: Invoke) -> None:
     schema = json.loads(rbstab("schema").stdout)
     jsonschema.validate(yaml.safe_load(GOOD), schema)
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(yaml.safe_load(GOOD.replace("mass: 41", "mass: -41")), schema)
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion_scripts(shell: str, rbstab: Invoke) -> None:
-    done = rbstab("completion", shell)
-    assert done.exit_code == 0
-    assert "_RBSTAB_COMPLETE" in done.stdout
 
 
 def test_completion_completes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -272,3 +245,81 @@ def test_a_command_names_the_package_that_it_needs(command: str, folder: Path) -
     assert done.returncode == (2 if message else 0)
     assert message in done.stderr
     assert "Traceback" not in done.stderr
+
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_the_docs_and_the_help_list_every_code(rbstab: Invoke) -> None:
+    codes = {value for name, value in vars(exit_codes).items() if name.isupper()}
+    table = (ROOT / "docs/commands.md").read_text(encoding="utf-8").partition("## Exit codes")[2]
+    assert {int(code) for code in re.findall(r"^\| (\d+) \|", table, re.MULTILINE)} == codes
+    told = " ".join(rbstab("--help").stdout.split()).partition("Exit codes:")[2]
+    assert {int(code) for code in re.findall(r"(?:^|; ) ?(\d+) ", told)} == codes
+
+
+def ended(monkeypatch: pytest.MonkeyPatch, *words: str) -> object:
+    """Return the exit code of the program in this process."""
+    monkeypatch.setattr(sys, "argv", ["rbstab", *words])
+    for name in ("prepare_streams", "handle_interrupts", "stop_handling"):
+        monkeypatch.setattr(main, name, lambda: None)
+    with pytest.raises(SystemExit) as caught:
+        main.main()
+    return caught.value.code
+
+
+@pytest.mark.usefixtures("folder")
+def test_the_codes_of_commands(monkeypatch: pytest.MonkeyPatch) -> None:
+    short = ("run", "good.yaml", "--no-prove", "-q")
+    assert ended(monkeypatch, "check", "good.yaml") == exit_codes.OK
+    assert ended(monkeypatch, "check", "missing.yaml") == exit_codes.USAGE
+    assert ended(monkeypatch, "run") == exit_codes.USAGE
+    # At 50 rad/s the body leaves the range of θ2 within the tenth of a second.
+    spin = ("--set", "initial.angular_velocity=[0, 50, 0]")
+    assert ended(monkeypatch, *short, *spin) == exit_codes.NOT_COMPLETED
+    assert ended(monkeypatch, "show", "missing.h5") == exit_codes.STORAGE
+
+
+@pytest.mark.usefixtures("folder")
+def test_an_unexpected_error_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python prints its traceback and ends with `exit_codes.INTERNAL`."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(configs, "print_warnings", fail)
+    monkeypatch.setattr("rbstab.config.warnings.config_warnings", fail)
+    with pytest.raises(ZeroDivisionError):
+        ended(monkeypatch, "check", "good.yaml")
+
+
+def options_with_one_value() -> Iterator[tuple[str, str]]:
+    """Yield the name of each command with each of its options that takes one value."""
+    context = click.Context(cli)
+    for name in COMMANDS:
+        command = cli.get_command(context, name)
+        assert command is not None
+        for option in command.params:
+            if isinstance(option, click.Option) and option.nargs == 1 and not option.is_flag:
+                yield from ((name, spelling) for spelling in option.opts if not option.multiple)
+
+
+@pytest.mark.parametrize(("command", "option"), [*options_with_one_value()])
+def test_one_value_given_twice_is_refused(rbstab: Invoke, command: str, option: str) -> None:
+    done = rbstab(command, option, "a", option, "b")
+    assert done.exit_code == 2
+    assert done.stderr.startswith(f"Usage: rbstab {command} ")
+    assert " is given 2 times, and takes one value.\n" in done.stderr
+
+
+def test_two_spellings_are_one_option(rbstab: Invoke) -> None:
+    done = rbstab("run", "good.yaml", "-o", "a", "--output", "b")
+    assert "Error: --output is given 2 times" in done.stderr
+
+
+def test_flags_and_repeatable_options_may_be_repeated(rbstab: Invoke, folder: object) -> None:
+    changes = ("--set", "body.mass=50", "--set", "title=Two changes")
+    done = rbstab("check", "good.yaml", *changes, "-q", "-q")
+    assert done.exit_code in (0, 2)
+    assert "is given" not in done.stderr
+    assert rbstab("check", "good.yaml", *changes).exit_code == 0

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 import rbstab
-from rbstab.config.controllers import SlidingController
 from rbstab.experiment.summary import summary_of
 
 ROOT = Path(__file__).parents[2] / "configs"
@@ -45,18 +44,3 @@ def test_the_counterexamples_are_what_they_say() -> None:
     states = rbstab.prove(soft).states
     assert [state.proved for state in states] == [True, True]
     assert states[1].orientation == pytest.approx((1.977, 1.534, 2.718), abs=1e-3)
-
-
-@pytest.mark.parametrize(
-    "path", sorted((ROOT / "examples" / "sliding").glob("*")), ids=lambda p: p.stem
-)
-def test_each_sliding_example_is_what_its_name_says(path: Path) -> None:
-    surface, law, bound, *load = path.stem.split("_")
-    config = rbstab.load_config(path)
-    controller = config.controller
-    assert isinstance(controller, SlidingController)
-    assert controller.K_s == (float(bound),) * 3
-    assert (controller.surface == "position") == (surface == "position")
-    found = "exact" if controller.law == "exact" else next(iter(type(controller.law).model_fields))
-    assert found == {"layer": "boundary_layer"}.get(law, law)
-    assert any(config.gravity) == (load == ["gravity"])

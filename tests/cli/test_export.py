@@ -110,23 +110,10 @@ def test_the_traces_of_a_sweep(form: str, sweep: Path, rbstab: Invoke) -> None:
     assert arrays["position_2"][5 * 7 : 5 * 8].tolist() == traces.of(7)["position"][:, 2].tolist()
 
 
-@pytest.mark.parametrize("form", FORMS)
-def test_the_samples_of_a_run(form: str, folder: Path, rbstab: Invoke) -> None:
-    result = open_result(made_file(folder / "made.h5"))
-    done = rbstab("export", "made.h5", "--traces", "-o", f"motion.{form}")
-    assert done.exit_code == 0, done.output
-    arrays, units = flat_columns(result.variables, ("time",))
-    file = np.full(len(result["time"]), "made.h5", dtype=object)
-    assert_same(Path(f"motion.{form}"), FlatColumns({"file": file, **arrays}, units))
-    assert arrays["orientation_2"].tolist() == result["orientation"][:, 2].tolist()
-    connector = result["part"].tolist().index("connector")
-    assert arrays["energy_connector"].tolist() == result["energy"][:, connector].tolist()
-
-
 def test_runs_have_one_row_each(folder: Path, rbstab: Invoke) -> None:
     for name in ("b", "a"):
         (folder / "runs").mkdir(exist_ok=True)
-        made_file(folder / "runs" / f"{name}.h5", title=f'Run "{name}", of two')
+        made_file(folder / f"runs/{name}.h5", title=f'Run "{name}", of two', **{f"{name}_own": 2.5})
     done = rbstab("export", "runs", "-o", "runs.csv")
     assert done.exit_code == 0, done.output
     with Path("runs.csv").open(newline="", encoding="utf-8") as file:
@@ -138,16 +125,8 @@ def test_runs_have_one_row_each(folder: Path, rbstab: Invoke) -> None:
     assert float(first["lyapunov_start"]) == result["lyapunov"][0]
     assert float(first["final_position_1"]) == result["position"][-1, 1]
     assert (first["status"], first["warnings"]) == ("completed", "")
-
-
-def test_what_one_run_lacks_is_empty_or_nan(folder: Path, rbstab: Invoke) -> None:
-    made_file(folder / "plain.h5")
-    made_file(folder / "other.h5", made_number=2.5, made_text="yes")
-    assert rbstab("export", "plain.h5", "other.h5", "-o", "both.csv").exit_code == 0
-    with Path("both.csv").open(newline="", encoding="utf-8") as file:
-        one, other = csv.DictReader(file)
-    assert (one["made_number"], one["made_text"]) == ("nan", "")
-    assert (other["made_number"], other["made_text"]) == ("2.5", "yes")
+    # What one run lacks is no number.
+    assert (first["a_own"], first["b_own"], second["b_own"]) == ("2.5", "nan", "2.5")
 
 
 def test_a_sweep_is_one_netcdf_file(sweep: Path, rbstab: Invoke) -> None:
@@ -173,3 +152,16 @@ def test_a_sweep_is_one_netcdf_file(sweep: Path, rbstab: Invoke) -> None:
         words = dataset["status"].attrs["flag_meanings"].split()
         assert [words[code] for code in dataset["status"].values].count("diverged") == 2
         assert dataset.attrs["plan_id"] == table.attributes["plan_id"]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_the_samples_of_a_run_are_those_of_its_file(
+    form: str, folder: Path, rbstab: Invoke
+) -> None:
+    result = open_result(made_file(folder / "made.h5"))
+    done = rbstab("export", "made.h5", "--traces", "-o", f"motion.{form}")
+    assert done.exit_code == 0, done.output
+    arrays, units = flat_columns(result.variables, ("time",))
+    file = np.full(len(result["time"]), "made.h5", dtype=object)
+    assert_same(Path(f"motion.{form}"), FlatColumns({"file": file, **arrays}, units))
+    assert arrays["orientation_2"].tolist() == result["orientation"][:, 2].tolist()

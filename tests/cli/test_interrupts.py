@@ -18,7 +18,7 @@ from rbstab.sweep.folder.sweep_folder import SHARD
 from rbstab.sweep.folder.sweep_table import read_sweep
 
 pytestmark = [
-    pytest.mark.slow,
+    pytest.mark.heavy,
     pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to one process"),
 ]
 
@@ -178,7 +178,8 @@ def test_shards_of_a_sweep_are_whole(part: str, files: Path) -> None:
             _, stderr = process.communicate(timeout=30)
         assert process.returncode == 130
         assert "Run the same command again to resume." in stderr
-        assert ("of 50 shards of part 1/2 are stored." in stderr) == bool(part)
+        if presses == 1:
+            assert ("of 50 shards of part 1/2 are stored." in stderr) == bool(part)
         for name in shard_files(sweep):
             assert len(read_table(sweep / "shards" / name, SHARD)["run"]) == 4
             assert not part or int(Path(name).stem) % 2 == 0

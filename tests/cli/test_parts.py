@@ -47,19 +47,6 @@ def test_parts_and_what_finishes_them(rbstab: Invoke) -> None:
     assert ["finished", "yes"] in [line.split() for line in shown.splitlines()]
 
 
-@pytest.mark.usefixtures("use_fake_engine")
-def test_what_no_part_computed_is_computed_when_the_sweep_is_finished(rbstab: Invoke) -> None:
-    rbstab(*SWEEP, "--part", "1/3")
-    before = shard_files(Path("results/plan"))
-    assert list(before) == ["00000000.h5", "00000003.h5"]
-    done = rbstab(*FINISH)
-    assert done.exit_code == 0
-    assert "8 of 20 members are already done" in done.stderr
-    after = shard_files(Path("results/plan"))
-    assert len(after) == 5
-    assert {name: after[name] for name in before} == before
-
-
 @missing_heyoka.NEEDED
 @pytest.mark.usefixtures("plan")
 def test_the_comparison_is_made_when_the_sweep_is_finished(rbstab: Invoke) -> None:

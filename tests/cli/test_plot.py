@@ -9,7 +9,8 @@ import pytest
 from cli.conftest import Invoke
 from support.made_runs import made_file
 
-from rbstab.report.model.figure import Axis, Figure, Panel
+from rbstab.report.model.figure import Axis, Band, Cells, Figure, Panel, Points
+from rbstab.report.writers.figure_data import csv_of
 from rbstab.store.result import open_result
 
 
@@ -54,39 +55,6 @@ def test_the_data_are_those_of_the_run(run: Path, rbstab: Invoke) -> None:
     }
 
 
-def test_maps_have_their_values(folder: Path, rbstab: Invoke) -> None:
-    from rbstab.report.model.figure import Cells
-    from rbstab.report.writers.figure_data import csv_of
-
-    x, y = np.array([1.0, 2.0]), np.array([3.0, 4.0])
-    cells = Cells(x, y, np.array([[0.1, 0.2], [np.nan, 0.4]]), Axis("peak", "m"))
-    panel = Panel(Axis("a"), Axis("b"), (cells,))
-    rows = csv_of(Figure("map", "A map", (panel,))).splitlines()[1:]
-    assert rows == [
-        "1,a,b,peak [m],1.0,3.0,,,0.1",
-        "1,a,b,peak [m],2.0,3.0,,,0.2",
-        "1,a,b,peak [m],1.0,4.0,,,nan",
-        "1,a,b,peak [m],2.0,4.0,,,0.4",
-    ]
-
-
-def test_bands_have_their_ends_and_categories_their_names() -> None:
-    from rbstab.report.model.figure import Band, Points
-    from rbstab.report.writers.figure_data import csv_of
-
-    x = np.array([1.0, 0.0])
-    band = Band(x, np.array([2.0, 3.0]), np.array([5.0, 7.0]), "between")
-    points = Points(x, np.array([0.0, 4.0]), "ends")
-    panel = Panel(Axis("a"), Axis("b", categories=("good", "bad")), (band, points))
-    rows = csv_of(Figure("f", "F", (panel,))).splitlines()[1:]
-    assert rows == [
-        "1,a,b,between,1.0,,2.0,5.0,",
-        "1,a,b,between,0.0,,3.0,7.0,",
-        "1,a,b,ends,1.0,good,,,",
-        "1,a,b,ends,0.0,4.0,,,",
-    ]
-
-
 def test_a_figure_for_one_column_of_a_paper(run: Path, rbstab: Invoke) -> None:
     """It is 80 mm wide, and no text has another size than 8 points, but for exponents."""
     done = rbstab("plot", "made.h5", "--figure", "runs-decay", "--column", "-o", "a.svg")
@@ -95,3 +63,24 @@ def test_a_figure_for_one_column_of_a_paper(run: Path, rbstab: Invoke) -> None:
     (width,) = re.findall(r'<svg [^>]*?width="([\d.]+)pt"', content)
     assert float(width) == pytest.approx(80 / 25.4 * 72, abs=0.01)
     assert set(re.findall(r'<text style="font(?:-size)?: ([\d.]+)px', content)) == {"8"}
+
+
+def test_maps_bands_and_categories_have_their_values() -> None:
+    x, y = np.array([1.0, 0.0]), np.array([3.0, 4.0])
+    cells = Cells(x, y, np.array([[0.1, 0.2], [np.nan, 0.4]]), Axis("peak", "m"))
+    band = Band(x, np.array([2.0, 3.0]), np.array([5.0, 7.0]), "between")
+    points = Points(x, np.array([0.0, 4.0]), "ends")
+    panels = (
+        Panel(Axis("a"), Axis("b"), (cells,)),
+        Panel(Axis("a"), Axis("b", categories=("good", "bad")), (band, points)),
+    )
+    assert csv_of(Figure("f", "F", panels)).splitlines()[1:] == [
+        "1,a,b,peak [m],1.0,3.0,,,0.1",
+        "1,a,b,peak [m],0.0,3.0,,,0.2",
+        "1,a,b,peak [m],1.0,4.0,,,nan",
+        "1,a,b,peak [m],0.0,4.0,,,0.4",
+        "2,a,b,between,1.0,,2.0,5.0,",
+        "2,a,b,between,0.0,,3.0,7.0,",
+        "2,a,b,ends,1.0,good,,,",
+        "2,a,b,ends,0.0,4.0,,,",
+    ]

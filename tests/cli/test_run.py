@@ -177,29 +177,6 @@ def test_warnings_are_said_once_and_those_of_results_follow_their_answers(
     assert below.count(WARNING) == len(warned)
 
 
-@pytest.mark.slow
-def test_the_next_command_after_runs_shows_or_reports_them(folder: Path, rbstab: Invoke) -> None:
-    """Runs that share an answer are named together, as far as there is room."""
-    names = [f"a {number}.yaml" for number in range(7)]
-    for name in names:
-        Path(name).write_text(GOOD)
-    run = ("run", "--no-prove", "-o", "my results")
-    for count, command in ((1, "show"), (2, "report"), (7, "report")):
-        done = rbstab(*run, *names[:count])
-        (line,) = [one for one in done.stderr.splitlines() if one.startswith("Next: ")]
-        program, *words = words_of(line.removeprefix("Next: "))
-        assert (program, words[0]) == ("rbstab", command)
-        assert words[1:] == (["my results"] if count == 7 else words[1 : 1 + count])
-        shown = rbstab(*words, *(["--format", "text"] if command == "report" else []))
-        assert shown.exit_code == 0
-        assert count == 1 or f"{count} runs" in shown.stdout
-        files = [str(Path("my results", name).with_suffix(".h5")) for name in names[:count]]
-        assert count != 2 or f"{', '.join(files)}\n  Outcome: " in done.stdout
-    paths = [Path(f"results/{'x' * 60}{number}.h5") for number in range(4)]
-    assert named(paths) == f"{paths[0]}, {paths[1]} and 2 more"
-    assert named(paths[:1]) == str(paths[0])
-
-
 SPINS = """\
 title: Spins
 base: good.yaml
@@ -245,3 +222,25 @@ def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder: Path, rbstab:
     assert Path("results/spins-member0.h5").is_file()
     assert rbstab(*member).exit_code == 4
     assert stored.read_bytes() == before
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("count", "command"), [(1, "show"), (2, "report"), (7, "report")])
+def test_the_next_command_shows_or_reports_the_runs(
+    count: int, command: str, folder: Path, rbstab: Invoke
+) -> None:
+    """Runs that share an answer are named together, as far as there is room."""
+    names = [f"a {number}.yaml" for number in range(count)]
+    for name in names:
+        Path(name).write_text(GOOD)
+    done = rbstab("run", "--no-prove", "-o", "my results", *names)
+    program, *words = words_of(done.stderr.splitlines()[-1].removeprefix("Next: "))
+    assert (program, words[0]) == ("rbstab", command)
+    shown = rbstab(*words, *(["--format", "text"] if command == "report" else []))
+    assert shown.exit_code == 0
+    assert count == 1 or f"{count} runs" in shown.stdout
+    files = [str(Path("my results", name).with_suffix(".h5")) for name in names]
+    assert words[1:] == (files if count < 7 else ["my results"])
+    assert count != 2 or f"{', '.join(files)}\n  Outcome: " in done.stdout
+    paths = [Path(f"results/{'x' * 60}{number}.h5") for number in range(4)]
+    assert named(paths) == f"{paths[0]}, {paths[1]} and 2 more"

@@ -35,12 +35,6 @@ def test_show_counts_impacts(tmp_path: Path, rests: bool) -> None:
     assert line == expected
 
 
-def test_show_says_nothing_without_a_stop(tmp_path: Path) -> None:
-    result = rbstab.simulate(rbstab.load_config(data({}, {}, {"duration": 0.1})))
-    rbstab.write_result(tmp_path / "a.h5", result)
-    assert "impacts " not in CliRunner().invoke(cli, ["show", str(tmp_path / "a.h5")]).stdout
-
-
 def test_show_does_not_call_v_minus_work_v(tmp_path: Path) -> None:
     """On s = F + κE a result stores v - ε, which does not fall to zero; v = (v - ε) + ε."""
     result = run_of("sliding").result

@@ -198,24 +198,6 @@ def test_output_that_cannot_be_written_is_told(arguments: tuple[str, ...], folde
     assert done.stderr == "error: the output cannot be written: No space left on device\n"
 
 
-@pytest.mark.skipif(not FULL.exists(), reason="no such device here")
-def test_output_that_is_still_in_a_buffer() -> None:
-    """Python would write it while the process ends, and then change the exit code."""
-    code = "from rbstab_cli import main as m; m.cli.main = lambda **_: print('x'); m.main()"
-    buffered = {name: text for name, text in os.environ.items() if name != "PYTHONUNBUFFERED"}
-    with FULL.open("w") as full:
-        done = subprocess.run(
-            [sys.executable, "-c", code],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            env=buffered,
-            text=True,
-            check=False,
-        )
-    assert done.returncode == 4
-    assert done.stderr == "error: the output cannot be written: No space left on device\n"
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="its shell cannot close streams like this")
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
 def test_a_command_needs_no_streams(closed: str, folder: Path) -> None:

@@ -81,16 +81,6 @@ def test_a_sweep_of_many_bodies_is_shown(
         assert words[0] == "plot" or done.stderr.count(WARNING) == 1
 
 
-@pytest.mark.usefixtures("folder")
-def test_a_file_in_place_of_the_folder(rbstab: Invoke) -> None:
-    Path("results").mkdir()
-    shutil.copy(STORED / "runs" / "embedded.h5", "results")
-    PROOFS.write_text("")
-    done = rbstab("list")
-    assert done.exit_code == 0
-    assert done.stderr.count(f"{PROOFS} cannot be read: ") == 1
-
-
 def test_another_folder_that_cannot_be_read_is_named(
     folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:

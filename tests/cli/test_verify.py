@@ -106,28 +106,6 @@ def test_all_proofs_of_a_folder_are_checked(proof: Path, rbstab: Invoke) -> None
     assert printed("results/proofs/0.json is damaged") in done.stderr
 
 
-def test_many_proofs_are_counted_and_faults_are_told_in_full(
-    proof: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    for name in ("a.json", "b.json"):
-        proof.with_name(name).write_text(proof.read_text())
-    data = read_document(proof)
-    data["region"]["energy_bound"] *= 1.01
-    write_document(proof, data)
-    few = rbstab("verify", "results").stdout
-    assert printed("results/proofs/a.json: verified\nresults/proofs/b.json: verified\n") in few
-    assert "  The range of eq. 5\n    Rest states: checked. 1 are" in few  # of the refused one
-    assert few.count("1 are isolated") == 2
-    assert "    The range of eq. 5: certified region: 2 (" in few
-    assert "use --config CONFIG.\n" in few
-    monkeypatch.setattr("rbstab_cli.output.verified.MAX_LISTED", 1)
-    many = rbstab("verify", "results").stdout
-    assert "a.json" not in many
-    assert f"{Path('results/proofs', proof.name)}: REFUSED\n" in many
-    assert "Certified region: REFUSED" in many
-    assert few.splitlines()[-1] == many.splitlines()[-1]
-
-
 def test_a_file_that_claims_nothing_is_not_counted(proof: Path, rbstab: Invoke) -> None:
     load = "quantity: force, point: [0, 0, 0], direction: [1, 0, 0], amplitude: 1"
     element = f"{{kind: input, {load}, signal: {{kind: constant}}}}"
@@ -144,49 +122,6 @@ def test_a_file_that_claims_nothing_is_not_counted(proof: Path, rbstab: Invoke) 
     assert done.stdout.splitlines()[-1] == "results: 1 of 1 proofs verified; 1 file claims nothing"
 
 
-def test_json_and_certificate(proof: Path, rbstab: Invoke) -> None:
-    done = rbstab("verify", str(proof), "--json", "--certificate", "boxes.json")
-    assert done.exit_code == 0
-    data = json.loads(done.stdout)
-    assert data["verified"] is True
-    assert data["id"] == proof.stem
-    boxes = {(one["about"], one["claim"]): one["boxes"] for one in data["findings"]}
-    certificate = json.loads(Path("boxes.json").read_text())
-    assert certificate["id"] == proof.stem
-    for about, faces in (("the range of eq. 5", 6), ("all θ1 and θ3", 2)):
-        parts = [one for one in certificate["covers"] if one["about"] == about]
-        for claim, count in (("no other rest state", 1), ("certified region", faces)):
-            trees = [one["tree"].split() for one in parts if one["claim"] == claim]
-            assert len(trees) == count
-            assert sum(map(len, trees)) == boxes[about, claim]
-        others = {one["claim"] for one in parts} - {"no other rest state", "certified region"}
-        assert others <= {"ends"}
-    again = rbstab("verify", str(proof), "--certificate", "boxes.json")
-    assert again.exit_code == 4
-    assert "already exists" in again.stderr
-    assert rbstab("verify", str(proof), "--certificate", "boxes.json", "--force").exit_code == 0
-
-
-@pytest.mark.slow
-def test_a_second_opinion_confirms_and_refutes(folder: Path, rbstab: Invoke) -> None:
-    config = str(Path(__file__).parents[2] / "configs" / "examples" / "stability" / "fast.yaml")
-    assert rbstab("stability", config, "--no-run").exit_code == 0
-    (proof,) = (folder / "results" / "proofs").iterdir()
-    done = rbstab("verify", str(proof), "--config", config, "--second")
-    assert done.exit_code == 0
-    assert "  Codac: the range of eq. 5\n    Rest state 1: checked." in done.stdout
-    assert "  Codac: all θ1 and θ3\n" in done.stdout
-    assert "codac: that all rest states with any θ1 and θ3 are in" in done.stdout
-    assert "codac" not in rbstab("verify", str(proof), "--config", config).stdout.lower()
-    data = read_document(proof)
-    data["states"][0]["index"] = 1
-    write_document(proof, data)
-    done = rbstab("verify", str(proof), "--config", config, "--second", "--json")
-    assert done.exit_code == 4
-    wrong = [one for one in json.loads(done.stdout)["findings"] if not one["verified"]]
-    assert "codac: the range of eq. 5" in {one["about"] for one in wrong}
-
-
 def test_a_second_opinion_that_is_not_decided_is_no_refusal(
     proof: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -195,3 +130,38 @@ def test_a_second_opinion_that_is_not_decided_is_no_refusal(
     assert done.exit_code == 5
     assert done.stdout.startswith(f"{proof}: not decided: codac does not decide every claim\n")
     assert "REFUSED" not in done.stdout
+
+
+def test_a_certificate_has_the_boxes_that_are_counted(proof: Path, rbstab: Invoke) -> None:
+    words = ("verify", str(proof), "--certificate", "boxes.json")
+    done = rbstab(*words, "--json")
+    assert done.exit_code == 0
+    data, certificate = json.loads(done.stdout), json.loads(Path("boxes.json").read_text())
+    assert data["verified"] is True
+    assert data["id"] == certificate["id"] == proof.stem
+    boxes = {(one["about"], one["claim"]): one["boxes"] for one in data["findings"]}
+    for about, faces in (("the range of eq. 5", 6), ("all θ1 and θ3", 2)):
+        parts = [one for one in certificate["covers"] if one["about"] == about]
+        for claim, count in (("no other rest state", 1), ("certified region", faces)):
+            trees = [one["tree"].split() for one in parts if one["claim"] == claim]
+            assert len(trees) == count
+            assert sum(map(len, trees)) == boxes[about, claim]
+
+
+@pytest.mark.heavy
+def test_a_second_opinion_confirms_and_refutes(folder: Path, rbstab: Invoke) -> None:
+    config = str(Path(__file__).parents[2] / "configs/examples/stability/fast.yaml")
+    assert rbstab("stability", config, "--no-run").exit_code == 0
+    (proof,) = (folder / "results/proofs").iterdir()
+    second = ("verify", str(proof), "--config", config, "--second")
+    done = rbstab(*second)
+    assert done.exit_code == 0
+    assert "  Codac: the range of eq. 5\n    Rest state 1: checked." in done.stdout
+    assert "codac: that all rest states with any θ1 and θ3 are in" in done.stdout
+    data = read_document(proof)
+    data["states"][0]["index"] = 1
+    write_document(proof, data)
+    done = rbstab(*second, "--json")
+    assert done.exit_code == 4
+    wrong = [one["about"] for one in json.loads(done.stdout)["findings"] if not one["verified"]]
+    assert "codac: the range of eq. 5" in wrong

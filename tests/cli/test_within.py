@@ -29,23 +29,13 @@ def test_the_proof_is_printed_first_and_stored(held: Path, rbstab: Invoke) -> No
     assert any(line.startswith("  Rest states: 1 rest state") for line in rest)
     files = sorted(path.name for path in (held / "results" / "proofs").iterdir())
     assert len([name for name in files if name.startswith("within-")]) == 1
-    again = rbstab(*arguments, "--within", "body.contact_point=±0.01")
-    assert again.stdout == done.stdout
-
-
-def test_json_has_all_of_it(held: Path, rbstab: Invoke) -> None:
-    arguments = ("stability", "held.yaml", "--no-run", "--json")
-    (facts,) = json.loads(rbstab(*arguments, "--within", "controller.K_r=±5%").stdout)
-    within = facts["within"]
-    proof = within["proof"]
-    assert within["tolerances"] == ["controller.K_r=±5%"]
+    again = rbstab(*arguments, "--within", "body.contact_point=±0.01", "--json")
+    ((facts,), proof) = (found := json.loads(again.stdout)), found[0]["within"]["proof"]
+    assert facts["within"]["tolerances"] == ["controller=±20%", "body.contact_point=±0.01"]
     assert proof["proved"] is True
-    assert proof["tolerances"][0] == {"key": "controller.K_r[0]", "low": "380", "high": "420"}
-    assert 0 < proof["level"] < 1020
-    assert (proof["parts"], within["largest"]) == (1, [])
-    assert proof["boxes"] > 100
-    (without,) = json.loads(rbstab(*arguments).stdout)
-    assert without["within"] is None
+    gains = {one["key"]: (one["low"], one["high"]) for one in proof["tolerances"]}
+    assert gains["controller.K_r[0]"] == ("320", "480")
+    assert 76 <= proof["level"] < 77
 
 
 @pytest.mark.slow
@@ -100,7 +90,6 @@ def test_a_limit_of_time_ends_the_proof_and_is_told(held: Path, rbstab: Invoke) 
         *("--time-limit", "1e-9"),
     )
     assert "found by the time limit: none is proved." in largest.stdout
-    assert rbstab(*within, "--time-limit", "0").exit_code == 2
 
 
 def test_the_largest_tolerance_of_a_driven_body_has_a_reason(folder: Path, rbstab: Invoke) -> None:
@@ -137,15 +126,7 @@ def test_every_start_is_proved_and_the_proof_is_stored(folder: Path, rbstab: Inv
     assert starts["tolerances"] == [
         {"key": "initial.angular_velocity[0]", "low": "11.99", "high": "12.01"}
     ]
-
-
-def test_a_damaged_proof_is_made_again(folder: Path, rbstab: Invoke) -> None:
-    arguments = ("stability", "good.yaml", *FAST, "--no-run", "--within", SPIN)
-    rbstab(*arguments)
-    (stored,) = (folder / "results" / "proofs").glob("starts-*.json")
-    whole = stored.read_text()
-    stored.write_text(whole.replace('"rest_state": 1', '"rest_state": 2'))
-    done = rbstab(*arguments)
-    assert done.exit_code == 0
-    assert "converges to rest state 1, proved" in done.stdout
+    # One that is damaged is made again.
+    stored.write_text(stored.read_text().replace('"rest_state": 1', '"rest_state": 2'))
+    assert "converges to rest state 1, proved" in rbstab(*arguments).stdout
     assert '"rest_state": 1' in stored.read_text()

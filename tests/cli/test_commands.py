@@ -1,4 +1,4 @@
-"""The command line as a whole: help, start-up imports, exit codes, options given twice, packages."""
+"""The command line as a whole: help, imports, exit codes, options given twice, packages."""
 
 import json
 import re
@@ -19,8 +19,6 @@ from rbstab_cli import exit_codes, main
 from rbstab_cli.arguments import configs
 from rbstab_cli.help_examples import EXAMPLES, FIRST_STEPS
 from rbstab_cli.main import COMMANDS, cli
-
-PAPER = Path(__file__).parents[2] / "configs" / "paper"
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -157,19 +155,6 @@ def test_the_modules_that_a_run_imports_are_excluded_from_garbage_collection(fol
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr.split()[-4:] == ["0", "True", "True", "False"]
-
-
-def test_show_compares_no_changed_case_with_the_paper(folder: Path, rbstab: Invoke) -> None:
-    for name, changes in {"own": [], "other": ["--set", "body.mass=42"]}.items():
-        words = ("run", str(PAPER / "case1_permanent.yaml"), "--no-prove", "-o", name, *changes)
-        assert rbstab(*words).exit_code == 0
-    own, other = (rbstab("show", f"{name}/case1_permanent.h5").stdout for name in ("own", "other"))
-    assert "(0.092, -0.1221, 0.0003)" in own
-    assert "not compared" not in own
-    assert "(0.092, -0.1221, 0.0003)" not in other
-    assert "not compared: this config is another case, by body.mass." in other
-    data = json.loads(rbstab("show", "other/case1_permanent.h5", "--json").stdout)
-    assert data["reference"]["changed"] == ["body.mass"]
 
 
 def test_numbers_that_are_not_finite_are_null_in_json(folder: Path, rbstab: Invoke) -> None:
@@ -315,11 +300,3 @@ def test_one_value_given_twice_is_refused(rbstab: Invoke, command: str, option: 
 def test_two_spellings_are_one_option(rbstab: Invoke) -> None:
     done = rbstab("run", "good.yaml", "-o", "a", "--output", "b")
     assert "Error: --output is given 2 times" in done.stderr
-
-
-def test_flags_and_repeatable_options_may_be_repeated(rbstab: Invoke, folder: object) -> None:
-    changes = ("--set", "body.mass=50", "--set", "title=Two changes")
-    done = rbstab("check", "good.yaml", *changes, "-q", "-q")
-    assert done.exit_code in (0, 2)
-    assert "is given" not in done.stderr
-    assert rbstab("check", "good.yaml", *changes).exit_code == 0

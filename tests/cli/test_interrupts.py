@@ -12,7 +12,6 @@ from cli.conftest import GOOD, restore_interrupts, start
 from support.printed_paths import printed
 from support.sweeps import shard_files
 
-from rbstab import open_result
 from rbstab.store.table import read_table
 from rbstab.sweep.folder.sweep_folder import SHARD
 from rbstab.sweep.folder.sweep_table import read_sweep
@@ -110,6 +109,7 @@ def test_what_is_stored_and_what_is_missing_is_said(  # noqa: PLR0917 (cases and
     assert f"Interrupted: {said}.\n" in stderr
     again = "to start again from t = 0" if said.startswith("0") else "again to resume"
     assert stderr.endswith(f"Run the same command {again}.\n")
+    # What is stored is printed.
     assert bool(stdout) != said.startswith("0")
 
 
@@ -127,13 +127,6 @@ def test_proofs_that_were_made_are_kept_and_the_others_follow(files: Path) -> No
     assert code == 0
     data = json.loads(stdout)["proofs"]
     assert (data["reached"], data["members"]) == (5, {"proved": 5})
-
-
-def test_a_run_whose_proof_is_interrupted_is_printed(files: Path) -> None:
-    code, stdout, _ = interrupted(PROVE, 1, signal.SIGINT, "run good.yaml --json")
-    assert code == 130
-    assert json.loads(stdout)[0]["file"] == printed("results/good.h5")
-    assert open_result("results/good.h5").status == "completed"
 
 
 def test_a_result_of_an_older_config_does_not_count(files: Path) -> None:

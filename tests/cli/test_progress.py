@@ -2,10 +2,8 @@
 
 import sys
 import time
-from typing import Any
 
 import pytest
-from cli.conftest import Invoke
 
 from rbstab.experiment.start_sets.starts_record import MAX_PARTS
 from rbstab_cli.output import progress as progress_module
@@ -60,29 +58,3 @@ def test_lines_where_there_is_no_terminal(
     assert (len(lines) > 1) == printed
     assert set(lines) <= {"0 s: one.yaml", "0 s: one.yaml, t = 1.5 of 3 s"}
     assert not printed or lines[-1].endswith("t = 1.5 of 3 s")
-
-
-@pytest.mark.slow
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize(
-    ("option", "shown"),
-    [("controller=±1%", "all bodies"), ("initial.angular_velocity[0]=±0.01", "all starts")],
-)
-def test_stability_shows_the_proof_that_is_at_work(
-    rbstab: Invoke, monkeypatch: pytest.MonkeyPatch, option: str, shown: str
-) -> None:
-    """The stages of the command are named in their order, with the file; none if it is quiet."""
-    names: list[str] = []
-    working = progress_module.working
-
-    def noted_working(name: str, *, wanted: bool) -> Any:
-        names.append(name if wanted else "")
-        return working(name, wanted=wanted)
-
-    monkeypatch.setattr(progress_module, "working", noted_working)
-    command = ("stability", "good.yaml", "--no-run", "--within", option)
-    assert rbstab(*command).exit_code == 0
-    stages = [f"good.yaml: {stage}" for stage in (shown, "rest states", "exact motion")]
-    assert names == stages
-    assert rbstab(*command, "--quiet").stderr == ""
-    assert names == [*stages, "", "", ""]

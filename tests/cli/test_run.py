@@ -1,6 +1,4 @@
-"""`rbstab run`: its file, its table and its answers; repeated, forced and failed runs, warnings, and
-members of sweeps.
-"""
+"""`rbstab run`: its file, table and answers; repeated, failed and forced runs; members."""
 
 import json
 from collections.abc import Callable
@@ -14,7 +12,6 @@ import rbstab as api
 from rbstab.config.load import run_id
 from rbstab.store.errors import StoreError
 from rbstab.sweep.plan.load import load_plan
-from rbstab_cli.output.answers import named
 
 RUN = ("run", "good.yaml", "--no-prove")
 
@@ -153,7 +150,7 @@ def warned(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def test_warnings_are_said_once_and_those_of_results_follow_their_answers(
-    warned: list[str], rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+    warned: list[str], rbstab: Invoke
 ) -> None:
     done = rbstab("run", "--no-prove", *warned)
     given, *own = [line for line in done.stderr.splitlines() if line.startswith("warning")]
@@ -170,11 +167,6 @@ def test_warnings_are_said_once_and_those_of_results_follow_their_answers(
     assert [WARNING in one["warnings"] for one in json.loads(data.stdout)] == [True, True]
     assert data.stderr.count(WARNING) == len(warned)
     assert WARNING not in rbstab("run", "--no-prove", "-q", *warned).output
-    # Many results have their warnings below the table.
-    monkeypatch.setattr("rbstab_cli.output.answers.MAX_SENTENCES", 0)
-    many = rbstab("run", "--no-prove", *warned)
-    below = many.output.partition("rbstab show FILE says why.\n")[2]
-    assert below.count(WARNING) == len(warned)
 
 
 SPINS = """\
@@ -229,7 +221,6 @@ def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder: Path, rbstab:
 def test_the_next_command_shows_or_reports_the_runs(
     count: int, command: str, folder: Path, rbstab: Invoke
 ) -> None:
-    """Runs that share an answer are named together, as far as there is room."""
     names = [f"a {number}.yaml" for number in range(count)]
     for name in names:
         Path(name).write_text(GOOD)
@@ -242,5 +233,3 @@ def test_the_next_command_shows_or_reports_the_runs(
     files = [str(Path("my results", name).with_suffix(".h5")) for name in names]
     assert words[1:] == (files if count < 7 else ["my results"])
     assert count != 2 or f"{', '.join(files)}\n  Outcome: " in done.stdout
-    paths = [Path(f"results/{'x' * 60}{number}.h5") for number in range(4)]
-    assert named(paths) == f"{paths[0]}, {paths[1]} and 2 more"

@@ -152,9 +152,7 @@ def test_names_that_are_not_ascii_are_printed_in_the_c_locale(
     assert f"-> {config}\n" in (made := printed("init", NAME))
     assert f"Next: cd {quoted} && rbstab run experiment.yaml\n" in made
     assert result in printed("run", config, "--no-prove", "-o", f"{NAME}/out")
-    assert result in printed("list", f"{NAME}/out")
     assert f"-> {NAME}/r.html\n" in printed("report", result, "-o", f"{NAME}/r.html")
-    assert f"{NAME}/no.yaml" in printed("check", f"{NAME}/no.yaml", code=2)
     assert f"{NAME}/no.h5" in printed("show", f"{NAME}/no.h5", code=4)
     assert f"No such command {quoted}" in printed(NAME, code=2)
     page = (tmp_path / NAME / "r.html").read_text("utf-8")

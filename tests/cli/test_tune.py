@@ -1,4 +1,4 @@
-"""`rbstab tune`, `sensitivities` and `guard`: what they write is better, or proved, or not written."""
+"""`rbstab tune`, `sensitivities` and `guard`: what they write is better, or proved."""
 
 import json
 from pathlib import Path

@@ -63,24 +63,6 @@ def test_a_sweep_is_not_called_unproved(
     assert entry["this_start"] == "not proved"
 
 
-def test_a_sweep_of_many_bodies_is_shown(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Proofs for many bodies at once are looked for by listing their folder."""
-    Path("plan.yaml").write_text(PLAN)
-    assert rbstab("sweep", "plan.yaml", "--engine", "scipy").exit_code == 0
-    close(folder / PROOFS, monkeypatch)
-    for words in (
-        ("list",),
-        ("show", str(Path("results", "plan"))),
-        ("report", "results", "--format", "text"),
-        ("plot", "results"),
-    ):
-        done = rbstab(*words)
-        assert done.exit_code == 0, done.stderr
-        assert words[0] == "plot" or done.stderr.count(WARNING) == 1
-
-
 def test_another_folder_that_cannot_be_read_is_named(
     folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,6 +2,7 @@
 
 import csv
 from pathlib import Path
+from typing import Any
 
 import netCDF4
 import numpy as np
@@ -112,8 +113,9 @@ def test_the_traces_of_a_sweep(form: str, sweep: Path, rbstab: Invoke) -> None:
 
 def test_runs_have_one_row_each(folder: Path, rbstab: Invoke) -> None:
     for name in ("b", "a"):
+        own: dict[str, Any] = {f"{name}_own": 2.5}
         (folder / "runs").mkdir(exist_ok=True)
-        made_file(folder / f"runs/{name}.h5", title=f'Run "{name}", of two', **{f"{name}_own": 2.5})
+        made_file(folder / f"runs/{name}.h5", title=f'Run "{name}", of two', **own)
     done = rbstab("export", "runs", "-o", "runs.csv")
     assert done.exit_code == 0, done.output
     with Path("runs.csv").open(newline="", encoding="utf-8") as file:

@@ -1,6 +1,5 @@
 """Protects `rbstab sweep --dask`: interrupts, a lost scheduler, results equal to local ones."""
 
-import json
 import signal
 import sys
 import time

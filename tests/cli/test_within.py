@@ -64,15 +64,6 @@ def test_a_sliding_connector_is_not_decided(held: Path, rbstab: Invoke) -> None:
     )
 
 
-def test_a_proof_that_cannot_be_stored_is_printed(held: Path, rbstab: Invoke) -> None:
-    (held / "results").mkdir()
-    (held / "results" / "proofs").write_text("in the way")
-    done = rbstab("stability", "held.yaml", "--no-run", "--within", "controller.K_r=±1%")
-    assert done.exit_code == 0
-    assert "one rest state, a minimum, proved" in done.stdout
-    assert "the proof is not stored" in done.stderr
-
-
 def test_a_limit_of_time_ends_the_proof_and_is_told(held: Path, rbstab: Invoke) -> None:
     """Nothing that ended early is kept as the answer: with more time, it is proved."""
     within = ("stability", "held.yaml", "--no-run", "--within", "controller.K_r=±1%")

@@ -49,7 +49,8 @@ KNOCK = """\
 schema_version: 2
 body: {mass: 2, inertia: [1, 1, 1], contact_point: [0, 0, 0]}
 elements:
-  mount: {kind: visco-elastic, point: [0, 0, 0], anchor: [0, 0, 0], K_c: [200, 200, 200], L_c: [10, 10, 10]}
+  mount: {kind: visco-elastic, point: [0, 0, 0], anchor: [0, 0, 0], K_c: [200, 200, 200],
+    L_c: [10, 10, 10]}
   upright: {kind: attitude, K: [1, 1, 1], L: [1, 1, 1]}
   knock: {kind: input, quantity: force, point: [0, 0, 0], direction: [1, 0, 0], amplitude: 100,
     signal: {kind: pulse, start: 1, duration: 0.01}}

@@ -73,6 +73,7 @@ def test_folders_inside_of_a_sweep(mixed: Path, rbstab: Invoke) -> None:
     assert traces[0]["file"] == "00000000.h5"
 
 
+@pytest.mark.slow
 def test_the_folder_above_the_results_stands_for_them(mixed: Path, rbstab: Invoke) -> None:
     mixed.rename("results")
     (Path("results") / "broken.h5").write_text("text")

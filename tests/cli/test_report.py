@@ -114,7 +114,15 @@ HOSTILE = "<img src=x onerror=alert(1)> **b** [red]r[/red] | `c` $x$ \x1b[31m \u
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["r.html", "r.txt", "r.md", "r.pdf", "r.json"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "r.html",
+        "r.txt",
+        "r.json",
+        *(pytest.param(name, marks=pytest.mark.heavy) for name in ("r.md", "r.pdf")),
+    ],
+)
 def test_foreign_words_are_words(name: str, folder: Path, rbstab: Invoke) -> None:
     """A result with hostile markup in every text steers neither a page nor a terminal."""
     words = HOSTILE.replace("\x1b", "").replace("\u202e", "")

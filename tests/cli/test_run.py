@@ -18,7 +18,7 @@ RUN = ("run", "good.yaml", "--no-prove")
 OUTSIDE = ("--set", "controller.variant=permanent", "--set", "initial.angular_velocity=[16,32,-16]")
 
 
-@pytest.mark.slow
+@pytest.mark.heavy
 def test_proved_answers_come_last_and_are_proved_once(
     folder: Path, rbstab: Invoke, refuse: Callable[..., None]
 ) -> None:
@@ -48,6 +48,7 @@ def test_proved_answers_come_last_and_are_proved_once(
     assert [shown[key] for key in ("answers", "outcome")] == [data["answers"], data["outcome"]]
 
 
+@pytest.mark.slow
 def test_a_run_leaves_a_file_a_table_and_facts(folder: Path, rbstab: Invoke) -> None:
     done = rbstab(*RUN)
     result = api.open_result("results/good.h5")

@@ -158,6 +158,7 @@ def test_a_dry_run_says_what_is_left_and_writes_nothing(rbstab):
     assert "holds a different sweep" in other.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("use_fake_engine")
 def test_another_sweep_is_moved_aside_by_force_only(rbstab):
     rbstab(*SWEEP, "--engine", "scipy")

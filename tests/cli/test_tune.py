@@ -156,6 +156,7 @@ def test_the_config_that_it_writes_is_proved(case1: Path, rbstab: Invoke) -> Non
     assert rbstab("guard", "case1.yaml", "--force").exit_code == 0
 
 
+@pytest.mark.slow
 def test_the_couple_of_the_barrier_is_that_of_its_potential(case1: Path, rbstab: Invoke) -> None:
     done = rbstab("guard", "case1.yaml", "-o", "g.yaml", "--json")
     facts = json.loads(done.stdout)
@@ -170,6 +171,7 @@ def test_the_couple_of_the_barrier_is_that_of_its_potential(case1: Path, rbstab:
     assert facts["guarded"]["largest_pitch"] == pytest.approx(np.abs(Theta).max(), rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("method", "key"), [("stiff", "stiffness"), ("repelling", "couple")])
 def test_a_soft_guard_keeps_this_start_in_the_range(
     case1: Path, rbstab: Invoke, method: str, key: str

@@ -29,6 +29,10 @@ initial: {angular_velocity: [1, 2, -1]}
 integration: {duration: 0.1, samples: 11}
 """
 
+PLAN_OF_MASSES = "base: good.yaml\nvary: {body.mass: {values: [40, 41]}}\n"
+
+STORED = Path(__file__).parents[1] / "formats/data/format_1"
+
 Invoke = Callable[..., Result]
 
 
@@ -49,6 +53,43 @@ def invoke(*arguments: str) -> Result:
 def rbstab() -> Invoke:
     """A function that calls the command line in this process."""
     return invoke
+
+
+@pytest.fixture
+def refuse(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """A function that lets calls of a function, or of several of rbstab, fail."""
+
+    def use(*names: str, error: Exception | None = None) -> None:
+        def fail(*_: object, **__: object) -> None:
+            raise error or AssertionError("the command began its work")
+
+        for name in names:
+            monkeypatch.setattr(f"rbstab.{name}", fail)
+
+    return use
+
+
+@pytest.fixture
+def no_runs(refuse: Callable[..., None]) -> None:
+    """Let every run, sweep and proof fail the test."""
+    refuse(
+        "experiment.run_to_file.simulate_problem",
+        "experiment.proof_cache.proof_for",
+        "sweep.sweep.sweep_to_folder",
+        "sweep.folder.open_folder.sweep_bytes",
+    )
+
+
+@pytest.fixture
+def no_work(no_runs: None, refuse: Callable[..., None]) -> None:
+    """Let every computation fail the test."""
+    refuse(
+        "experiment.tuning.tune.tune",
+        "experiment.tuning.sensitivities.sensitivities",
+        "experiment.tuning.guard.guard",
+        "experiment.stability.stability_of",
+        "report.build.report_of",
+    )
 
 
 @pytest.fixture
@@ -80,13 +121,13 @@ def use_fake_engine(monkeypatch: pytest.MonkeyPatch, plan: Path) -> Callable[...
     return use
 
 
+def restore_interrupts() -> None:
+    """React to interrupts: the background processes of a shell ignore them."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def start(*arguments: str) -> "subprocess.Popen[str]":
     """Start the command line in its own process, which reacts to interrupts."""
-
-    def restore_interrupts() -> None:
-        # A shell makes its background processes and their children ignore interrupts.
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-
     return subprocess.Popen(
         [sys.executable, "-m", "rbstab_cli", *arguments],
         stdout=subprocess.PIPE,

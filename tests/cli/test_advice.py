@@ -4,23 +4,14 @@ Frequencies are those of the matrices of mass and stiffness, computed here.
 """
 
 import json
-import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from support.leg import LIGAMENTS, leg
+from support.leg import leg
 
-import rbstab
-from rbstab.config.build import problem_of
-from rbstab.config.load import load_config
-from rbstab.experiment import proof as proofs
-from rbstab.experiment.convergence.decisions import convergence_at_start
-from rbstab.experiment.stability import stability_of
-from rbstab.experiment.summary import at_rest_from, settling_time_of
-from rbstab.proof import limits
 from rbstab_cli.main import cli
 
 POINTS = [[x, y, -0.15] for x in (0.3, -0.3) for y in (0.2, -0.2)]
@@ -42,10 +33,6 @@ def mount(p: list[float]) -> dict[str, Any]:
     return {"kind": "visco-elastic", "point": p, "anchor": p, "K_c": K_C, "L_c": L_C}
 
 
-def spring(p: list[float]) -> dict[str, Any]:
-    return {"kind": "spring", "point": p, "anchor": p, "stiffness": 2000, "rest_length": 0}
-
-
 MOUNTS = machine([mount(p) for p in POINTS])
 
 SPIN = {
@@ -57,36 +44,26 @@ SPIN = {
 
 LEG = leg()
 
-KNOCK: dict[str, Any] = {
-    "schema_version": 2,
-    "body": {"mass": 2, "inertia": [1, 1, 1], "contact_point": [0, 0, 0]},
-    "elements": {
-        "mount": {
-            "kind": "visco-elastic",
-            "point": [0, 0, 0],
-            "anchor": [0, 0, 0],
-            "K_c": [200] * 3,
-            "L_c": [10] * 3,
-        },
-        "upright": {"kind": "attitude", "K": [1, 1, 1], "L": [1, 1, 1]},
-        "knock": {
-            "kind": "input",
-            "quantity": "force",
-            "point": [0, 0, 0],
-            "direction": [1, 0, 0],
-            "amplitude": 100,
-            "signal": {"kind": "pulse", "start": 1, "duration": 0.01},
-        },
-    },
-    "integration": {"duration": 10},
-}
+
+KNOCK = """\
+schema_version: 2
+body: {mass: 2, inertia: [1, 1, 1], contact_point: [0, 0, 0]}
+elements:
+  mount: {kind: visco-elastic, point: [0, 0, 0], anchor: [0, 0, 0], K_c: [200, 200, 200],
+    L_c: [10, 10, 10]}
+  upright: {kind: attitude, K: [1, 1, 1], L: [1, 1, 1]}
+  knock: {kind: input, quantity: force, point: [0, 0, 0], direction: [1, 0, 0], amplitude: 100,
+    signal: {kind: pulse, start: 1, duration: 0.01}}
+integration: {duration: 10}
+"""
 
 
 @pytest.fixture(autouse=True)
 def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    for name, data in {"mounts": MOUNTS, "spin": SPIN, "leg": LEG, "knock": KNOCK}.items():
+    for name, data in {"mounts": MOUNTS, "spin": SPIN, "leg": LEG}.items():
         Path(f"{name}.yaml").write_text(json.dumps(data))
+    Path("knock.yaml").write_text(KNOCK)
 
 
 def printed(*arguments: str) -> str:
@@ -113,35 +90,6 @@ def test_the_frequencies_of_the_mounts_need_no_proof() -> None:
     assert f"{text} rad/s" in printed("show", "results/mounts.h5")
 
 
-@pytest.mark.heavy
-def test_the_mounts_damp_every_motion() -> None:
-    """They hold it upside down too, turned about x: each is 0.4 m from its anchor along y."""
-    config = load_config(MOUNTS)
-    proof = rbstab.prove(config, brief=True)
-    first, second = [state for state in proof.states if state.index == 0][:2]
-    assert (first.orientation, first.energy) == ((0, 0, 0), 0)
-    assert second.energy == pytest.approx(4 * 0.5 * (3000 * 0.4**2), abs=1e-6)
-    assert proof.region is not None
-    assert 0.99 * 960 < proof.region.lower_bound < 960
-    assert convergence_at_start(problem_of(config), proof).proved
-    modes = stability_of(problem_of(config), proof).linearisations[0]
-    assert modes is not None
-    assert sorted(modes.natural_frequencies[::2]) == pytest.approx(frequencies(K_C))
-
-
-def test_rest_states_without_damping_are_looked_for() -> None:
-    config = load_config(machine([spring(p) for p in POINTS]))
-    proof = rbstab.prove(config)
-    assert proof.states
-    assert not any(state.proved for state in proof.states)
-    assert (proof.proved, proof.region, proof.globally_stable) == (False, None, None)
-    assert proof.outcome.endswith("every motion loses energy: no damper acts on the body")
-    modes = stability_of(problem_of(config), proof).linearisations[0]
-    assert modes is not None
-    assert sorted(modes.natural_frequencies[::2]) == pytest.approx(frequencies([2000] * 3))
-    np.testing.assert_allclose(modes.eigenvalues.real, 0.0, atol=1e-8)
-
-
 def test_a_free_spin_never_rests() -> None:
     found = printed("run", "spin.yaml")
     assert "v stays at 3.5 J along the computed run; the body moves on without damping" in found
@@ -163,50 +111,6 @@ def test_a_rest_state_is_approached_only_if_the_run_comes_to_rest() -> None:
     assert "the rest state below the end of the motion" in shown
 
 
-@pytest.mark.heavy
-def test_whether_more_boxes_help_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With ligaments on a tied body the bounds decide so little that no limit is enough."""
-    monkeypatch.setattr(limits, "TELLING", 1000)
-    monkeypatch.setattr(limits, "BRIEF_WITH_LIGAMENTS", 10000)
-    monkeypatch.setattr(limits, "MOST", 16000)
-    config = load_config(LEG | {"elements": LIGAMENTS})
-    for brief in (True, False):
-        proof = rbstab.prove(config, brief=brief)
-        assert (proof.proved, proof.goes_on) == (False, False)
-        words = r"more boxes are not expected to help: \S+ of them decide (\S+) %"
-        share = re.match(words, proof.ended)
-        assert share is not None
-        assert 0 < float(share[1]) < 5
-        assert proof.ended.endswith(
-            "at this rate, the 8000 of the longest proof are too few; the same body held at C "
-            "(variant: permanent) may be proved in its place"
-        )
-        found = convergence_at_start(problem_of(config), proof)
-        assert found.why.startswith(f"no certified region is proved ({proof.ended})")
-        assert "outside" not in found.why
-
-
-@pytest.mark.heavy
-def test_the_brief_proof_of_a_tied_leg_with_two_ligaments_recommends_no_longer_one() -> None:
-    """It decides 2.4 % of the range in 5119 boxes: at this rate, 200,000 are not enough."""
-    proof = rbstab.prove(LEG | {"elements": LIGAMENTS}, brief=True)
-    assert (proof.brief, proof.goes_on) == (True, False)
-    assert proof.ended.startswith("more boxes are not expected to help")
-    assert "--prove" not in proof.ended
-    assert "(variant: permanent)" in proof.ended
-
-
-@pytest.mark.heavy
-def test_the_held_body_is_named_also_where_more_boxes_may_help(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(limits, "BRIEF_WITH_LIGAMENTS", 4000)
-    monkeypatch.setattr(proofs, "ENOUGH", 0.1)
-    proof = rbstab.prove(LEG | {"elements": LIGAMENTS}, brief=True)
-    assert proof.goes_on
-    assert "--prove tries more; the same body held at C (variant: permanent)" in proof.ended
-
-
 def test_a_driven_run_speaks_of_the_largest_v() -> None:
     found = printed("run", "knock.yaml")
     assert "v(0)/1000" not in found
@@ -224,27 +128,3 @@ def test_a_driven_sweep_speaks_of_the_largest_v() -> None:
     for found in (printed("sweep", "knocks.yaml"), printed("show", "results/knocks")):
         assert largest in found
         assert "v(0)/1000" not in found
-
-
-def test_v_of_the_start_has_one_value_under_one_name() -> None:
-    """`stability` counts from the lowest rest state, and does not call this v(0)."""
-    found = printed("stability", "leg.yaml")
-    assert "This start: 0.202" in found
-    assert "J above the lowest rest state, inside" in found
-    assert "v(0) =" not in found
-    assert "start above rest state 1, J" in found
-
-
-@pytest.fixture(scope="module")
-def fine() -> float:
-    """Return the settling time of the leg by many samples, s."""
-    samples = {"integration": {"duration": 5, "samples": 2001}}
-    return settling_time_of(rbstab.simulate(LEG | samples))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("samples", [5, 11, 51, 501])
-def test_the_settling_time_does_not_depend_on_the_samples(samples: int, fine: float) -> None:
-    found = rbstab.simulate(LEG | {"integration": {"duration": 5, "samples": samples}})
-    assert settling_time_of(found) == pytest.approx(fine, abs=1e-7)
-    assert float(at_rest_from(found)) == pytest.approx(fine, rel=1e-3)

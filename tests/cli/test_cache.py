@@ -48,12 +48,6 @@ def test_the_cache_is_shown_and_cleared(tmp_path: Path) -> None:
     assert sum(path.stat().st_size for path in place.iterdir()) < full / 4
 
 
-def test_code_is_cached_again_after_clearing(tmp_path: Path) -> None:
-    cache("--clear", folder=tmp_path)
-    assert called("-c", FILL, folder=tmp_path).returncode == 0
-    assert " 0.0 MB" not in cache(folder=tmp_path).stdout
-
-
 @pytest.mark.parametrize("options", [(), ("--clear",)])
 def test_a_folder_that_cannot_be_used_is_an_error(options: tuple[str, ...]) -> None:
     folder = f"{os.devnull}/cache"
@@ -61,13 +55,3 @@ def test_a_folder_that_cannot_be_used_is_an_error(options: tuple[str, ...]) -> N
     assert (done.returncode, done.stdout) == (4, "")
     assert done.stderr.startswith(f"error: the cache {folder}/rbstab cannot be used: ")
     assert done.stderr.endswith("HEYOKA_CACHE_DIR.\n")
-
-
-def test_a_damaged_database_is_an_error(tmp_path: Path) -> None:
-    place = tmp_path / "rbstab"
-    place.mkdir()
-    (place / "cache.db").write_text("no database")
-    done = cache(folder=tmp_path)
-    assert done.returncode == 4
-    assert f"the cache {place} cannot be used" in done.stderr
-    assert "Remove the folder" in done.stderr

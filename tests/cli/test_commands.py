@@ -1,23 +1,24 @@
-"""Protects the command line as a whole: help, start-up imports, `check`, `show`, `schema`,
-`completion`, exit codes, and a sweep without streams.
-"""
+"""The command line as a whole: help, imports, exit codes, options given twice, packages."""
 
 import json
+import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import click
 import jsonschema
 import pytest
 import yaml
-from cli.conftest import GOOD, Invoke
+from cli.conftest import GOOD, PLAN_OF_MASSES, Invoke
+from support.made_runs import made_file
 
+from rbstab_cli import exit_codes, main
+from rbstab_cli.arguments import configs
 from rbstab_cli.help_examples import EXAMPLES, FIRST_STEPS
 from rbstab_cli.main import COMMANDS, cli
-
-PAPER = Path(__file__).parents[2] / "configs" / "paper"
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -156,71 +157,6 @@ def test_the_modules_that_a_run_imports_are_excluded_from_garbage_collection(fol
     assert done.stderr.split()[-4:] == ["0", "True", "True", "False"]
 
 
-def test_version(rbstab: Invoke) -> None:
-    assert rbstab("--version").stdout.startswith("rbstab 0.")
-
-
-def test_an_unknown_command_is_a_usage_error(rbstab: Invoke) -> None:
-    assert rbstab("simulate").exit_code == 2
-
-
-@pytest.mark.parametrize("command", ["run", "check", "show", "report", "sensitivities", "tune"])
-def test_a_missing_argument_is_a_usage_error(command: str, rbstab: Invoke) -> None:
-    assert rbstab(command).exit_code == 2
-
-
-def test_check_says_what_is_right(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("check", "good.yaml")
-    assert done.exit_code == 0
-    assert done.stdout.startswith("good.yaml: valid: free, coordinates Z, engine scipy, run id ")
-    assert not Path("results").exists()
-
-
-def test_check_says_all_that_is_wrong(folder: Path, rbstab: Invoke) -> None:
-    Path("wrong.yaml").write_text(GOOD.replace("mass: 41", "mass: 0"))
-    done = rbstab("check", "good.yaml", "wrong.yaml", "--set", "integration.samples=1")
-    assert done.exit_code == 2
-    assert done.stdout == ""
-    assert done.stderr.splitlines() == [
-        "--set integration.samples:1:21: integration.samples: is 1 (expected a number at least 2)",
-        "wrong.yaml:2:14: body.mass: is 0 (expected a number greater than 0)",
-    ]
-
-
-def test_show_says_how_a_run_ended(folder: Path, rbstab: Invoke) -> None:
-    reference = "reference: {source: a book, final: {orientation: [0.1, 0.2, 0.3]}}\n"
-    Path("good.yaml").write_text(GOOD + reference)
-    rbstab("run", "--no-prove", "good.yaml")
-    shown = rbstab("show", "results/good.h5")
-    assert shown.exit_code == 0
-    assert "A short run" in shown.stdout
-    assert "Reference: a book" in shown.stdout
-    assert "(0.1, 0.2, 0.3)" in shown.stdout
-    for name in ("contact_displacement", "run_id", "numpy_version"):
-        assert name in shown.stdout
-
-
-def test_show_compares_no_changed_case_with_the_paper(folder: Path, rbstab: Invoke) -> None:
-    for name, changes in {"own": [], "other": ["--set", "body.mass=42"]}.items():
-        words = ("run", str(PAPER / "case1_permanent.yaml"), "--no-prove", "-o", name, *changes)
-        assert rbstab(*words).exit_code == 0
-    own, other = (rbstab("show", f"{name}/case1_permanent.h5").stdout for name in ("own", "other"))
-    assert "(0.092, -0.1221, 0.0003)" in own
-    assert "not compared" not in own
-    assert "(0.092, -0.1221, 0.0003)" not in other
-    assert "not compared: this config is another case, by body.mass." in other
-    data = json.loads(rbstab("show", "other/case1_permanent.h5", "--json").stdout)
-    assert data["reference"]["changed"] == ["body.mass"]
-
-
-def test_show_as_json(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "--no-prove", "good.yaml")
-    facts = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
-    assert facts["status"] == "completed"
-    assert facts["arrays"]["orientation"]["shape"] == [11, 3]
-    assert yaml.safe_load(facts["config"])["title"] == "A short run"
-
-
 def test_numbers_that_are_not_finite_are_null_in_json(folder: Path, rbstab: Invoke) -> None:
     Path("good.yaml").write_text(GOOD.replace("[1, 2, -1]", "[1e200, 0, 1e200]"))
     assert rbstab("run", "--no-prove", "good.yaml").exit_code == 3
@@ -229,40 +165,11 @@ def test_numbers_that_are_not_finite_are_null_in_json(folder: Path, rbstab: Invo
     assert facts["lyapunov_start"] is None
 
 
-@pytest.mark.parametrize(
-    ("name", "content"), [("missing.h5", None), ("text.h5", b"text"), ("empty.h5", b"")]
-)
-def test_show_refuses_what_is_no_result(
-    name: str, content: bytes | None, folder: Path, rbstab: Invoke
-) -> None:
-    if content is not None:
-        Path(name).write_bytes(content)
-    done = rbstab("show", name)
-    assert done.exit_code == 4
-    assert done.stderr.startswith(f"error: {name}")
-
-
-def test_titles_cannot_steer_the_terminal(folder: Path, rbstab: Invoke) -> None:
-    title = '"\\e[31mred\\e[0m [bold]markup[/bold]"'
-    Path("good.yaml").write_text(GOOD.replace("A short run", title))
-    rbstab("run", "--no-prove", "good.yaml")
-    shown = rbstab("show", "results/good.h5").stdout
-    assert "\x1b" not in shown
-    assert "[bold]markup[/bold]" in shown
-
-
 def test_the_printed_schema_accepts_a_config(folder: Path, rbstab: Invoke) -> None:
     schema = json.loads(rbstab("schema").stdout)
     jsonschema.validate(yaml.safe_load(GOOD), schema)
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(yaml.safe_load(GOOD.replace("mass: 41", "mass: -41")), schema)
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion_scripts(shell: str, rbstab: Invoke) -> None:
-    done = rbstab("completion", shell)
-    assert done.exit_code == 0
-    assert "_RBSTAB_COMPLETE" in done.stdout
 
 
 def test_completion_completes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -276,24 +183,120 @@ def test_completion_completes(monkeypatch: pytest.MonkeyPatch) -> None:
     assert done.stdout.split() == [f"plain,{command}" for command in commands]
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="its shell cannot close streams like this")
-@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-"])
-def test_a_sweep_needs_no_streams(folder: Path, closed: str) -> None:
-    # Two shards, so that a second process starts.
-    (folder / "plan.yaml").write_text(
-        "base: good.yaml\nvary: {body.mass: {linspace: [40, 42, 4]}}\n"
+def test_plans_and_configs_are_checked(folder: Path, rbstab: Invoke) -> None:
+    Path("plan.yaml").write_text(PLAN_OF_MASSES)
+    done = rbstab("check", "plan.yaml", "good.yaml")
+    assert done.exit_code == 0
+    plan, config = done.stdout.splitlines()
+    assert plan.startswith("plan.yaml: valid: the plan of a sweep, 2 members, free, sweep id ")
+    assert config.startswith("good.yaml: valid: free, coordinates Z, engine scipy, run id ")
+    assert not Path("results").exists()
+
+
+NEEDED = {
+    "run good.yaml --engine heyoka": ("heyoka", "the engine 'heyoka' cannot be used here"),
+    "tune good.yaml --objective energy --over controller.L_r": ("heyoka", "need heyoka"),
+    "sensitivities good.yaml": ("heyoka", "need heyoka, which cannot be used here"),
+    "sweep plan.yaml --dask tcp://127.0.0.1:9": ("distributed", "rbstab[cluster]"),
+    "export made.h5 -o a.parquet": ("pandas pyarrow", "rbstab[table]"),
+    "export made.h5 -o a.csv": ("pandas pyarrow", ""),
+    "report made.h5 -o a.md": ("vl_convert typst", "rbstab[report]"),
+    "report made.h5 -o a.pdf": ("vl_convert typst", "rbstab[report]"),
+    "report made.h5 -o a.html": ("vl_convert typst", ""),
+}
+"""Commands with the packages that are missing, and what is said then; "" if they are not needed."""
+
+WITHOUT = """
+import sys
+for name in sys.argv.pop(1).split():
+    sys.modules[name] = None  # as if it were not installed
+from rbstab_cli.main import main
+main()
+"""
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("command", NEEDED)
+def test_a_command_names_the_package_that_it_needs(command: str, folder: Path) -> None:
+    Path("plan.yaml").write_text(PLAN_OF_MASSES)
+    made_file(folder / "made.h5")
+    packages, message = NEEDED[command]
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT, packages, *command.split()],
+        capture_output=True,
+        text=True,
+        check=False,
     )
-    command = [
-        sys.executable,
-        "-m",
-        "rbstab_cli",
-        "sweep",
-        "--no-prove",
-        "plan.yaml",
-        "--shard-size",
-        "2",
-    ]
-    shell = ["/bin/sh", "-c", f'exec "$@" {closed}', "sh", *command, "--threads", "2"]
-    assert subprocess.run(shell, capture_output=True, check=False).returncode == 0
-    assert (folder / "results/plan/members.h5").exists()
+    assert done.returncode == (2 if message else 0)
+    assert message in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_the_docs_and_the_help_list_every_code(rbstab: Invoke) -> None:
+    codes = {value for name, value in vars(exit_codes).items() if name.isupper()}
+    table = (ROOT / "docs/commands.md").read_text(encoding="utf-8").partition("## Exit codes")[2]
+    assert {int(code) for code in re.findall(r"^\| (\d+) \|", table, re.MULTILINE)} == codes
+    told = " ".join(rbstab("--help").stdout.split()).partition("Exit codes:")[2]
+    assert {int(code) for code in re.findall(r"(?:^|; ) ?(\d+) ", told)} == codes
+
+
+def ended(monkeypatch: pytest.MonkeyPatch, *words: str) -> object:
+    """Return the exit code of the program in this process."""
+    monkeypatch.setattr(sys, "argv", ["rbstab", *words])
+    for name in ("prepare_streams", "handle_interrupts", "stop_handling"):
+        monkeypatch.setattr(main, name, lambda: None)
+    with pytest.raises(SystemExit) as caught:
+        main.main()
+    return caught.value.code
+
+
+@pytest.mark.usefixtures("folder")
+def test_the_codes_of_commands(monkeypatch: pytest.MonkeyPatch) -> None:
+    short = ("run", "good.yaml", "--no-prove", "-q")
+    assert ended(monkeypatch, "check", "good.yaml") == exit_codes.OK
+    assert ended(monkeypatch, "check", "missing.yaml") == exit_codes.USAGE
+    assert ended(monkeypatch, "run") == exit_codes.USAGE
+    # At 50 rad/s the body leaves the range of θ2 within the tenth of a second.
+    spin = ("--set", "initial.angular_velocity=[0, 50, 0]")
+    assert ended(monkeypatch, *short, *spin) == exit_codes.NOT_COMPLETED
+    assert ended(monkeypatch, "show", "missing.h5") == exit_codes.STORAGE
+
+
+@pytest.mark.usefixtures("folder")
+def test_an_unexpected_error_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Python prints its traceback and ends with `exit_codes.INTERNAL`."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(configs, "print_warnings", fail)
+    monkeypatch.setattr("rbstab.config.warnings.config_warnings", fail)
+    with pytest.raises(ZeroDivisionError):
+        ended(monkeypatch, "check", "good.yaml")
+
+
+def options_with_one_value() -> Iterator[tuple[str, str]]:
+    """Yield the name of each command with each of its options that takes one value."""
+    context = click.Context(cli)
+    for name in COMMANDS:
+        command = cli.get_command(context, name)
+        assert command is not None
+        for option in command.params:
+            if isinstance(option, click.Option) and option.nargs == 1 and not option.is_flag:
+                yield from ((name, spelling) for spelling in option.opts if not option.multiple)
+
+
+@pytest.mark.parametrize(("command", "option"), [*options_with_one_value()])
+def test_one_value_given_twice_is_refused(rbstab: Invoke, command: str, option: str) -> None:
+    done = rbstab(command, option, "a", option, "b")
+    assert done.exit_code == 2
+    assert done.stderr.startswith(f"Usage: rbstab {command} ")
+    assert " is given 2 times, and takes one value.\n" in done.stderr
+
+
+def test_two_spellings_are_one_option(rbstab: Invoke) -> None:
+    done = rbstab("run", "good.yaml", "-o", "a", "--output", "b")
+    assert "Error: --output is given 2 times" in done.stderr

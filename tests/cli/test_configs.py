@@ -7,8 +7,6 @@ from pathlib import Path
 import pytest
 
 import rbstab
-from rbstab.config.controllers import SlidingController
-from rbstab.config.warnings import config_warnings
 from rbstab.experiment.summary import summary_of
 
 ROOT = Path(__file__).parents[2] / "configs"
@@ -38,63 +36,3 @@ def test_every_config_runs_and_closes_its_audit(path: Path) -> None:
     kinetic = result["energy"][:, 0]
     assert kinetic[-1] < 1e-2 * kinetic.max()
     assert result["lyapunov"][-1] < result["lyapunov"][0]
-
-
-def test_the_counterexamples_are_what_they_say() -> None:
-    assert rbstab.simulate(LEAVES_RANGE).status == "range left"
-    soft = rbstab.load_config(LEAVES_RANGE.with_name("soft.yaml"))
-    states = rbstab.prove(soft).states
-    assert [state.proved for state in states] == [True, True]
-    assert states[1].orientation == pytest.approx((1.977, 1.534, 2.718), abs=1e-3)
-
-
-def test_the_papers_cases_and_the_promised_examples_are_there() -> None:
-    names = {path.stem for path in CONFIGS}
-    paper = {"case1_permanent", "case2_visco_elastic", "case2_stiff", "case3_embedded"}
-    examples = {
-        "free_gravity",
-        "permanent_gravity_origin",
-        "permanent_gravity_equilibrium",
-        "manifold",
-        "full_gains",
-        "contact_coordinates",
-        "real_body",
-        "elements",
-        "elements_proved",
-        "strut_proved",
-        "ligament_proved",
-    }
-    sliding = {
-        f"{surface}_{law}_{bound}{load}"
-        for surface in ("position", "slope")
-        for law in ("exact", "layer", "implicit")
-        for bound in (2000, 20000)
-        for load in ("", "_gravity")
-    }
-    assert paper | examples | sliding <= names
-
-
-@pytest.mark.parametrize(
-    "path", sorted((ROOT / "examples" / "sliding").glob("*")), ids=lambda p: p.stem
-)
-def test_each_sliding_example_is_what_its_name_says(path: Path) -> None:
-    surface, law, bound, *load = path.stem.split("_")
-    config = rbstab.load_config(path)
-    controller = config.controller
-    assert isinstance(controller, SlidingController)
-    assert controller.K_s == (float(bound),) * 3
-    assert (controller.surface == "position") == (surface == "position")
-    found = "exact" if controller.law == "exact" else next(iter(type(controller.law).model_fields))
-    assert found == {"layer": "boundary_layer"}.get(law, law)
-    assert any(config.gravity) == (load == ["gravity"])
-
-
-@pytest.mark.parametrize("path", sorted((ROOT / "paper").glob("*.yaml")), ids=lambda p: p.stem)
-def test_each_case_of_the_paper_has_its_reference(path: Path) -> None:
-    reference = rbstab.load_config(path).reference
-    assert reference is not None
-    assert reference.source.startswith("paper, section 6.")
-
-
-def test_the_real_body_gives_no_warning() -> None:
-    assert config_warnings(rbstab.load_config(ROOT / "examples" / "real_body.yaml")) == []

@@ -1,8 +1,8 @@
 """`rbstab export` writes runs and sweeps as tables, from which every bit comes back."""
 
 import csv
-import sys
 from pathlib import Path
+from typing import Any
 
 import netCDF4
 import numpy as np
@@ -78,37 +78,6 @@ def test_a_sweep_has_one_row_a_member(form: str, sweep: Path, rbstab: Invoke) ->
     assert sum(data.dtype.kind == "f" for data in expected.arrays.values()) > 30
 
 
-def test_a_sweep_is_one_netcdf_file(sweep: Path, rbstab: Invoke) -> None:
-    """Its arrays are those of `open_sweep`, for every reader of netCDF-4."""
-    done = rbstab("export", "swept", "-o", "sweep.nc")
-    assert done.exit_code == 0, done.output
-    table = open_sweep(sweep)
-    assert done.stdout == f"-> sweep.nc: 12 rows, {len(table.columns)} columns\n"
-    arrays = {name: table[name] for name in table}
-    with netCDF4.Dataset("sweep.nc") as file:
-        assert file.data_model == "NETCDF4"
-        assert len(file.dimensions["run"]) == 12
-        file.set_auto_mask(False)
-        file.set_auto_chartostring(False)
-        for name, data in arrays.items():
-            found = np.asarray(file[name][...])
-            if data.dtype.kind in "iuf":
-                assert (found.dtype, found.tobytes()) == (data.dtype, data.tobytes()), name
-            else:
-                assert found.tolist() == data.astype(str).tolist(), name
-        for name in table.columns:
-            found, column = file[name], table.variables[name]
-            assert (found.units, found.long_name) == (column.unit, column.long_name)
-            assert found.dimensions == column.dimensions
-    with xarray.open_dataset("sweep.nc", engine="h5netcdf", decode_times=False) as dataset:
-        assert set(dataset.variables) >= set(arrays)
-        for name in ("settling_time", "peak_orientation", "run"):
-            assert dataset[name].values.tobytes() == table[name].tobytes()
-        words = dataset["status"].attrs["flag_meanings"].split()
-        assert [words[code] for code in dataset["status"].values].count("diverged") == 2
-        assert dataset.attrs["plan_id"] == table.attributes["plan_id"]
-
-
 @pytest.mark.parametrize("form", FORMS)
 def test_awkward_numbers_and_texts_come_back(form: str, tmp_path: Path) -> None:
     texts = ["", "a,b", 'say "Θ"', "two\nlines", "nan", "=1+1", *"cde"]
@@ -142,23 +111,11 @@ def test_the_traces_of_a_sweep(form: str, sweep: Path, rbstab: Invoke) -> None:
     assert arrays["position_2"][5 * 7 : 5 * 8].tolist() == traces.of(7)["position"][:, 2].tolist()
 
 
-@pytest.mark.parametrize("form", FORMS)
-def test_the_samples_of_a_run(form: str, folder: Path, rbstab: Invoke) -> None:
-    result = open_result(made_file(folder / "made.h5"))
-    done = rbstab("export", "made.h5", "--traces", "-o", f"motion.{form}")
-    assert done.exit_code == 0, done.output
-    arrays, units = flat_columns(result.variables, ("time",))
-    file = np.full(len(result["time"]), "made.h5", dtype=object)
-    assert_same(Path(f"motion.{form}"), FlatColumns({"file": file, **arrays}, units))
-    assert arrays["orientation_2"].tolist() == result["orientation"][:, 2].tolist()
-    connector = result["part"].tolist().index("connector")
-    assert arrays["energy_connector"].tolist() == result["energy"][:, connector].tolist()
-
-
 def test_runs_have_one_row_each(folder: Path, rbstab: Invoke) -> None:
     for name in ("b", "a"):
+        own: dict[str, Any] = {f"{name}_own": 2.5}
         (folder / "runs").mkdir(exist_ok=True)
-        made_file(folder / "runs" / f"{name}.h5", title=f'Run "{name}", of two')
+        made_file(folder / f"runs/{name}.h5", title=f'Run "{name}", of two', **own)
     done = rbstab("export", "runs", "-o", "runs.csv")
     assert done.exit_code == 0, done.output
     with Path("runs.csv").open(newline="", encoding="utf-8") as file:
@@ -170,58 +127,43 @@ def test_runs_have_one_row_each(folder: Path, rbstab: Invoke) -> None:
     assert float(first["lyapunov_start"]) == result["lyapunov"][0]
     assert float(first["final_position_1"]) == result["position"][-1, 1]
     assert (first["status"], first["warnings"]) == ("completed", "")
+    # What one run lacks is no number.
+    assert (first["a_own"], first["b_own"], second["b_own"]) == ("2.5", "nan", "2.5")
 
 
-def test_what_one_run_lacks_is_empty_or_nan(folder: Path, rbstab: Invoke) -> None:
-    made_file(folder / "plain.h5")
-    made_file(folder / "other.h5", made_number=2.5, made_text="yes")
-    assert rbstab("export", "plain.h5", "other.h5", "-o", "both.csv").exit_code == 0
-    with Path("both.csv").open(newline="", encoding="utf-8") as file:
-        one, other = csv.DictReader(file)
-    assert (one["made_number"], one["made_text"]) == ("nan", "")
-    assert (other["made_number"], other["made_text"]) == ("2.5", "yes")
+def test_a_sweep_is_one_netcdf_file(sweep: Path, rbstab: Invoke) -> None:
+    """Its arrays are those of `open_sweep`, for every reader of netCDF-4."""
+    done = rbstab("export", "swept", "-o", "sweep.nc")
+    table = open_sweep(sweep)
+    assert done.stdout == f"-> sweep.nc: 12 rows, {len(table.columns)} columns\n", done.output
+    with netCDF4.Dataset("sweep.nc") as file:
+        assert (file.data_model, len(file.dimensions["run"])) == ("NETCDF4", 12)
+        file.set_auto_mask(False)
+        file.set_auto_chartostring(False)
+        for name in table:
+            data, found = table[name], np.asarray(file[name][...])
+            if data.dtype.kind in "iuf":
+                assert (found.dtype, found.tobytes()) == (data.dtype, data.tobytes()), name
+            else:
+                assert found.tolist() == data.astype(str).tolist(), name
+        for name in table.columns:
+            found, column = file[name], table.variables[name]
+            assert (found.units, found.long_name) == (column.unit, column.long_name)
+            assert found.dimensions == column.dimensions
+    with xarray.open_dataset("sweep.nc", engine="h5netcdf", decode_times=False) as dataset:
+        words = dataset["status"].attrs["flag_meanings"].split()
+        assert [words[code] for code in dataset["status"].values].count("diverged") == 2
+        assert dataset.attrs["plan_id"] == table.attributes["plan_id"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code", "words"),
-    [
-        (
-            ("made.h5", "-o", "a.xlsx"),
-            2,
-            "expected a file name that ends in .csv, .parquet, .mat, .nc",
-        ),
-        (("made.h5",), 2, "Missing option '-o'"),
-        (("made.h5", "swept", "-o", "a.csv"), 2, "expected runs only, or one sweep"),
-        (("made.h5", "-o", "a.nc"), 2, "-o a.nc: expected one sweep, without --traces"),
-        (("made.h5", "swept", "-o", "a.nc"), 2, "-o a.nc: expected one sweep, without --traces"),
-        (("swept", "--traces", "-o", "a.nc"), 2, "-o a.nc: expected one sweep, without --traces"),
-        (("swept", "-o", "there.nc"), 4, "there.nc: already exists"),
-        (("absent.h5", "-o", "a.csv"), 4, "absent.h5: cannot be read: No such file"),
-        (("made.h5", "-o", "there.csv"), 4, "there.csv: already exists"),
-        (("made.h5", "-o", "no/a.csv"), 4, "the folder no does not exist"),
-    ],
-)
-def test_what_cannot_be_exported(
-    arguments: tuple[str, ...], code: int, words: str, sweep: Path, rbstab: Invoke
+@pytest.mark.parametrize("form", FORMS)
+def test_the_samples_of_a_run_are_those_of_its_file(
+    form: str, folder: Path, rbstab: Invoke
 ) -> None:
-    made_file(sweep.parent / "made.h5")
-    for name in ("there.csv", "there.nc"):
-        Path(name).write_text("mine")
-    done = rbstab("export", *arguments)
-    assert (done.exit_code, words in done.output) == (code, True), done.output
-    assert Path("there.csv").read_text() == Path("there.nc").read_text() == "mine"
-    assert not list(Path().glob("a.*"))
-    assert rbstab("export", "made.h5", "-o", "there.csv", "--force").exit_code == 0
-
-
-def test_only_parquet_needs_further_packages(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    made_file(folder / "made.h5")
-    for name in ("pandas", "pyarrow"):
-        monkeypatch.setitem(sys.modules, name, None)
-    done = rbstab("export", "made.h5", "-o", "a.parquet")
-    assert done.exit_code == 2
-    assert 'needs the package pandas. Run: pip install "rbstab[table]"' in done.stderr
-    for form in ("csv", "mat"):
-        assert rbstab("export", "made.h5", "-o", f"a.{form}").exit_code == 0
+    result = open_result(made_file(folder / "made.h5"))
+    done = rbstab("export", "made.h5", "--traces", "-o", f"motion.{form}")
+    assert done.exit_code == 0, done.output
+    arrays, units = flat_columns(result.variables, ("time",))
+    file = np.full(len(result["time"]), "made.h5", dtype=object)
+    assert_same(Path(f"motion.{form}"), FlatColumns({"file": file, **arrays}, units))
+    assert arrays["orientation_2"].tolist() == result["orientation"][:, 2].tolist()

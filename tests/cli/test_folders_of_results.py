@@ -1,15 +1,16 @@
-"""Protects folders in place of results: what is taken from them, and what is said of the others."""
+"""Folders and shell patterns in place of results: what is taken, and what is said of the others."""
 
 import json
-import os
-import re
 import shutil
 from pathlib import Path
 
 import pytest
-from cli.conftest import Invoke
+from cli.conftest import GOOD, Invoke
+from support.made_runs import made_config, made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
+
+from rbstab_cli.arguments.results import results_among
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
@@ -38,63 +39,6 @@ def test_a_report_takes_the_results_in_a_folder(mixed: Path, rbstab: Invoke) -> 
     named = (f"mixed/{name}" for name in ("embedded.h5", "finished_map", "range_left.h5"))
     same = json.loads(rbstab("report", *named, "--json").stdout)
     assert same["sections"] == data["sections"]
-
-
-def test_the_results_of_a_folder_are_in_the_order_of_their_names(
-    mixed: Path, rbstab: Invoke
-) -> None:
-    os.utime(mixed / "range_left.h5", (1, 1))
-    text = rbstab("report", "mixed", "--format", "text", "-q").stdout
-    assert text.index("embedded") < text.index("range_left")
-
-
-def test_quiet_takes_the_same_without_a_word(mixed: Path, rbstab: Invoke) -> None:
-    done = rbstab("report", "mixed", "--format", "text", "-q")
-    assert "mixed: " not in done.stderr
-
-
-def test_a_report_never_replaces_a_result_in_the_folder(mixed: Path, rbstab: Invoke) -> None:
-    file = mixed / "embedded.h5"
-    before = file.read_bytes()
-    done = rbstab("report", "mixed", "--format", "text", "-o", str(file), "--force")
-    assert done.exit_code == 2
-    assert "is one of the results. Choose another name with -o." in done.stderr
-    assert file.read_bytes() == before
-
-
-def test_a_file_that_is_no_result_hides_no_others(mixed: Path, rbstab: Invoke) -> None:
-    (mixed / "broken.h5").write_text("text")
-    report = rbstab("report", "mixed", "--format", "text")
-    assert report.exit_code == 4
-    assert "mixed/broken.h5: has no seal of rbstab" in report.stderr
-    assert "range_left" in report.stdout
-    plot = rbstab("plot", "mixed")
-    assert plot.exit_code == 0
-    assert "mixed/broken.h5: has no seal of rbstab" in plot.stderr
-    assert "runs-decay" in plot.stdout
-    # A result that is named must be readable.
-    assert rbstab("plot", "mixed", "mixed/broken.h5").exit_code == 4
-
-
-def test_a_folder_of_unfinished_sweeps_says_so(folder: Path, rbstab: Invoke) -> None:
-    shutil.copytree(STORED / "sweeps/begun_map", "begun/begun_map")
-    done = rbstab("report", "begun")
-    assert done.exit_code == 4
-    assert printed("begun/begun_map") + ": is a sweep that is not finished" in done.stderr
-
-
-def _without_ages(text: str) -> list[str]:
-    return re.sub(r"\d+ (s|min|h|days?)\b", "", text).split()
-
-
-def test_the_folder_above_the_results(mixed: Path, rbstab: Invoke) -> None:
-    mixed.rename("results")
-    dot = rbstab("list", ".")
-    # The ages may differ by a second.
-    plain, found = (_without_ages(done.stdout) for done in (rbstab("list"), dot))
-    assert (dot.exit_code, found) == (0, plain)
-    assert printed("results/proofs has 2 files; rbstab show results/proofs") in dot.stdout
-    assert ".: 2 runs and 2 sweeps\n" in rbstab("plot", ".").stderr
 
 
 def test_a_folder_of_proofs(mixed: Path, rbstab: Invoke) -> None:
@@ -129,8 +73,83 @@ def test_folders_inside_of_a_sweep(mixed: Path, rbstab: Invoke) -> None:
     assert traces[0]["file"] == "00000000.h5"
 
 
-def test_help_is_a_word_too(rbstab: Invoke) -> None:
-    assert rbstab("help").stdout == rbstab("--help").stdout
-    assert rbstab("help", "show").stdout == rbstab("show", "--help").stdout
-    done = rbstab("help", "shwo")
-    assert (done.exit_code, "Did you mean show?" in done.stderr) == (2, True)
+@pytest.mark.slow
+def test_the_folder_above_the_results_stands_for_them(mixed: Path, rbstab: Invoke) -> None:
+    mixed.rename("results")
+    (Path("results") / "broken.h5").write_text("text")
+    plain, dot = rbstab("list"), rbstab("list", ".")
+    assert plain.exit_code == dot.exit_code == 4
+    # The ages may differ by a second.
+    assert plain.stdout.split()[:20] == dot.stdout.split()[:20]
+    assert printed("results/proofs has 2 files; rbstab show results/proofs") in dot.stdout
+    plot = rbstab("plot", ".")
+    # What cannot be read hides no others.
+    assert plot.exit_code == 0
+    assert printed("results/broken.h5: has no seal of rbstab") in plot.stderr
+    assert "runs-decay" in plot.stdout
+    assert rbstab("plot", ".", printed("results/broken.h5")).exit_code == 4
+
+
+BESIDE = (
+    *("proofs/1.json", "notes_files/still.png", "notes.md", "README.md", "figure.svg"),
+    *("figure.csv", "old.pdf", "old.html", "log.txt"),
+)
+
+
+@pytest.fixture
+def beside(folder: Path) -> Path:
+    """A folder with two runs, a sweep, and files that stand beside them."""
+    for name in (*BESIDE, "light.h5", "heavy.h5", "plan/manifest.json", "plan/members.h5"):
+        path = folder / "mixed" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("text")
+    return Path("mixed")
+
+
+def named(folder: Path) -> list[Path]:
+    """Return everything in a folder, as the shell names it for `folder/*`."""
+    return sorted(folder.iterdir())
+
+
+def test_what_stands_beside_results_is_left_out(
+    beside: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    results = [beside / name for name in ("heavy.h5", "light.h5", "plan")]
+    assert list(results_among(named(beside))) == results
+    (note,) = capsys.readouterr().err.splitlines()
+    assert note.startswith(printed("Left out, not a result: mixed/README.md, "))
+    assert list(results_among(named(beside), quiet=True)) == results
+    assert capsys.readouterr().err == ""
+
+
+def test_the_parts_of_a_sweep_are_left_out(beside: Path) -> None:
+    sweep = beside / "plan"
+    (sweep / "plan.yaml").write_text("base: good.yaml\nvary: {}\n")
+    (sweep / "shards").mkdir()
+    assert results_among(named(sweep), quiet=True) == (sweep / "members.h5",)
+
+
+@pytest.mark.parametrize("name", ["wrong.h5", "folder", "missing.h5", "mine.txt", "mine.yaml"])
+def test_what_may_be_meant_as_a_result_is_not_left_out(beside: Path, name: str) -> None:
+    """A damaged file, a folder, a file that does not exist, and a config of any name."""
+    if name == "folder":
+        Path(name).mkdir()
+    elif name != "missing.h5":
+        Path(name).write_text(GOOD)
+    assert results_among([beside / "light.h5", Path(name)]) == (beside / "light.h5", Path(name))
+
+
+def test_a_report_of_a_pattern_that_names_the_older_report(folder: Path, rbstab: Invoke) -> None:
+    """The report of before is replaced, and the command names what it is made from."""
+    made_file(Path("made/run.h5"), made_config())
+    Path("made/proofs").mkdir()
+    page = Path("made/page.txt")
+    assert rbstab("report", "made/run.h5", "-o", str(page)).exit_code == 0
+    done = rbstab("report", *map(str, named(Path("made"))), "-o", str(page))
+    assert done.exit_code == 0, done.stderr
+    assert done.stderr.replace("\\", "/") == (
+        "Left out, not a result: made/page.txt, made/proofs\n-> made/page.txt\n"
+    )
+    assert printed("rbstab report made/run.h5 -o made/page.txt") in " ".join(
+        page.read_text().split()
+    )

@@ -9,7 +9,8 @@ import pytest
 from cli.conftest import Invoke
 from support.made_runs import made_file
 
-from rbstab.report.model.figure import Axis, Figure, Panel
+from rbstab.report.model.figure import Axis, Band, Cells, Figure, Panel, Points
+from rbstab.report.writers.figure_data import csv_of
 from rbstab.store.result import open_result
 
 
@@ -27,14 +28,6 @@ def test_the_figures_are_listed(run: Path, rbstab: Invoke) -> None:
     assert "run-1-energy" in names
 
 
-def test_the_name_of_a_figure_without_its_option(run: Path, rbstab: Invoke) -> None:
-    done = rbstab("plot", "made.h5", "runs-decay")
-    assert done.exit_code == 4
-    assert done.stderr.startswith("runs-decay: cannot be read: No such file or directory")
-    assert done.stderr.endswith("; a figure is named by --figure NAME\n")
-    assert "--figure" not in rbstab("plot", "made.h5", "other.h5").stderr
-
-
 @pytest.mark.parametrize(
     ("ending", "begin"), [("svg", b"<svg"), ("pdf", b"%PDF"), ("png", b"\x89PNG")]
 )
@@ -47,12 +40,6 @@ def test_a_drawing_is_the_same_each_time(
     content = Path(f"a.{ending}").read_bytes()
     assert content.startswith(begin)
     assert content == Path(f"b.{ending}").read_bytes()
-
-
-def test_the_texts_of_a_drawing_are_texts(run: Path, rbstab: Invoke) -> None:
-    rbstab("plot", "made.h5", "--figure", "runs-decay", "-o", "a.svg")
-    texts = re.findall("<text [^>]*>([^<]*)</text>", Path("a.svg").read_text())
-    assert any("Lyapunov function" in text for text in texts)
 
 
 def test_the_data_are_those_of_the_run(run: Path, rbstab: Invoke) -> None:
@@ -68,59 +55,6 @@ def test_the_data_are_those_of_the_run(run: Path, rbstab: Invoke) -> None:
     }
 
 
-def test_what_is_wrong_is_said(run: Path, rbstab: Invoke) -> None:
-    half = rbstab("plot", "made.h5", "--figure", "runs-decay")
-    assert (half.exit_code, "give both --figure NAME and -o FILE" in half.stderr) == (2, True)
-    ending = rbstab("plot", "made.h5", "--figure", "runs-decay", "-o", "a.gif")
-    assert (ending.exit_code, "expected a file name that ends in .svg" in ending.stderr) == (
-        2,
-        True,
-    )
-    name = rbstab("plot", "made.h5", "--figure", "decay", "-o", "a.svg")
-    assert (
-        name.exit_code,
-        "--figure decay: unknown; expected one of runs-decay," in name.stderr,
-    ) == (2, True)
-    missing = rbstab("plot", "none.h5")
-    assert (missing.exit_code, "none.h5" in missing.stderr) == (4, True)
-    Path("a.svg").write_text("mine")
-    kept = rbstab("plot", "made.h5", "--figure", "runs-decay", "-o", "a.svg")
-    assert (kept.exit_code, Path("a.svg").read_text()) == (4, "mine")
-
-
-def test_maps_have_their_values(folder: Path, rbstab: Invoke) -> None:
-    from rbstab.report.model.figure import Cells
-    from rbstab.report.writers.figure_data import csv_of
-
-    x, y = np.array([1.0, 2.0]), np.array([3.0, 4.0])
-    cells = Cells(x, y, np.array([[0.1, 0.2], [np.nan, 0.4]]), Axis("peak", "m"))
-    panel = Panel(Axis("a"), Axis("b"), (cells,))
-    rows = csv_of(Figure("map", "A map", (panel,))).splitlines()[1:]
-    assert rows == [
-        "1,a,b,peak [m],1.0,3.0,,,0.1",
-        "1,a,b,peak [m],2.0,3.0,,,0.2",
-        "1,a,b,peak [m],1.0,4.0,,,nan",
-        "1,a,b,peak [m],2.0,4.0,,,0.4",
-    ]
-
-
-def test_bands_have_their_ends_and_categories_their_names() -> None:
-    from rbstab.report.model.figure import Band, Points
-    from rbstab.report.writers.figure_data import csv_of
-
-    x = np.array([1.0, 0.0])
-    band = Band(x, np.array([2.0, 3.0]), np.array([5.0, 7.0]), "between")
-    points = Points(x, np.array([0.0, 4.0]), "ends")
-    panel = Panel(Axis("a"), Axis("b", categories=("good", "bad")), (band, points))
-    rows = csv_of(Figure("f", "F", (panel,))).splitlines()[1:]
-    assert rows == [
-        "1,a,b,between,1.0,,2.0,5.0,",
-        "1,a,b,between,0.0,,3.0,7.0,",
-        "1,a,b,ends,1.0,good,,,",
-        "1,a,b,ends,0.0,4.0,,,",
-    ]
-
-
 def test_a_figure_for_one_column_of_a_paper(run: Path, rbstab: Invoke) -> None:
     """It is 80 mm wide, and no text has another size than 8 points, but for exponents."""
     done = rbstab("plot", "made.h5", "--figure", "runs-decay", "--column", "-o", "a.svg")
@@ -131,10 +65,22 @@ def test_a_figure_for_one_column_of_a_paper(run: Path, rbstab: Invoke) -> None:
     assert set(re.findall(r'<text style="font(?:-size)?: ([\d.]+)px', content)) == {"8"}
 
 
-@pytest.mark.parametrize("options", [(), ("--figure", "runs-decay", "-o", "a.csv")])
-def test_a_column_without_a_drawing_is_refused(
-    options: tuple[str, ...], run: Path, rbstab: Invoke
-) -> None:
-    done = rbstab("plot", "made.h5", "--column", *options)
-    assert done.exit_code == 2
-    assert "--column is of use only with -o FILE that ends in .svg, .pdf, .png" in done.stderr
+def test_maps_bands_and_categories_have_their_values() -> None:
+    x, y = np.array([1.0, 0.0]), np.array([3.0, 4.0])
+    cells = Cells(x, y, np.array([[0.1, 0.2], [np.nan, 0.4]]), Axis("peak", "m"))
+    band = Band(x, np.array([2.0, 3.0]), np.array([5.0, 7.0]), "between")
+    points = Points(x, np.array([0.0, 4.0]), "ends")
+    panels = (
+        Panel(Axis("a"), Axis("b"), (cells,)),
+        Panel(Axis("a"), Axis("b", categories=("good", "bad")), (band, points)),
+    )
+    assert csv_of(Figure("f", "F", panels)).splitlines()[1:] == [
+        "1,a,b,peak [m],1.0,3.0,,,0.1",
+        "1,a,b,peak [m],0.0,3.0,,,0.2",
+        "1,a,b,peak [m],1.0,4.0,,,nan",
+        "1,a,b,peak [m],0.0,4.0,,,0.4",
+        "2,a,b,between,1.0,,2.0,5.0,",
+        "2,a,b,between,0.0,,3.0,7.0,",
+        "2,a,b,ends,1.0,good,,,",
+        "2,a,b,ends,0.0,4.0,,,",
+    ]

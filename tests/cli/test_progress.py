@@ -2,14 +2,12 @@
 
 import sys
 import time
-from typing import Any
 
 import pytest
-from cli.conftest import GOOD, Invoke
 
 from rbstab.experiment.start_sets.starts_record import MAX_PARTS
 from rbstab_cli.output import progress as progress_module
-from rbstab_cli.output.progress import compiling, simulated_time, starts_proved
+from rbstab_cli.output.progress import simulated_time, starts_proved
 
 
 def use_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -60,46 +58,3 @@ def test_lines_where_there_is_no_terminal(
     assert (len(lines) > 1) == printed
     assert set(lines) <= {"0 s: one.yaml", "0 s: one.yaml, t = 1.5 of 3 s"}
     assert not printed or lines[-1].endswith("t = 1.5 of 3 s")
-
-
-def test_only_long_compilations_are_announced() -> None:
-    assert "equations of 13 elements" in compiling("heyoka", 13)
-    assert compiling("heyoka", 3) == compiling("scipy", 13) == ""
-
-
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize(
-    ("option", "shown"),
-    [("controller=±1%", "all bodies"), ("initial.angular_velocity[0]=±0.01", "all starts")],
-)
-def test_stability_shows_the_proof_that_is_at_work(
-    rbstab: Invoke, monkeypatch: pytest.MonkeyPatch, option: str, shown: str
-) -> None:
-    """The stages of the command are named in their order, with the file."""
-    names: list[str] = []
-    module = "rbstab_cli.output.progress"
-    working = sys.modules[module].working
-
-    def noted_working(name: str, *, wanted: bool) -> Any:
-        names.append(name if wanted else "")
-        return working(name, wanted=wanted)
-
-    monkeypatch.setattr(f"{module}.working", noted_working)
-    assert "duration: 0.1" in GOOD
-    assert rbstab("stability", "good.yaml", "--no-run", "--within", option).exit_code == 0
-    stages = (shown, "rest states", "exact motion")
-    assert names == [f"good.yaml: {stage}" for stage in stages]
-    names.clear()
-    done = rbstab("stability", "good.yaml", "--no-run", "--within", option, "--quiet")
-    assert done.exit_code == 0
-    assert done.stderr == ""
-    assert names == [""] * len(stages)
-
-
-def test_a_quiet_proof_shows_nothing_on_a_terminal(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    use_terminal(monkeypatch)
-    with starts_proved("one.yaml", wanted=False) as progress:
-        progress(0.5, 1)
-    assert capsys.readouterr().err == ""

@@ -1,4 +1,4 @@
-"""`rbstab run --prove` and `rbstab show` say what is proved of the exact motion."""
+"""What is proved of the exact motion, with the run or after it, is said alike by every command."""
 
 import json
 import shutil
@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from cli.conftest import GOOD, Invoke, invoke
 from click.testing import Result
-from support.printed_paths import printed
 
 OUTSIDE = (
     *("--set", "controller.variant=permanent", "--set", "body.inertia=[10,8,0.4]"),
@@ -71,32 +70,12 @@ def test_json_has_it_as_one_object(proved: Result, rbstab: Invoke) -> None:
     again = json.loads(rbstab("run", "good.yaml", "--prove", "--json", *OUTSIDE).stdout)
     assert again[0]["convergence"] == found
     assert again[0]["computed"] is False
-
-
-def test_a_longer_enclosure_is_added(proved: Result, rbstab: Invoke) -> None:
-    first = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    # A longer enclosure is added, and the run is not integrated again.
     longer = rbstab("run", "good.yaml", "--prove", "--to-end", "--json", *OUTSIDE)
-    # The run is not integrated again.
     assert json.loads(longer.stdout)[0]["computed"] is False
     second = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
-    shapes = [data["arrays"]["enclosure/time"]["shape"] for data in (first, second)]
-    assert shapes[0][0] < shapes[1][0] == 11
-    shorter = rbstab("run", "good.yaml", "--prove", "--json", *OUTSIDE)
-    assert json.loads(shorter.stdout)[0]["computed"] is False
-
-
-def test_without_a_proof_the_reason_is_given(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "good.yaml", "--no-prove", "--json")
-    found = json.loads(done.stdout)[0]["convergence"]
-    assert found["proved"] is None
-    assert "rbstab run CONFIG --prove" in found["why"]
-    assert "Whole range: not decided" in rbstab("run", "good.yaml", "--no-prove").stdout
-
-
-def test_the_end_needs_the_proof(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "good.yaml", "--to-end")
-    assert done.exit_code == 2
-    assert "--to-end needs --prove" in done.stderr
+    shapes = [one["arrays"]["enclosure/time"]["shape"][0] for one in (data, second)]
+    assert shapes[0] < shapes[1] == 11
 
 
 def test_a_printed_value_that_does_not_follow(folder: Path, rbstab: Invoke) -> None:
@@ -107,8 +86,10 @@ def test_a_printed_value_that_does_not_follow(folder: Path, rbstab: Invoke) -> N
     done = rbstab("run", "good.yaml", "--prove", "--to-end", *OUTSIDE, *reference)
     assert done.exit_code == 0, done.output
     assert "the printed value does not follow, proved" in rbstab("show", "results/good.h5").stdout
-    last = json.loads(rbstab("show", "results/good.h5", "--json").stdout)["final"]["orientation"]
-    rounded = [round(angle, 3) for angle in last]
+    shown = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    # To the end: the motion is enclosed at all 11 samples.
+    assert shown["arrays"]["enclosure/time"]["shape"][0] == 11
+    rounded = [round(angle, 3) for angle in shown["final"]["orientation"]]
     right = f"reference.final.orientation={rounded}"
     done = rbstab(
         "run", "good.yaml", "--prove", "--to-end", *OUTSIDE, *reference[:2], "--set", right,
@@ -118,10 +99,36 @@ def test_a_printed_value_that_does_not_follow(folder: Path, rbstab: Invoke) -> N
     assert "does not follow" not in rbstab("show", "other/good.h5").stdout
 
 
-def test_equal_sentences_are_printed_once(folder: Path, rbstab: Invoke) -> None:
-    text = Path("good.yaml").read_text()
-    Path("other.yaml").write_text(text)
-    done = rbstab("run", "good.yaml", "other.yaml", "--prove")
-    lines = done.stdout.splitlines()
-    assert lines.count(printed("results/good.h5, results/other.h5")) == 1
-    assert sum("This start:  proved" in line for line in lines) == 1
+"""With a tenth of the stiffness the body has several rest states."""
+
+
+def words(text: str) -> str:
+    return " ".join(text.split())
+
+
+@pytest.fixture
+def proved_later(folder: Path, rbstab: Invoke) -> Path:
+    """A run without a proof, beside the proof of its rest states."""
+    assert rbstab("run", "good.yaml", "--no-prove", "-q").exit_code == 0
+    assert rbstab("stability", "good.yaml", "--results", "results").exit_code == 0
+    return Path("results/good.h5")
+
+
+def test_show_says_one_thing(proved_later: Path, rbstab: Invoke) -> None:
+    shown = words(rbstab("show", str(proved_later)).stdout)
+    assert "This start: proved" in shown
+    assert "Whole range: proved" in shown
+    assert "global stability proved rest states in the range 1 = 1" in shown
+    assert "certified region proved start above rest state 1, J" in shown
+    assert "proved to be the only one in the range" in shown
+    assert "nothing is proved" not in shown
+    assert "no lower one is known" not in shown
+    data = json.loads(rbstab("show", str(proved_later), "--json").stdout)
+    assert data["answers"]["this_start"]["word"] == "proved"
+    assert data["convergence"]["proved"] is True
+    by_check = {line["check"]: line["word"] for line in data["certificate"]}
+    assert by_check["certified region"] == by_check["global stability"] == "proved"
+    assert data["checks"] == "seen"
+    assert data["verdict"] == "consistent"
+    (entry,) = json.loads(rbstab("list", "--json").stdout)
+    assert (entry["this_start"], entry["whole_range"]) == ("proved", "returns: proved")

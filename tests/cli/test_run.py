@@ -1,91 +1,106 @@
-"""Protects `rbstab run`: stored files, repeated and forced runs, failures, errors, interrupts."""
+"""`rbstab run`: its file, table and answers; repeated, failed and forced runs; members."""
 
 import json
-import signal
-import sys
-import time
-from dataclasses import replace
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
-from cli.conftest import GOOD, Invoke, start
-from support.printed_paths import printed
+from cli.conftest import GOOD, Invoke
+from support.printed_paths import printed, words_of
 
 import rbstab as api
-from rbstab.experiment import run_to_file
-from rbstab.store.result import write_result
+from rbstab.config.load import run_id
+from rbstab.store.errors import StoreError
+from rbstab.sweep.plan.load import load_plan
+
+RUN = ("run", "good.yaml", "--no-prove")
+
+OUTSIDE = ("--set", "controller.variant=permanent", "--set", "initial.angular_velocity=[16,32,-16]")
 
 
-def test_a_run_leaves_a_file_and_a_table(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "--no-prove", "good.yaml")
-    assert done.exit_code == 0
-    assert api.open_result("results/good.h5").status == "completed"
+@pytest.mark.heavy
+def test_proved_answers_come_last_and_are_proved_once(
+    folder: Path, rbstab: Invoke, refuse: Callable[..., None]
+) -> None:
+    done = rbstab("run", "good.yaml", *OUTSIDE)
+    assert done.exit_code == 0, done.output
+    head, *_, outcome, desired, this_start, whole_range, pushes, modes = done.stdout.splitlines()
+    assert head.split()[:2] == ["file", "outcome"]
+    assert outcome.startswith("  Outcome:     still moving at t = 0.1 s: at (")
+    assert outcome.endswith("(the exact motion is proved to converge to (0°, 0°, 0°)): seen.")
+    assert desired == "  Desired:     upright (default), within 10°."
+    assert this_start.startswith("  This start:  proved: ")
+    assert whole_range.startswith("  Whole range: proved: ")
+    assert pushes.startswith("  Pushes:      proved: ")
+    assert modes.startswith("  Modes:       natural frequencies ")
+    stored = api.open_result("results/good.h5")
+    assert stored.attributes["convergence"] == "proved"
+    assert len(list(Path("results/proofs").iterdir())) == 1
+    refuse("experiment.proof.prove", "experiment.convergence.exact_motion.prove_convergence")
+    again = rbstab("run", "good.yaml", *OUTSIDE)
+    assert (again.exit_code, again.stdout) == (0, done.stdout)
+    assert "already done" in again.stderr
+    (data,) = json.loads(rbstab("run", "good.yaml", *OUTSIDE, "--json").stdout)
+    words = {question: answer["word"] for question, answer in data["answers"].items()}
+    assert words == dict.fromkeys(("this_start", "whole_range", "pushes"), "proved")
+    assert (data["outcome"]["kind"], data["outcome"]["rest_state"]) == ("moving", 1)
+    shown = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    assert [shown[key] for key in ("answers", "outcome")] == [data["answers"], data["outcome"]]
+
+
+@pytest.mark.slow
+def test_a_run_leaves_a_file_a_table_and_facts(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab(*RUN)
+    result = api.open_result("results/good.h5")
+    assert (done.exit_code, result.status) == (0, "completed")
     header, line = done.stdout.splitlines()[:2]
     assert header.split()[:2] == ["file", "outcome"]
     assert line.split()[:2] == [printed("results/good.h5"), "still"]
     # The motion is not at rest after 0.1 s.
     assert line.split()[7] == "-"
     assert "At rest: v stays below v(0)/1000 from then on; -: not in this run." in done.stdout
-    assert printed("Next: rbstab show results/good.h5") in done.stderr
-
-
-def test_quiet_says_nothing_but_the_table(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "--no-prove", "good.yaml", "-q")
-    assert done.stderr == ""
-    assert printed("results/good.h5") in done.stdout
-
-
-def test_json_holds_the_facts(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "--no-prove", "good.yaml", "--json", "-o", "elsewhere")
-    (facts,) = json.loads(done.stdout)
-    result = api.open_result("elsewhere/good.h5")
+    assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
+    assert "  Whole range: not decided: " in done.stdout
+    assert "is stored; the same command with --prove tries to make it." in done.stdout
+    assert not Path("results/proofs").exists()
+    facts_of = rbstab(*RUN, "--json", "-o", "elsewhere")
+    (facts,) = json.loads(facts_of.stdout)
     assert facts["file"] == printed("elsewhere/good.h5")
     assert facts["run_id"] == result.run_id
     assert facts["lyapunov_start"] == result["lyapunov"][0]
-    assert facts["end_time"] == 0.1
-    assert facts["warnings"] == []
-    assert facts["computed"] is True
-    assert "repeated" not in facts
+    assert (facts["end_time"], facts["warnings"], facts["computed"]) == (0.1, [], True)
+    assert facts["convergence"]["proved"] is None
+    assert "rbstab run CONFIG --prove" in facts["convergence"]["why"]
+    # A file of this name in the parent of a missing folder is not in the way.
+    quiet = rbstab(*RUN, "-q", "-o", "results/again")
+    assert (quiet.exit_code, quiet.stderr) == (0, "")
+    assert printed("results/again/good.h5") in quiet.stdout
+    assert "  This start:  proved: " in rbstab(*RUN, "--prove").stdout
 
 
-def test_a_finished_run_is_not_repeated(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "--no-prove", "good.yaml")
-    before = Path("results/good.h5").read_bytes()
-    again = rbstab("run", "--no-prove", "good.yaml", "--json")
+def test_an_equal_run_is_repeated_by_force_only(folder: Path, rbstab: Invoke) -> None:
+    path = Path("results/good.h5")
+    rbstab(*RUN)
+    before = path.stat()
+    again = rbstab(*RUN, "--json")
     assert again.exit_code == 0
     assert "already done" in again.stderr
     assert json.loads(again.stdout)[0]["computed"] is False
-    assert Path("results/good.h5").read_bytes() == before
+    assert (path.stat().st_ino, path.stat().st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
+    forced = rbstab(*RUN, "--json", "--force")
+    assert json.loads(forced.stdout)[0]["computed"] is True
+    assert path.stat().st_ino != before.st_ino
+    assert list(Path("results").iterdir()) == [path]
 
 
-def test_force_repeats_it(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "--no-prove", "good.yaml")
-    before = Path("results/good.h5").stat().st_ino
-    assert (
-        json.loads(rbstab("run", "--no-prove", "good.yaml", "--json", "--force").stdout)[0][
-            "computed"
-        ]
-        is True
-    )
-    assert Path("results/good.h5").stat().st_ino != before
-    assert [path.name for path in Path("results").iterdir()] == ["good.h5"]
-
-
-def test_a_different_result_is_never_overwritten(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "--no-prove", "good.yaml")
-    before = Path("results/good.h5").read_bytes()
-    refused = rbstab("run", "--no-prove", "good.yaml", "--set", "body.mass=40")
+def test_a_different_result_is_moved_aside_by_force_only(folder: Path, rbstab: Invoke) -> None:
+    rbstab(*RUN)
+    old, before = api.open_result("results/good.h5"), Path("results/good.h5").read_bytes()
+    refused = rbstab(*RUN, "--set", "body.mass=40")
     assert refused.exit_code == 4
     assert "holds a different result" in refused.stderr
     assert Path("results/good.h5").read_bytes() == before
-
-
-def test_force_moves_a_different_result_aside(folder: Path, rbstab: Invoke) -> None:
-    rbstab("run", "--no-prove", "good.yaml")
-    old = api.open_result("results/good.h5")
-    before = Path("results/good.h5").read_bytes()
-    forced = rbstab("run", "--no-prove", "good.yaml", "--set", "body.mass=40", "--force")
+    forced = rbstab(*RUN, "--set", "body.mass=40", "--force")
     aside = Path(f"results/good.{old.run_id[:8]}.h5")
     assert forced.exit_code == 0
     assert str(aside) in forced.stderr
@@ -93,50 +108,9 @@ def test_force_moves_a_different_result_aside(folder: Path, rbstab: Invoke) -> N
     assert api.open_result("results/good.h5").run_id != old.run_id
 
 
-def test_a_damaged_file_is_refused_and_forced_aside(folder: Path, rbstab: Invoke) -> None:
-    Path("results").mkdir()
-    Path("results/good.h5").write_bytes(b"not a result")
-    assert rbstab("run", "--no-prove", "good.yaml").exit_code == 4
-    assert Path("results/good.h5").read_bytes() == b"not a result"
-    assert rbstab("run", "--no-prove", "good.yaml", "--force").exit_code == 0
-    assert Path("results/good.damaged.h5").read_bytes() == b"not a result"
-
-
-def test_a_run_that_hit_its_time_limit_is_tried_again(folder: Path, rbstab: Invoke) -> None:
-    late = ("run", "--no-prove", "good.yaml", "--json", "--set", "integration.time_limit=1e-9")
-    first, second = rbstab(*late), rbstab(*late)
-    assert first.exit_code == second.exit_code == 3
-    assert json.loads(second.stdout)[0]["status"] == "time limit"
-    assert json.loads(second.stdout)[0]["computed"] is True
-
-
-def test_a_longer_motion_of_the_same_config_is_kept(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+def test_a_run_that_fails_or_cannot_be_stored_leaves_its_neighbours(
+    folder: Path, rbstab: Invoke
 ) -> None:
-    """Two processes repeat a run that hits its time limit; the other one reaches further."""
-    from rbstab.experiment import run_to_file as module
-    from rbstab.experiment.simulate import simulate_problem
-
-    late = ("run", "--no-prove", "good.yaml", "--json", "--set", "integration.time_limit=1e-9")
-    rbstab(*late)
-    first = api.open_result("results/good.h5")
-    time_reached = first.variables["time"]._replace(data=first["time"] + 0.05)
-    longer = replace(first, variables=first.variables | {"time": time_reached})
-
-    def overtaken(*arguments: Any, **options: Any) -> api.Result:
-        write_result("results/good.h5", longer, replace=True)
-        return simulate_problem(*arguments, **options)
-
-    monkeypatch.setattr(module, "simulate_problem", overtaken)
-    done = rbstab(*late)
-    assert done.exit_code == 3
-    assert "already holds a result of this config that is as good or better" in done.stderr
-    assert json.loads(done.stdout)[0]["computed"] is False
-    assert json.loads(done.stdout)[0]["end_time"] == 0.05
-    assert api.open_result("results/good.h5")["time"].tolist() == [0.05]
-
-
-def test_a_failed_run_is_stored_and_its_neighbours_go_on(folder: Path, rbstab: Invoke) -> None:
     leaves = GOOD.replace("[1, 2, -1]", "[0, 32, 0]").replace("[400, 400, 320]", "[4, 4, 3]")
     Path("a_leaves.yaml").write_text(leaves)
     done = rbstab("run", "--no-prove", "a_leaves.yaml", "good.yaml")
@@ -144,77 +118,23 @@ def test_a_failed_run_is_stored_and_its_neighbours_go_on(folder: Path, rbstab: I
     assert "a_leaves.yaml: range left: cos θ2 fell to 0.001 at t = 0.0" in done.stderr
     assert api.open_result("results/a_leaves.h5").status == "range left"
     assert api.open_result("results/good.h5").status == "completed"
-
-
-def test_a_result_that_cannot_be_written_does_not_stop_the_others(
-    folder: Path, rbstab: Invoke
-) -> None:
     Path("other.yaml").write_text(GOOD)
-    Path("results/good.h5").mkdir(parents=True)
-    done = rbstab("run", "--no-prove", "good.yaml", "other.yaml")
+    Path("in the way/good.h5").mkdir(parents=True)
+    done = rbstab("run", "--no-prove", "good.yaml", "other.yaml", "-o", "in the way")
     assert done.exit_code == 4
-    assert printed("results/good.h5") in done.stderr
-    assert api.open_result("results/other.h5").status == "completed"
+    assert printed("in the way/good.h5") in done.stderr
+    assert api.open_result("in the way/other.h5").status == "completed"
 
 
-def test_a_folder_that_cannot_be_made_is_said(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("run", "--no-prove", "good.yaml", "-o", "good.yaml/results")
-    assert done.exit_code == 4
-    assert "cannot be written" in done.stderr
-    assert done.stdout == ""
-
-
-def test_nothing_is_run_when_one_config_is_wrong(folder: Path, rbstab: Invoke) -> None:
-    Path("wrong.yaml").write_text(GOOD.replace("mass: 41", "mass: -41").replace("K_r", "Kr"))
-    done = rbstab("run", "--no-prove", "good.yaml", "wrong.yaml", "missing.yaml")
-    assert done.exit_code == 2
-    assert not Path("results").exists()
-    lines = done.stderr.splitlines()
-    assert "wrong.yaml:2:14: body.mass: is -41 (expected a number greater than 0)" in lines
-    assert "wrong.yaml:7:3: controller.Kr: is unknown (did you mean K_r?)" in lines
-    assert any(line.startswith("missing.yaml:1:1: cannot be read") for line in lines)
-
-
-def test_an_error_of_the_command_line_is_said_once(folder: Path, rbstab: Invoke) -> None:
-    Path("other.yaml").write_text(GOOD)
-    done = rbstab("run", "--no-prove", "good.yaml", "other.yaml", "--set", "body.mass=-1")
-    assert done.exit_code == 2
-    assert done.stderr.count("body.mass: is -1") == 1
-
-
-def test_two_configs_of_one_name_are_refused(folder: Path, rbstab: Invoke) -> None:
-    Path("sub").mkdir()
-    Path("sub/good.yaml").write_text(GOOD)
-    done = rbstab("run", "--no-prove", "good.yaml", "sub/good.yaml")
-    assert done.exit_code == 2
-    assert "would both write" in done.stderr
-    assert not Path("results").exists()
-
-
-def test_engine_replaces_that_of_the_config(folder: Path, rbstab: Invoke) -> None:
-    pytest.importorskip("heyoka")
-    rbstab("run", "--no-prove", "good.yaml", "--engine", "heyoka")
-    assert api.open_result("results/good.h5").attributes["engine"] == "heyoka"
-
-
-def test_a_missing_engine_is_said(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+def test_a_run_without_its_proof_is_kept(
+    folder: Path, rbstab: Invoke, refuse: Callable[..., None]
 ) -> None:
-    monkeypatch.setitem(sys.modules, "heyoka", None)
-    for module in ("engine", "run"):
-        monkeypatch.delitem(sys.modules, f"rbstab.integrate.heyoka.{module}", raising=False)
-    done = rbstab("run", "--no-prove", "good.yaml", "--engine", "heyoka")
-    assert done.exit_code == 2
-    assert "the engine 'heyoka' cannot be used here" in done.stderr
-
-
-def test_warnings_are_said_once_for_all_configs(folder: Path, rbstab: Invoke) -> None:
-    for name in ("a.yaml", "b.yaml"):
-        Path(name).write_text(GOOD.replace("[10.0, 9.0, 2.0]", "[10.0, 8.0, 0.4]"))
-    done = rbstab("run", "--no-prove", "a.yaml", "b.yaml")
-    warnings = [line for line in done.stderr.splitlines() if line.startswith("warning")]
-    assert len(warnings) == 1
-    assert warnings[0].startswith("warning: a.yaml and 1 more: body.inertia: no real body")
+    refuse("experiment.proof_cache.write_document", error=StoreError("the proof cannot be written"))
+    done = rbstab("run", "good.yaml")
+    assert done.exit_code == 4
+    assert "good.yaml: the proof cannot be written" in done.stderr
+    assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
+    assert Path("results/good.h5").is_file()
 
 
 WARNING = "the motion is not reproducible after t = 0.05 s (trusted_until)"
@@ -230,88 +150,87 @@ def warned(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return names
 
 
-def test_the_warnings_of_results_follow_their_answers(warned: list[str], rbstab: Invoke) -> None:
-    """Each once for each result; what is said of the config is not repeated."""
+def test_warnings_are_said_once_and_those_of_results_follow_their_answers(
+    warned: list[str], rbstab: Invoke
+) -> None:
     done = rbstab("run", "--no-prove", *warned)
-    own = [line for line in done.stderr.splitlines() if line.startswith("warning: results")]
+    given, *own = [line for line in done.stderr.splitlines() if line.startswith("warning")]
+    assert given.startswith("warning: a.yaml and 1 more: body.inertia: no real body")
     assert own == [f"warning: {Path('results', name)}.h5: {WARNING}" for name in ("a", "b")]
     assert WARNING not in done.stdout
     *_, whole_range, first, _, next_line = done.output.splitlines()
     assert whole_range.startswith("  Whole range: ")
     assert first == own[0]
     assert next_line.startswith("Next: ")
-
-
-def test_a_finished_result_warns_again(warned: list[str], rbstab: Invoke) -> None:
-    rbstab("run", "--no-prove", *warned)
     again = rbstab("run", "--no-prove", *warned)
-    assert again.stderr.count("already done") == len(warned)
-    assert again.stderr.count(WARNING) == len(warned)
-
-
-def test_many_results_have_their_warnings_below_the_table(
-    warned: list[str], rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("rbstab_cli.output.answers.MAX_SENTENCES", 0)
-    done = rbstab("run", "--no-prove", *warned)
-    below = done.output.partition("rbstab show FILE says why.\n")[2]
-    assert below.count(WARNING) == done.stderr.count(WARNING) == len(warned)
-
-
-def test_json_leaves_the_warnings_on_stderr(warned: list[str], rbstab: Invoke) -> None:
-    done = rbstab("run", "--no-prove", "--json", *warned)
-    assert [WARNING in data["warnings"] for data in json.loads(done.stdout)] == [True, True]
-    assert done.stderr.count(WARNING) == len(warned)
-
-
-def test_a_quiet_run_leaves_out_the_warnings_of_results(warned: list[str], rbstab: Invoke) -> None:
+    assert again.stderr.count("already done") == again.stderr.count(WARNING) == len(warned)
+    data = rbstab("run", "--no-prove", "--json", *warned)
+    assert [WARNING in one["warnings"] for one in json.loads(data.stdout)] == [True, True]
+    assert data.stderr.count(WARNING) == len(warned)
     assert WARNING not in rbstab("run", "--no-prove", "-q", *warned).output
 
 
-def test_an_interrupt_just_after_a_run_is_stored_counts_it(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+SPINS = """\
+title: Spins
+base: good.yaml
+vary:
+  initial.angular_velocity[0]: {linspace: [-4, 4, 5]}
+  controller.K_r: {scale: {values: [1, 2]}}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+def test_a_member_is_that_of_its_sweep(engine: str, folder: Path, rbstab: Invoke) -> None:
+    """Its engine is that of the sweep, or which the sweep would have."""
+    Path("spins.yaml").write_text(SPINS)
+    rbstab("run", "--no-prove", "spins.yaml", "--member", "1", "-q", "-o", "before")
+    expected = load_plan("spins.yaml", ["integration.engine=heyoka"]).config_of(1)
+    assert api.open_result("before/spins-member1.h5").run_id == run_id(expected)
+    rbstab("sweep", "--no-prove", "spins.yaml", "--engine", engine, "-q")
+    done = rbstab("run", "--no-prove", "results/spins/plan.yaml", "--member", "3", "--json")
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)[0]["file"] == "results/spins-member3.h5"
+    result, table = api.open_result("results/spins-member3.h5"), api.open_sweep("results/spins")
+    # Member 3 has entry 1 of the five spins and entry 1 of the two factors.
+    assert table["initial_angular_velocity_0"][3] == -2.0
+    assert result["angular_velocity"][0].tolist() == [-2.0, 2.0, -1.0]
+    assert result.attributes["title"] == "A short run, member 3"
+    assert result.run_id == run_id(load_plan("results/spins/plan.yaml").config_of(3))
+    assert result.attributes["engine"] == engine
+    assert result["lyapunov"][0] == pytest.approx(table["lyapunov_start"][3], rel=1e-12)
+    assert result["lyapunov"][-1] == pytest.approx(table["lyapunov_end"][3], rel=1e-9)
+    assert result["position"][-1] == pytest.approx(table["final_position"][3], rel=1e-8)
+
+
+def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder: Path, rbstab: Invoke) -> None:
+    Path("spins.yaml").write_text(SPINS)
+    member = ("run", "--no-prove", "spins.yaml", "--member", "3", "--engine", "scipy")
+    assert rbstab(*member, "--set", "controller.K_r=[10, 20, 30]").exit_code == 0
+    stored = Path("results/spins-member3.h5")
+    before = stored.read_bytes()
+    assert "K_r: [20.0, 40.0, 60.0]" in api.open_result(stored).config
+    again = rbstab(*member, "--set", "controller.K_r=[10, 20, 30]", "--member", "0")
+    assert "already done" in again.stderr
+    assert Path("results/spins-member0.h5").is_file()
+    assert rbstab(*member).exit_code == 4
+    assert stored.read_bytes() == before
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("count", "command"), [(1, "show"), (2, "report"), (7, "report")])
+def test_the_next_command_shows_or_reports_the_runs(
+    count: int, command: str, folder: Path, rbstab: Invoke
 ) -> None:
-    store = run_to_file.run_to_file
-
-    def stored_and_interrupted(*arguments: Any, **options: Any) -> None:
-        store(*arguments, **options)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(run_to_file, "run_to_file", stored_and_interrupted)
-    done = rbstab("run", "--no-prove", "good.yaml")
-    assert done.exit_code == 130
-    assert "Interrupted: 1 of 1 runs are stored." in done.stderr
-
-
-def test_the_result_of_an_older_config_does_not_count_after_an_interrupt(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert rbstab("run", "--no-prove", "good.yaml").exit_code == 0
-    Path("good.yaml").write_text(GOOD.replace("samples: 11", "samples: 21"))
-
-    def interrupted(*arguments: Any, **options: Any) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(run_to_file, "run_to_file", interrupted)
-    done = rbstab("run", "--no-prove", "--force", "good.yaml")
-    assert done.exit_code == 130
-    assert "Interrupted: 0 of 1 runs are stored." in done.stderr
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT cannot be sent to one process")
-def test_an_interrupt_keeps_what_is_done(folder: Path) -> None:
-    endless = GOOD.replace("duration: 0.1, samples: 11", "duration: 1e6, samples: 2")
-    Path("endless.yaml").write_text(endless)
-    process = start("run", "--no-prove", "good.yaml", "endless.yaml")
-    deadline = time.monotonic() + 60
-    while not Path("results/good.h5").exists():
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
-    time.sleep(0.2)
-    process.send_signal(signal.SIGINT)
-    stdout, stderr = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "Interrupted: 1 of 2 runs are stored." in stderr
-    assert "Traceback" not in stderr
-    assert "results/good.h5" in stdout
-    assert [path.name for path in Path("results").iterdir()] == ["good.h5"]
+    names = [f"a {number}.yaml" for number in range(count)]
+    for name in names:
+        Path(name).write_text(GOOD)
+    done = rbstab("run", "--no-prove", "-o", "my results", *names)
+    program, *words = words_of(done.stderr.splitlines()[-1].removeprefix("Next: "))
+    assert (program, words[0]) == ("rbstab", command)
+    shown = rbstab(*words, *(["--format", "text"] if command == "report" else []))
+    assert shown.exit_code == 0
+    assert count == 1 or f"{count} runs" in shown.stdout
+    files = [str(Path("my results", name).with_suffix(".h5")) for name in names]
+    assert words[1:] == (files if count < 7 else ["my results"])
+    assert count != 2 or f"{', '.join(files)}\n  Outcome: " in done.stdout

@@ -1,10 +1,15 @@
-"""Protects `rbstab stability` and `rbstab run --prove`: proofs, verdicts, and stored proofs."""
+"""`rbstab stability`: proofs, verdicts, curves along a gain, and bodies that cannot rest."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
+import yaml
 from cli.conftest import Invoke
+from support.leg import leg
+
+from rbstab import open_result
 
 WEAK = "controller.K_r=[40,40,32]"
 
@@ -56,94 +61,27 @@ def test_a_counterexample_is_named(folder: Path, rbstab: Invoke) -> None:
     assert "Verdict" not in done.stdout
 
 
-def test_search_only_proves_and_keeps_nothing(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("stability", "good.yaml", "--search-only", "--no-run")
-    assert "not proved to be all" in done.stdout
-    assert "from a search, not proved" in done.stdout
-    assert not (folder / "results").exists()
-
-
-def test_a_kept_proof_is_used_by_run_and_by_search_only(folder: Path, rbstab: Invoke) -> None:
-    rbstab("stability", "good.yaml", "--no-run")
-    (kept,) = (folder / "results" / "proofs").iterdir()
-    before = kept.stat().st_mtime_ns
-    ran = rbstab("run", "--no-prove", "good.yaml", "--json")
-    assert json.loads(ran.stdout)[0]["convergence"]["proved"] is True
-    again = rbstab("stability", "good.yaml", "--search-only", "--no-run")
-    assert "proved to be all" in again.stdout
-    assert kept.stat().st_mtime_ns == before
-
-
 def test_run_prove_makes_the_proof(folder: Path, rbstab: Invoke) -> None:
     first = rbstab("run", "--no-prove", "good.yaml", "--json")
     assert json.loads(first.stdout)[0]["convergence"]["proved"] is None
     second = rbstab("run", "good.yaml", "--json", "--prove")
     facts = json.loads(second.stdout)[0]
     assert (facts["convergence"]["proved"], facts["computed"]) == (True, False)
-    third = rbstab("run", "good.yaml", "--json", "--prove")
-    assert json.loads(third.stdout)[0]["computed"] is False
-
-
-def test_a_file_instead_of_the_terminal(folder: Path, rbstab: Invoke) -> None:
-    whole = rbstab("stability", "good.yaml", "--no-run").stdout
-    done = rbstab("stability", "good.yaml", "--no-run", "-o", "stability.txt")
-    assert (done.exit_code, done.stdout) == (0, "")
-    assert Path("stability.txt").read_text() == whole
-    again = rbstab("stability", "good.yaml", "--no-run", "-o", "stability.txt")
-    assert again.exit_code == 4
-    assert "stability.txt: already exists" in again.stderr
-    assert Path("stability.txt").read_text() == whole
-    nowhere = rbstab("stability", "good.yaml", "--no-run", "-o", "no/folder.txt")
-    assert nowhere.exit_code == 4
-    assert str(Path("no", "folder.txt")) in nowhere.stderr
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "",
-        "K_r",
-        "K_r=1:2",
-        "=1:2:3",
-        "K_r=0:1:3",
-        "K_r=1:inf:3",
-        "K_r=1:2:0",
-        "K_r=1:nan:3",
-        "a=1:2:x",
-    ],
-)
-def test_an_along_that_is_none(folder: Path, rbstab: Invoke, text: str) -> None:
-    done = rbstab("stability", "good.yaml", "--along", text)
-    assert done.exit_code == 2
-    assert "expected KEY=FROM:TO:COUNT" in done.stderr
-
-
-@pytest.mark.parametrize(
-    ("key", "expected"),
-    [
-        ("controller.Kr", "did you mean controller.K_r?"),
-        ("K_r", "did you mean controller.K_r?"),
-        ("controller.K_r[3]", "did you mean controller.K_r?"),
-        ("bdy.mass", "did you mean body.mass?"),
-        ("body.mass.x.y", "expected one of controller.K_t, controller.L_t, controller.K_r, "),
-        ("title", "expected one of controller.K_t, controller.L_t, controller.K_r, "),
-    ],
-)
-def test_an_along_of_no_gain(key: str, expected: str, folder: Path, rbstab: Invoke) -> None:
-    """It is refused before anything is computed; the proof would be stored in results/proofs."""
-    done = rbstab("stability", "good.yaml", "--along", f"{key}=1:2:3")
-    assert done.exit_code == 2
-    message = f"--along {key}:1:1: {key} has no numbers that a factor can scale ({expected}"
-    assert done.stderr.startswith(message)
-    assert not Path("results").exists()
-
-
-def test_wrong_configs_are_all_told_first(folder: Path, rbstab: Invoke) -> None:
-    Path("wrong.yaml").write_text("body: 3\n")
-    done = rbstab("stability", "good.yaml", "wrong.yaml")
-    assert done.exit_code == 2
-    assert "wrong.yaml:1:" in done.stderr
-    assert done.stdout == ""
+    # It is used by every command, and made once.
+    (kept,) = (folder / "results" / "proofs").iterdir()
+    before = kept.stat().st_mtime_ns
+    without = rbstab("run", "--no-prove", "good.yaml", "--json", "-o", "results", "--force")
+    assert json.loads(without.stdout)[0]["convergence"]["proved"] is True
+    search = ("stability", "good.yaml", "--search-only", "--no-run")
+    found = rbstab(*search)
+    assert "proved to be all" in found.stdout
+    assert kept.stat().st_mtime_ns == before
+    assert rbstab(*search, "-o", "stability.txt").stdout == ""
+    assert Path("stability.txt").read_text() == found.stdout
+    searched = rbstab(*search, "--results", "other").stdout
+    assert "not proved to be all" in searched
+    assert "from a search, not proved" in searched
+    assert not Path("other").exists()
 
 
 def test_a_folder_that_takes_no_proof_is_no_error(folder: Path, rbstab: Invoke) -> None:
@@ -165,3 +103,114 @@ def test_the_run_of_a_violated_argument_is_told(folder: Path, rbstab: Invoke) ->
     assert "the Lyapunov argument fails: audit: max |r| / largest energy: " in done.stderr
     assert " > 0.01\n" in done.stderr
     assert "This start:  not decided: the check audit of the computed run failed" in done.stdout
+
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+LAW = "K_s: [20000, 20000, 20000]\n  surface: {slope: 20}\n  law: exact\n  K_t"
+SHORT = ("--no-run", "--search-only")
+
+
+def test_a_gain_without_an_effect_has_one_row(folder: Path, rbstab: Invoke) -> None:
+    text = Path("good.yaml").read_text().replace("variant: free", "variant: sliding")
+    Path("sliding.yaml").write_text(text.replace("K_t", LAW, 1))
+    done = rbstab("stability", "sliding.yaml", *SHORT, "--along", "controller.K_s=0.5:2:5")
+    assert done.exit_code == 0, done.output
+    assert "controller.K_s does not change the linearised system." in done.stdout
+    table = done.stdout.partition("Along controller.K_s")[2].partition("Not listed")[0]
+    assert len([line for line in table.splitlines() if line.strip()]) == 4
+    assert "E decays as exp(-κt), κ = 20 1/s" in done.stdout
+
+
+def test_round_off_is_not_printed_as_an_oscillation(rbstab: Invoke) -> None:
+    """A damper gives two axes of this body the same two real eigenvalues."""
+    config = str(CONFIGS / "examples" / "real_body.yaml")
+    done = rbstab("stability", config, *SHORT, "--along", "controller.K_r=0.5:2:3")
+    assert done.exit_code == 0, done.output
+    assert "-24.42" in done.stdout
+    assert " ± " in done.stdout.partition("Along")[2]
+    assert not re.search(r"e-\d+i", done.stdout)
+
+
+def test_the_gain_from_which_on_a_leg_stands_is_named(rbstab: Invoke, tmp_path: Path) -> None:
+    """Upright is stable for K_r > m g l = 6.386 N m/rad."""
+    config = tmp_path / "leg.yaml"
+    config.write_text(yaml.safe_dump(leg()))
+    along = ("--along", "controller.K_r=0.6:0.7:3")
+    done = rbstab("stability", str(config), *SHORT, *along)
+    assert done.exit_code == 0, done.output
+    text = " ".join(done.stdout.split())
+    assert "K_r[0] [N m/rad]" in text
+    values = [10 * 0.6 * (0.7 / 0.6) ** (k / 2) for k in range(3)]
+    assert all(f" {value:.4g} " in text for value in values)
+    sentence = (
+        "The body at rest at its desired attitude, upright (default), within 10°, is stable for "
+        "K_r[0] ≥ 6.481 N m/rad; unstable there for ≤ 6.000 (by the eigenvalues)."
+    )
+    assert sentence in text
+    (found,) = json.loads(rbstab("stability", str(config), *SHORT, *along, "--json").stdout)
+    (locus,) = found["along"]
+    assert locus["number"] == "K_r[0]"
+    assert [point["value"] for point in locus["points"]] == pytest.approx(values)
+    assert f"{locus['stable'][:1].upper()}{locus['stable'][1:]}." == sentence
+
+
+def test_a_rest_state_that_leans_too_far_is_not_the_desired_one(
+    rbstab: Invoke, tmp_path: Path
+) -> None:
+    config = tmp_path / "leg.yaml"
+    config.write_text(yaml.safe_dump(leg(desired={"orientation": {"deg": [0, 90, 0]}})))
+    done = rbstab("stability", str(config), *SHORT, "--along", "controller.K_r=0.6:0.7:3")
+    assert "is stable for" not in done.stdout
+
+
+# Its weight turns it over its side: θ2 passes π/2 on the way down.
+FALLS = """\
+body: {mass: 41, inertia: [10, 9, 2], contact_point: [-0.0184, 0.0349, -0.0505]}
+gravity: [-22.8, -224, 10.4]
+controller:
+  variant: visco-elastic
+  K_r: [12.6, 0.11, 31.5]
+  L_r: [60, 60, 42]
+  K_t: [0.336, 4169, 1.19]
+  L_t: [200, 200, 140]
+  K_c: [1.04, 3.0, 3.47]
+  L_c: [20, 20, 20]
+initial: {angular_velocity: [0.1, 0.2, -0.1]}
+integration: {duration: 0.01, samples: 3}
+"""
+
+
+@pytest.fixture
+def falls(folder: Path) -> str:
+    (folder / "falls.yaml").write_text(FALLS)
+    return "falls.yaml"
+
+
+def test_global_stability_is_false(falls: str, rbstab: Invoke) -> None:
+    done = rbstab("stability", falls, "--json")
+    assert done.exit_code == 0
+    (facts,) = json.loads(done.stdout)
+    assert facts["proved"] is True
+    assert facts["states"] == []
+    assert facts["statements"][:3] == [
+        f"Rest states: no rest state in the range; proved ({facts['examined']} boxes).",
+        "Globally stable: false; no motion that stays in the range comes to rest.",
+        "Certified region: none.",
+    ]
+    assert all(text.startswith("For all real θ1 and θ3") for text in facts["statements"][3:])
+    lines = {line["check"]: line for line in facts["certificate"]["lines"]}
+    assert lines["global stability"]["verdict"] == "violated"
+    assert lines["global stability"]["value"] == 0
+    assert lines["certified region"]["verdict"] == "unknown"
+    assert facts["certificate"]["verdict"] != "certified"
+
+
+def test_a_run_says_so_too(falls: str, rbstab: Invoke) -> None:
+    assert rbstab("run", falls, "--prove").exit_code == 0
+    result = open_result("results/falls.h5")
+    verdicts = dict(zip(result["certificate/check"], result["certificate/verdict"], strict=True))
+    assert verdicts["global stability"] == "violated"
+    told = "no rest state was found in the range of eq. 5"
+    assert told in str(result.attributes["warnings"]).splitlines()
+    assert result.attributes["lyapunov_zero"] == told

@@ -1,6 +1,5 @@
 """Protects `rbstab sweep --dask`: interrupts, a lost scheduler, results equal to local ones."""
 
-import json
 import signal
 import sys
 import time
@@ -42,7 +41,9 @@ def done_shards():
 def sweep_and_disturb(cluster, act):
     """Sweep on the cluster, call `act` after three shards, and return exit code and messages."""
     known = done_shards()
-    with start(*SWEEP, "--dask", cluster.address) as process:
+    # The scheduler is named by its address, or by the file that it writes.
+    scheduler = str(cluster.file) if known else cluster.address
+    with start(*SWEEP, "--dask", scheduler) as process:
         while done_shards() < known + 3:
             assert process.poll() is None, process.communicate()[1]
             time.sleep(0.01)
@@ -68,20 +69,12 @@ def test_interrupted_once_twice_and_for_good(cluster, rbstab):
     code, stderr = sweep_and_disturb(cluster, lambda _: cluster.kill(cluster.scheduler))
     assert code == 4
     assert "Traceback" not in stderr
-    assert f"the scheduler at {cluster.address} does not answer any more" in stderr
+    assert "does not answer any more" in stderr
     before = shard_files(Path("results/plan"))
     assert 9 <= len(before) < 50
     done = rbstab(*SWEEP)
     assert done.exit_code == 0
-    assert before.items() <= shard_files(Path("results/plan")).items()
-
-
-def test_a_sweep_from_the_file_of_a_scheduler(cluster, rbstab):
-    options = (*SWEEP, "--set", "integration.duration=0.01")
-    done = rbstab(*options, "--dask", str(cluster.file), "--json", "-q")
-    # On a busy machine the workers may connect after the sweep has started.
-    stderr = done.stderr.replace("warning: the cluster has no workers; waiting for workers\n", "")
-    assert (done.exit_code, stderr) == (0, "")
-    assert json.loads(done.stdout)["by_status"] == {"completed": 400}
-    assert rbstab(*options, "-o", "here").exit_code == 0
-    assert shard_files(Path("results/plan")) == shard_files(Path("here/plan"))
+    after = shard_files(Path("results/plan"))
+    assert before.items() <= after.items()
+    assert rbstab(*SWEEP, "-o", "here").exit_code == 0
+    assert shard_files(Path("here/plan")) == after

@@ -1,41 +1,245 @@
-"""Protects the check of output files before the work: long names, missing and read-only folders."""
+"""Files that a command may not read or replace are told before its work: pipes, devices, sockets,
+folders, long names, folders that are missing, closed or read-only. No command waits for them.
+"""
 
 import os
+import shlex
+import socket
+import stat
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, Invoke
+from cli.conftest import GOOD, PLAN_OF_MASSES, STORED, Invoke
+from support.closed_folders import close
+from support.hang_guard import time_limit
+from support.made_runs import made_file
 from support.printed_paths import printed
+from support.stored_proofs import store_proof_of
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="other limits of names there")
+from rbstab.store.disk.paths import check_folder
+from rbstab.store.errors import StoreError
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="other files and names there")
+
+READERS = {
+    **dict.fromkeys(
+        (
+            *("check", "run", "run --member 0", "sweep", "stability", "sensitivities", "guard"),
+            "tune --objective energy --over controller.K_t",
+        ),
+        2,
+    ),
+    **dict.fromkeys(
+        ("show", "report --format text", "export -o new.csv", "plot", "verify", "sweep --status"), 4
+    ),
+}
+"""Commands that read a file, with the exit code if they cannot."""
+
+WRITERS = {
+    "stability good.yaml --search-only --no-run -o": ".txt",
+    "sensitivities good.yaml -o": ".json",
+    "tune good.yaml --objective energy --over controller.K_t -o": ".yaml",
+    "guard held.yaml -o": ".yaml",
+    "report made.h5 --format text -o": ".txt",
+    "report made.h5 -o": ".md",
+    "export made.h5 -o": ".csv",
+    "plot made.h5 --figure runs-decay -o": ".svg",
+    "verify proofs/*.json --certificate": ".json",
+}
+"""Commands that write a file, with the end of its name."""
+
+TARGETS = {
+    **dict.fromkeys(("pipe", "socket", "device", "folder", "read-only"), ""),
+    "existing": "already exists",
+    "missing": "the folder no does not exist",
+    "dangling": "is a link to a missing file or folder",
+    "long": "File name too long",
+}
+"""What stands where a file is to be written, with what is said of it."""
 
 
 @pytest.fixture
-def no_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let every computation fail the test."""
+def special(folder: Path) -> Iterator[None]:
+    """In the working folder: files of every kind, with every ending that commands need."""
+    (folder / "held.yaml").write_text(GOOD.replace("variant: free", "variant: permanent"))
+    (folder / "plan.yaml").write_text(PLAN_OF_MASSES)
+    made_file(folder / "made.h5")
+    store_proof_of(STORED / "runs/embedded.h5", folder)
+    with socket.socket(socket.AF_UNIX) as bound:
+        bound.bind("socket")
+        for ending in {"", *WRITERS.values()}:
+            os.mkfifo(f"pipe{ending}")
+            Path(f"folder{ending}").mkdir()
+            Path(f"device{ending}").symlink_to("/dev/zero")
+            Path(f"dangling{ending}").symlink_to("nowhere/file")
+            Path(f"existing{ending}").write_text("mine")
+            if ending:
+                os.link("socket", f"socket{ending}")
+        yield
 
-    def fail(*_: object, **__: object) -> None:
-        raise AssertionError("the command began its work")
 
-    for name in (
-        "rbstab.experiment.run_to_file.simulate_problem",
-        "rbstab.experiment.tuning.tune.tune",
-        "rbstab.experiment.tuning.sensitivities.sensitivities",
-        "rbstab.experiment.stability.stability_of",
-        "rbstab.report.build.report_of",
-    ):
-        monkeypatch.setattr(name, fail)
+@pytest.mark.usefixtures("special")
+@pytest.mark.parametrize("kind", ["pipe", "socket", "device", "folder"])
+@pytest.mark.parametrize("command", READERS)
+def test_what_is_no_file_is_not_read(command: str, kind: str, rbstab: Invoke) -> None:
+    name, *options = command.split()
+    with time_limit(60):
+        done = rbstab(name, *options, kind)
+    code = READERS[command]
+    # `show` lists the results in a folder, here none.
+    assert done.exit_code == (0 if (kind, command) == ("folder", "show") else code), done.output
+    assert kind in done.stderr.splitlines()[0]
+    if code == 2:
+        assert done.stderr.startswith(f"{kind}:1:1: cannot be read: ")
+        assert len(done.stderr.splitlines()) == 1
+        assert ("it is a " in done.stderr) == (kind != "folder")
 
 
-@pytest.mark.parametrize("stem", ["x" * 240, "x" * 251, "é" * 125], ids=["240", "251", "UTF-8"])
+def identity(path: Path) -> tuple[int, int, bytes]:
+    """Return what tells whether a file was replaced or changed."""
+    found = path.lstat()
+    content = path.read_bytes() if stat.S_ISREG(found.st_mode) else b""
+    return found.st_ino, stat.S_IFMT(found.st_mode), content
+
+
+@pytest.mark.usefixtures("special")
+@pytest.mark.parametrize("force", ["", "--force"])
+@pytest.mark.parametrize("kind", TARGETS)
+@pytest.mark.parametrize("command", WRITERS)
+def test_a_file_that_cannot_be_written_is_told_before_the_work(  # noqa: PLR0917 (cases and fixtures)
+    command: str,
+    kind: str,
+    force: str,
+    rbstab: Invoke,
+    request: pytest.FixtureRequest,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    if (kind, force) == ("existing", "--force") or (kind, command[:6]) == ("missing", "report"):
+        # A file is replaced on request, and a report makes its folder.
+        return
+    ending = WRITERS[command]
+    target = {"missing": f"no/out{ending}", "long": f"{'x' * 256}{ending}"}.get(kind, kind + ending)
+    if kind == "read-only":
+        access = os.access
+        # Also for the superuser.
+        monkeypatch.setattr(
+            os, "access", lambda name, mode: not mode & os.W_OK and access(name, mode)
+        )
+    elif kind not in ("long", "missing"):
+        before = identity(Path(target))
+    request.getfixturevalue("no_work")
+    (proof,) = Path("proofs").iterdir()
+    with time_limit(60):
+        done = rbstab(*command.replace("proofs/*.json", str(proof)).split(), target, *force.split())
+    assert done.exit_code in (2, 4), done.output
+    assert TARGETS[kind] in done.stderr
+    assert kind == "long" or target in done.stderr or "cannot be written" in done.stderr
+    assert done.stdout == ""
+    if kind in ("long", "missing", "read-only"):
+        assert not os.path.lexists(target[:200])
+    else:
+        assert identity(Path(target)) == before
+
+
+COMMANDS = (
+    *("run good.yaml", "run good.yaml --prove", "sweep plan.yaml", "sweep plan.yaml --dry-run"),
+    "run plan.yaml --member 0",
+)
+
+
+@pytest.mark.usefixtures("special", "no_runs")
+@pytest.mark.parametrize(
+    "place", ["pipe", "socket", "device", "good.yaml/results", "/proc/results"]
+)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_folder_of_results_is_tried_before_the_work(
+    command: str, place: str, rbstab: Invoke
+) -> None:
+    with time_limit(60):
+        done = rbstab(*command.split(), "-o", place)
+    assert done.exit_code == 4
+    assert done.stderr.startswith(f"error: {place}")
+    assert done.stderr.endswith(". Nothing was run; -o names another folder.\n")
+    assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.usefixtures("special")
+@pytest.mark.parametrize("command", ["run good.yaml", "sweep plan.yaml"])
+def test_the_folder_of_proofs_is_tried_too(
+    command: str, rbstab: Invoke, request: pytest.FixtureRequest
+) -> None:
+    Path("results").mkdir()
+    Path("results/proofs").write_text("in the way")
+    request.getfixturevalue("no_runs")
+    done = rbstab(*command.split(), "--engine", "scipy")
+    assert done.exit_code == 4
+    assert done.stderr.startswith(printed("error: results/proofs cannot be written: "))
+    assert done.stderr.endswith(
+        ". Nothing was run; -o names another folder, --no-prove makes no proofs.\n"
+    )
+    assert list(Path("results").iterdir()) == [Path("results/proofs")]
+
+
+def test_what_is_stored_needs_no_folder_that_can_be_written(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The folder of proofs, or that of results, may be that of another user."""
+    assert rbstab("run", "good.yaml", "-q").exit_code == 0
+    Path("again.yaml").write_text(GOOD)
+    Path("other.yaml").write_text(GOOD.replace("mass: 41", "mass: 42"))
+    closed: list[Path] = [Path("results/proofs")]
+
+    def fail(folder: Path) -> None:
+        if folder in closed:
+            raise StoreError(f"{folder} cannot be written: tried")
+        check_folder(folder)
+
+    monkeypatch.setattr("rbstab.store.disk.paths.check_folder", fail)
+    assert rbstab("run", "again.yaml").exit_code == 0
+    refused = rbstab("run", "other.yaml")
+    assert refused.exit_code == 4
+    assert "cannot be written: tried. Nothing was run" in refused.stderr
+    closed.append(Path("results"))
+    assert "already done" in rbstab("run", "good.yaml", "again.yaml").stderr
+    assert rbstab("run", "good.yaml", "other.yaml").exit_code == 4
+
+
+@pytest.mark.usefixtures("no_runs")
+def test_with_force_a_closed_folder_is_told(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whether results exist is not known where their folder may not be entered."""
+    made_file(folder / "results/good.h5")
+    close(folder / "results", monkeypatch)
+    done = rbstab("run", "good.yaml", "--no-prove", "--force")
+    assert done.exit_code == 4
+    assert done.stderr == (
+        "error: results cannot be written: Permission denied. Nothing was run; -o names another "
+        "folder.\n"
+    )
+
+
+@pytest.mark.parametrize("force", ["", "--force"])
+def test_a_pipe_with_the_name_of_a_result_stays(force: str, folder: Path, rbstab: Invoke) -> None:
+    Path("results").mkdir()
+    os.mkfifo("results/good.h5")
+    with time_limit(60):
+        done = rbstab("run", "--no-prove", "good.yaml", *force.split())
+    assert done.exit_code == 4
+    assert "results/good.h5" in done.stderr
+    assert "pipe" in done.stderr
+    assert stat.S_ISFIFO(Path("results/good.h5").lstat().st_mode)
+
+
+@pytest.mark.parametrize("stem", ["x" * 251, "é" * 125], ids=["251", "UTF-8"])
 def test_the_longest_names_are_written(stem: str, folder: Path, rbstab: Invoke) -> None:
     Path(f"{stem}.yml").write_text(GOOD)
-    for more in ((), ("--force",)):
-        done = rbstab("run", "--no-prove", f"{stem}.yml", *more)
+    for force in ((), ("--force",)):
+        done = rbstab("run", "--no-prove", f"{stem}.yml", *force)
         assert done.exit_code == 0, done.stderr
         assert [path.name for path in Path("results").iterdir()] == [f"{stem}.h5"]
-    assert rbstab("show", f"results/{stem}.h5").exit_code == 0
     report = "r" * 250 + ".html"
     assert rbstab("report", f"results/{stem}.h5", "-o", report).exit_code == 0
     assert Path(report).is_file()
@@ -43,99 +247,22 @@ def test_the_longest_names_are_written(stem: str, folder: Path, rbstab: Invoke) 
 
 @pytest.mark.usefixtures("no_work")
 @pytest.mark.parametrize(
-    "arguments",
+    "command",
     [
-        ("stability", "good.yaml", "--search-only", "-o", "x" * 256),
-        ("sensitivities", "good.yaml", "-o", "x" * 256),
-        ("tune", "good.yaml", "--objective", "energy", "--over", "controller.K_t"),
-        ("report", "good.h5", "--format", "text", "-o", "x" * 256),
-        ("report", "good.h5", "-o", "x" * 250 + ".md"),
+        "run LONG.yaml --set body.mass=50 --force",
+        "run plan-LONG.yaml --member 0",
+        "tune LONG.yaml --objective energy --over controller.K_t",
     ],
-    ids=lambda arguments: arguments[0],
 )
-def test_a_name_that_is_too_long(arguments: tuple[str, ...], folder: Path, rbstab: Invoke) -> None:
-    if arguments[0] == "tune":
-        # CONFIG.yaml gives CONFIG_tuned.yaml.
-        Path("x" * 248 + ".yaml").write_text(GOOD)
-        arguments = ("tune", "x" * 248 + ".yaml", *arguments[2:])
-    done = rbstab(*arguments)
-    assert done.exit_code == 4
-    assert "File name too long" in done.stderr
-    assert len(done.stderr.splitlines()) == 1
-
-
-@pytest.mark.usefixtures("no_work")
-def test_a_member_whose_result_would_have_too_long_a_name(folder: Path, rbstab: Invoke) -> None:
-    plan = Path("x" * 248 + ".yaml")
-    plan.write_text("base: good.yaml\nvary: {body.mass: {values: [40]}}\n")
-    done = rbstab("run", "--no-prove", str(plan), "--member", "0")
-    assert done.exit_code == 4
-    assert "File name too long" in done.stderr
-
-
-def test_the_name_of_a_result_that_is_moved_aside(
-    folder: Path, rbstab: Invoke, request: pytest.FixtureRequest
+def test_a_name_that_the_program_makes_may_be_too_long(
+    command: str, folder: Path, rbstab: Invoke
 ) -> None:
-    config = Path("x" * 248 + ".yaml")
-    config.write_text(GOOD)
-    assert rbstab("run", "--no-prove", str(config), "-q").exit_code == 0
-    result = Path("results", f"{config.stem}.h5")
-    before = result.read_bytes()
-    request.getfixturevalue("no_work")
-    done = rbstab("run", "--no-prove", str(config), "--set", "body.mass=50", "--force")
+    """Of a result that is moved aside, of that of a member, and of a tuned config."""
+    long = "x" * 245
+    made = made_file(folder / f"results/{long}.h5").read_bytes()
+    Path(f"{long}.yaml").write_text(GOOD)
+    Path(f"plan-{long}.yaml").write_text(PLAN_OF_MASSES)
+    done = rbstab(*shlex.split(command.replace("LONG", long)))
     assert done.exit_code == 4
     assert "File name too long" in done.stderr
-    assert result.read_bytes() == before
-
-
-@pytest.fixture
-def read_only(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Make the working folder read-only, also for the superuser."""
-    access = os.access
-    monkeypatch.setattr(os, "access", lambda path, mode: mode & os.W_OK == 0 and access(path, mode))
-
-
-@pytest.mark.usefixtures("read_only", "no_work")
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("run", "--no-prove", "good.yaml"),
-        ("stability", "good.yaml", "--search-only", "-o", "new.txt"),
-        ("sensitivities", "good.yaml", "-o", "new.json"),
-        ("tune", "good.yaml", "--objective", "energy", "--over", "controller.K_t"),
-        ("report", "good.h5", "-o", "new.html"),
-    ],
-    ids=lambda arguments: arguments[0],
-)
-def test_a_folder_that_cannot_be_written(arguments: tuple[str, ...], rbstab: Invoke) -> None:
-    done = rbstab(*arguments)
-    assert done.exit_code == 4
-    assert "cannot be written: . is not writable" in done.stderr
-
-
-@pytest.mark.usefixtures("no_work")
-@pytest.mark.parametrize("command", ["stability", "sensitivities", "tune"])
-def test_a_folder_that_does_not_exist(command: str, folder: Path, rbstab: Invoke) -> None:
-    more = ("--objective", "energy", "--over", "controller.K_t") if command == "tune" else ()
-    done = rbstab(command, "good.yaml", *more, "-o", "no/out")
-    assert done.exit_code == 4
-    assert done.stderr == printed("no/out: cannot be written: the folder no does not exist\n")
-
-
-@pytest.mark.usefixtures("no_work")
-def test_a_link_to_a_missing_file(folder: Path, rbstab: Invoke) -> None:
-    Path("link.json").symlink_to("nowhere/file")
-    done = rbstab("sensitivities", "good.yaml", "-o", "link.json", "--force")
-    assert done.exit_code == 4
-    assert "link.json is a link to a missing file or folder" in done.stderr
-
-
-def test_a_finished_run_needs_no_writable_folder(
-    folder: Path, rbstab: Invoke, request: pytest.FixtureRequest
-) -> None:
-    assert rbstab("run", "--no-prove", "good.yaml", "-q").exit_code == 0
-    request.getfixturevalue("read_only")
-    request.getfixturevalue("no_work")
-    done = rbstab("run", "--no-prove", "good.yaml")
-    assert done.exit_code == 0
-    assert "already done" in done.stderr
+    assert Path(f"results/{long}.h5").read_bytes() == made

@@ -1,13 +1,19 @@
-"""Protects `rbstab tune`: the config it writes, its JSON, and its refusals."""
+"""`rbstab tune`, `sensitivities` and `guard`: what they write is better, or proved."""
 
 import json
-import sys
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 from cli.conftest import GOOD, Invoke
+from support.paper_runs import paper_config
 
+from rbstab.config.files.dump import as_yaml
 from rbstab.config.load import load_config
+from rbstab.experiment.proof import prove
+from rbstab.experiment.simulate import simulate
+from rbstab.experiment.tuning.guard import with_barrier
 
 GAINS = ("--over", "controller.L_r,controller.L_t")
 
@@ -37,7 +43,7 @@ def test_a_better_config_is_written_and_not_overwritten(folder: Path, rbstab: In
     assert Path("good.yaml").read_text() == GOOD
 
 
-def test_json(folder: Path, rbstab: Invoke) -> None:
+def test_the_factors_are_those_of_the_written_config(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("tune", "good.yaml", "--objective", "energy", *OVER, "-o", "t.yaml", "--json")
     facts = json.loads(done.stdout)
     assert facts["file"] == "t.yaml"
@@ -45,14 +51,6 @@ def test_json(folder: Path, rbstab: Invoke) -> None:
     assert facts["tuned"] < facts["given"]
     factor = facts["factors"]["controller.L_r"]
     assert load_config("t.yaml").controller.L_r[0] == 60 * factor
-
-
-def test_gains_of_all_over_options_are_scaled(folder: Path, rbstab: Invoke) -> None:
-    overs = ("--over", "controller.L_r[0]", "--over", "controller.L_t[1],controller.L_t[2]")
-    bounds = ("--bounds", "0.9:1.1")
-    done = rbstab("tune", "good.yaml", "--objective", "energy", *overs, *bounds, "--json")
-    gains = {"controller.L_r[0]", "controller.L_t[1]", "controller.L_t[2]"}
-    assert json.loads(done.stdout)["factors"].keys() == gains
 
 
 def test_nothing_better_writes_nothing(folder: Path, rbstab: Invoke) -> None:
@@ -72,39 +70,183 @@ def test_no_run_that_settles_is_exit_code_3(folder: Path, rbstab: Invoke) -> Non
     assert not Path("good_tuned.yaml").exists()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (
-            ("--objective", "energy", "--over", "controller.K_c"),
-            "--over controller.K_c: is not a gain",
-        ),
-        (
-            ("--objective", "energy", "--over", "controller.Kr"),
-            "controller.L_r; did you mean controller.K_r?)",
-        ),
-        (("--objective", "energy", "--over", ""), "--over : is not a gain"),
-        (("--objective", "speed", *OVER), "'speed' is not one of"),
-        (("--objective", "energy", *GAINS, "--bounds", "2:3"), "expected LOW:HIGH"),
-        (("--objective", "energy", *GAINS, "--bounds", "much"), "expected LOW:HIGH"),
-        (("--objective", "energy", *GAINS, "--bounds", "0:nan"), "expected LOW:HIGH"),
-        (("--objective", "energy", *OVER, "-o", "good.yaml", "--force"), "is the given config"),
-        (("--objective", "energy"), "Missing option '--over'"),
-    ],
+STICKING = GOOD.replace(
+    "variant: free",
+    "variant: sliding\n  K_s: [9, 9, 9]\n  surface: position\n  stick_energy: 0.5",
 )
-def test_a_wrong_command_line_is_a_usage_error(
-    arguments: tuple[str, ...], message: str, folder: Path, rbstab: Invoke
-) -> None:
-    done = rbstab("tune", "good.yaml", *arguments)
-    assert done.exit_code == 2
-    assert message in done.stderr
-    assert [path.name for path in folder.iterdir()] == ["good.yaml"]
 
 
-def test_without_heyoka_the_command_says_so(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+@pytest.fixture
+def settling_config(folder: Path) -> Path:
+    """The working folder, where `good.yaml` runs until it has settled."""
+    text = GOOD.replace("duration: 0.1", "duration: 2")
+    Path("good.yaml").write_text(text)
+    return folder
+
+
+def test_the_tables_name_every_parameter(settling_config: Path, rbstab: Invoke) -> None:
+    done = rbstab("sensitivities", "good.yaml")
+    assert done.exit_code == 0
+    quantities, relative, per_unit = done.stdout.strip().split("\n\n")
+    assert "settling_time [s]" in quantities
+    assert "peak_contact_displacement[2] [m]" in quantities
+    for text in (relative, per_unit):
+        assert len(text.splitlines()) == 1 + 12 + 7 + 12
+        assert "controller.L_r[1]" in text
+        assert "body.contact_point[2]" in text
+        assert "initial.velocity[0]" in text
+    assert not Path("results").exists()
+
+
+def test_the_json_holds_all(settling_config: Path, rbstab: Invoke) -> None:
+    facts = json.loads(rbstab("sensitivities", "good.yaml", "--json").stdout)
+    names = [quantity["name"] for quantity in facts["quantities"]]
+    assert names[0] == "settling_time"
+    assert {"peak_time[0]", "final.orientation[0]", "final.velocity[2]"} <= set(names)
+    by_key = {parameter["key"]: parameter for parameter in facts["parameters"]}
+    mass = by_key["body.mass"]
+    settling_time = facts["quantities"][0]["value"]
+    expected = 41.0 / settling_time * mass["derivatives"]["settling_time"]
+    assert mass["value"] == 41.0
+    assert mass["relative"]["settling_time"] == pytest.approx(expected)
+
+
+def test_a_run_that_does_not_complete_is_said(folder: Path, rbstab: Invoke) -> None:
+    done = rbstab("sensitivities", "good.yaml", "--set", "integration.step_limit=1")
+    assert done.exit_code == 3
+    assert done.stderr.startswith("good.yaml: step limit: stopped after 1 steps")
+
+
+SHORT: dict[str, Any] = {"duration": 0.2, "samples": 21, "rtol": 1e-8}
+STRUT = {
+    "kind": "spring",
+    "point": [0.0, 0.0, 0.1],
+    "anchor": [0.0, 0.0, 0.5],
+    "stiffness": 100.0,
+    "rest_length": 0.3,
+}
+
+
+def with_elements(**elements: Any) -> dict[str, Any]:
+    return {**paper_config("permanent", **SHORT), "schema_version": 2, "elements": elements}
+
+
+@pytest.fixture
+def case1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "case1.yaml"
+    path.write_text(as_yaml(paper_config("permanent", **SHORT)))
+    return path
+
+
+def test_the_config_that_it_writes_is_proved(case1: Path, rbstab: Invoke) -> None:
+    done = rbstab("guard", "case1.yaml")
+    assert done.exit_code == 0
+    end = "every start in the range converges: proved -> case1_guarded.yaml\n"
+    assert done.stderr.endswith(end)
+    written = load_config("case1_guarded.yaml")
+    element = written.elements["range"]
+    assert (element.kind, element.method) == ("guard", "barrier")
+    assert prove(written).every_start
+    # Apart from the barrier it is the given config.
+    assert with_barrier(load_config(case1), element.stiffness) == written
+    again = rbstab("guard", "case1.yaml")
+    assert again.exit_code == 4
+    assert again.stderr == "case1_guarded.yaml: already exists. Replace it with --force.\n"
+    assert rbstab("guard", "case1.yaml", "--force").exit_code == 0
+
+
+@pytest.mark.slow
+def test_the_couple_of_the_barrier_is_that_of_its_potential(case1: Path, rbstab: Invoke) -> None:
+    done = rbstab("guard", "case1.yaml", "-o", "g.yaml", "--json")
+    facts = json.loads(done.stdout)
+    assert facts["file"] == "g.yaml"
+    assert facts["stiffness"] == facts["tried"][-1]["stiffness"]
+    assert facts["given"]["largest_couple"] == 0
+    fine = load_config("g.yaml", ["integration.samples=4001"])
+    Theta = simulate(fine)["orientation"][:, 1]
+    # The couple of ½ k tan² θ2 about the axis of θ2, which is a unit vector of the body.
+    couple = facts["stiffness"] * np.abs(np.tan(Theta) / np.cos(Theta) ** 2).max()
+    assert facts["guarded"]["largest_couple"] == pytest.approx(couple, rel=1e-3)
+    assert facts["guarded"]["largest_pitch"] == pytest.approx(np.abs(Theta).max(), rel=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("method", "key"), [("stiff", "stiffness"), ("repelling", "couple")])
+def test_a_soft_guard_keeps_this_start_in_the_range(
+    case1: Path, rbstab: Invoke, method: str, key: str
 ) -> None:
-    monkeypatch.setitem(sys.modules, "rbstab.integrate.heyoka.engine", None)
-    done = rbstab("tune", "good.yaml", "--objective", "energy", *OVER)
-    assert done.exit_code == 2
-    assert "need heyoka, which cannot be used here" in done.stderr
+    options = ("--method", method, "--soft-angle", "1.1", "--limit", "50000", "--json")
+    done = rbstab("guard", "case1.yaml", *options)
+    assert done.exit_code == 0
+    assert done.stderr.endswith(
+        "case1.yaml: this start keeps the range: proved -> case1_guarded.yaml\n"
+        "case1.yaml: convergence to the rest state at Θ = (0, 0, 0) rad: proved\n"
+    )
+    facts = json.loads(done.stdout)
+    element = load_config("case1_guarded.yaml").elements["range"]
+    assert (element.kind, element.method, element.soft_angle) == ("guard", method, 1.1)
+    assert facts[key] == getattr(element, key)
+    proved = facts["proved"]
+    assert proved["energy"] < proved["energy_bound"]
+    assert proved["converges"]
+    assert facts["below_limit"] is True
+    assert facts["guarded"]["largest_couple"] <= proved["couple_bound"]
+
+
+def test_a_couple_above_the_limit_is_not_written(case1: Path, rbstab: Invoke) -> None:
+    done = rbstab("guard", "case1.yaml", "--method", "repelling", "--limit", "20000", "--json")
+    assert done.exit_code == 3
+    assert done.stderr.endswith(
+        "the couple exceeds the limit of 20000 N m in the run; nothing is written\n"
+    )
+    facts = json.loads(done.stdout)
+    assert (facts["file"], facts["below_limit"]) == (None, False)
+    assert not Path("case1_guarded.yaml").exists()
+
+
+def test_no_soft_guard_says_why(case1: Path, rbstab: Invoke) -> None:
+    case1.write_text(as_yaml(with_elements(strut=STRUT)))
+    done = rbstab("guard", "case1.yaml", "--method", "stiff", "--json")
+    assert done.exit_code == 3
+    why = "no guard was found: the least soft guard is not looked for beside springs"
+    assert why in done.stderr
+    assert json.loads(done.stdout)["proved"] is None
+
+
+def test_rest_states_at_other_angles_are_why_no_barrier_is_found(
+    case1: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A shank hangs from its knee by soft springs: it can also rest after a whole turn."""
+    monkeypatch.setattr("rbstab.experiment.tuning.guard.LADDER", (0.01, 1.0))
+    data = with_elements()
+    data["body"] = {"mass": 4.6, "inertia": [0.056, 0.058, 0.006], "contact_point": [0, 0, 0.25]}
+    data["gravity"] = [0, 0, -9.81]
+    gains = {"K_t": [1e-6] * 3, "L_t": [1e-6] * 3, "K_r": [2, 2, 5], "L_r": [0.2] * 3}
+    data["controller"] = {"variant": "permanent", **gains}
+    data["initial"] = {"orientation": [0.2, -1.2, 0]}
+    case1.write_text(as_yaml(data))
+    done = rbstab("guard", "case1.yaml", "--json")
+    assert done.exit_code == 3
+    facts = json.loads(done.stdout)
+    assert (facts["file"], facts["stiffness"], facts["guarded"]) == (None, None, None)
+    assert not Path("case1_guarded.yaml").exists()
+    assert (
+        "k = 1 N m: 9 rest states with |θ2| < π/2 and any θ1, θ3: 3 stable, 6 unstable\n"
+        in done.stderr
+    )
+    assert "only if there is no other with |θ2| < π/2 and any θ1, θ3" in done.stderr
+    assert done.stderr.endswith("For this start alone: --method stiff; nothing is written\n")
+    soft = rbstab("guard", "case1.yaml", "--method", "stiff")
+    assert "keeps the range without a guard: proved" in soft.stderr
+
+
+def test_a_guard_of_the_config_is_replaced_and_other_elements_keep_their_names() -> None:
+    given = load_config(with_elements(range=STRUT, range_2=STRUT))
+    found = with_barrier(with_barrier(given, 7.0), 3.0).elements
+    assert [name for name, element in found.items() if element.kind == "spring"] == [
+        "range",
+        "range_2",
+    ]
+    assert {name for name in found if name not in given.elements} == {"range_3"}
+    assert found["range_3"].stiffness == 3.0

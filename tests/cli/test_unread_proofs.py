@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, Invoke
+from cli.conftest import Invoke
 from support.closed_folders import close
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
@@ -48,11 +48,6 @@ def test_a_report_and_show_go_on(inside: str, results: Path, rbstab: Invoke) -> 
         assert done.stdout
 
 
-def test_compared_results_are_shown(results: Path, rbstab: Invoke) -> None:
-    done = rbstab("compare", str(results / "embedded.h5"), str(results / "embedded.h5"))
-    assert (done.exit_code, done.stderr) == (0, WARNING)
-
-
 def test_a_sweep_is_not_called_unproved(
     folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -68,34 +63,6 @@ def test_a_sweep_is_not_called_unproved(
     assert entry["this_start"] == "not proved"
 
 
-def test_a_sweep_of_many_bodies_is_shown(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Proofs for many bodies at once are looked for by listing their folder."""
-    Path("plan.yaml").write_text(PLAN)
-    assert rbstab("sweep", "plan.yaml", "--engine", "scipy").exit_code == 0
-    close(folder / PROOFS, monkeypatch)
-    for words in (
-        ("list",),
-        ("show", str(Path("results", "plan"))),
-        ("report", "results", "--format", "text"),
-        ("plot", "results"),
-    ):
-        done = rbstab(*words)
-        assert done.exit_code == 0, done.stderr
-        assert words[0] == "plot" or done.stderr.count(WARNING) == 1
-
-
-@pytest.mark.usefixtures("folder")
-def test_a_file_in_place_of_the_folder(rbstab: Invoke) -> None:
-    Path("results").mkdir()
-    shutil.copy(STORED / "runs" / "embedded.h5", "results")
-    PROOFS.write_text("")
-    done = rbstab("list")
-    assert done.exit_code == 0
-    assert done.stderr.count(f"{PROOFS} cannot be read: ") == 1
-
-
 def test_another_folder_that_cannot_be_read_is_named(
     folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -108,71 +75,3 @@ def test_another_folder_that_cannot_be_read_is_named(
         assert done.exit_code == 4
         assert "embedded" in done.stdout
         assert "cannot be read: Permission denied" in done.stderr
-
-
-def _refuse(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise AssertionError("the command began its work")
-
-    for name in (
-        "rbstab.experiment.run_to_file.simulate_problem",
-        "rbstab.experiment.proof_cache.proof_for",
-        "rbstab.sweep.sweep.sweep_to_folder",
-    ):
-        monkeypatch.setattr(name, fail)
-
-
-@pytest.mark.usefixtures("folder")
-@pytest.mark.parametrize("words", [("run", "good.yaml"), ("sweep", "plan.yaml")])
-def test_the_folder_of_proofs_is_tried_before_the_work(
-    words: tuple[str, ...], rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    Path("plan.yaml").write_text(PLAN)
-    Path("results").mkdir()
-    PROOFS.write_text("")
-    with monkeypatch.context() as patched:
-        _refuse(patched)
-        done = rbstab(*words, "--engine", "scipy")
-        assert done.exit_code == 4
-        assert done.stderr.startswith(f"error: {PROOFS} cannot be written: ")
-        assert done.stderr.endswith(
-            ". Nothing was run; -o names another folder, --no-prove makes no proofs.\n"
-        )
-        assert list(Path("results").iterdir()) == [PROOFS]
-    assert rbstab(*words, "--engine", "scipy", "--no-prove").exit_code == 0
-
-
-@pytest.mark.usefixtures("folder")
-def test_stored_proofs_are_enough(rbstab: Invoke, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The folder of proofs of another user can be read only."""
-    from rbstab.store.disk.paths import check_folder
-    from rbstab.store.errors import StoreError
-
-    def fail(folder: Path) -> None:
-        if folder == PROOFS:
-            raise StoreError(f"{folder} cannot be written: tried")
-        check_folder(folder)
-
-    assert rbstab("run", "good.yaml").exit_code == 0
-    monkeypatch.setattr("rbstab.store.disk.paths.check_folder", fail)
-    Path("again.yaml").write_text(GOOD)
-    Path("other.yaml").write_text(GOOD.replace("mass: 41", "mass: 42"))
-    assert rbstab("run", "again.yaml").exit_code == 0
-    done = rbstab("run", "other.yaml")
-    assert done.exit_code == 4
-    assert "cannot be written: tried. Nothing was run" in done.stderr
-
-
-def test_force_says_that_a_folder_cannot_be_written(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Whether results exist is not known where their folder may not be entered."""
-    assert rbstab("run", "good.yaml", "--no-prove").exit_code == 0
-    _refuse(monkeypatch)
-    close(folder / "results", monkeypatch)
-    done = rbstab("run", "good.yaml", "--no-prove", "--force")
-    assert done.exit_code == 4
-    assert done.stderr == (
-        "error: results cannot be written: Permission denied. Nothing was run; -o names another "
-        "folder.\n"
-    )

@@ -6,7 +6,7 @@ from support.differences import derivative, jacobian, relative_error
 from support.pose import attitude, turned
 from support.systems import random_body, random_Z
 
-from rbstab.elements.sliding_ties import CrossingTie, FilippovTie, LayeredTie
+from rbstab.elements.sliding import CrossingTie, FilippovTie, LayeredTie
 from rbstab.mechanics.motion import motion_from_centre
 
 POSITION = {"rate_weight": 0.0, "slope": 1.0}

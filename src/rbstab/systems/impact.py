@@ -41,17 +41,6 @@ def stop_of(system: System) -> Stop | None:
     return next((element for element in system.elements if isinstance(element, Stop)), None)
 
 
-def first_stop_mode(system: System) -> int:
-    """Return the index of m₊ of the stop among the modes of a system; m₋ follows it."""
-    before = (element for element in system.elements if element.mode_count)
-    count = 0
-    for element in before:
-        if isinstance(element, Stop):
-            break
-        count += element.mode_count
-    return count
-
-
 def side_of(system: System, y: Array) -> int:
     """Return the side of the stop that θ2 touches or has passed, 1 or -1; 0 if none."""
     stop = stop_of(system)

@@ -100,7 +100,7 @@ def test_the_choice_lands_on_the_surfaces(rng):
     after, moved = chosen(system, y, rows)
     motion, pairs = after.acting(moved)
     ties: list[Any] = [element for element, _ in pairs if element.slides]
-    s = np.concatenate([one.surface(one.at_point(motion)) for one in ties])
+    s = np.concatenate([one.distance_along(motion) for one in ties])
     modes = np.array(modes_of(after))
     assert np.abs(s[rows]).max() < 2e-13
     held = modes[slide_modes(after)[1]] > 0

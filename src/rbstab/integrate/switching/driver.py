@@ -19,17 +19,16 @@ from rbstab.integrate.switching.course import Transition
 from rbstab.integrate.switching.impact_record import ImpactRecord
 from rbstab.integrate.switching.phase import Phases, depend_on_loads
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.filippov import RedundantTiesError, after_events, slide_modes
+from rbstab.systems.filippov import RedundantTiesError, after_events, held_axes, slide_modes
 from rbstab.systems.impact import (
     HOP_HEIGHT,
-    first_stop_mode,
     impact,
     laid_on_stop,
     side_of,
     stop_of,
 )
 from rbstab.systems.landing import after_impact, landed
-from rbstab.systems.modes import modes_of
+from rbstab.systems.modes import first_mode, modes_of
 from rbstab.systems.system import System
 
 SWITCH_LIMIT = 10_000_000
@@ -78,7 +77,10 @@ class Driver:
         self._limit = most if switch_limit is None else switch_limit
         self._sides: dict[int, int] = {}
         if stop_of(problem.system) is not None:
-            self.impacts, first = ImpactRecord(), first_stop_mode(problem.system)
+            self.impacts, first = (
+                ImpactRecord(),
+                first_mode(problem.system, stop_of(problem.system)),
+            )
             self._sides = {first: 1, first + 1: -1}
 
     @property
@@ -259,13 +261,11 @@ class Driver:
         if others:
             self._switch(others, t)
         energy = self._energy(t, y)
-        before, (sides, holds) = (
-            np.array(modes_of(self.phase.system)),
-            slide_modes(self.phase.system),
-        )
+        before, sides = self.phase, slide_modes(self.phase.system)[0]
         y = self._chosen(after_impact, y, t)
-        now, phase = np.array(modes_of(self.phase.system)), self.phase
-        crossed = (before[holds] == 0) & (now[holds] == 0) & (before[sides] != now[sides])
+        phase = self.phase
+        held = held_axes(before.system) | held_axes(phase.system)
+        crossed = ~held & (before.signs[sides] != phase.signs[sides])
         self._switch(sides[crossed].tolist(), t)
         self.phase = phase
         rest = landed(phase.system, y, side, t)

@@ -26,10 +26,10 @@ from rbstab.elements.inputs.signals import Leg
 from rbstab.integrate.switching.course import Transition
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.filippov import holds_axes, slide_modes
+from rbstab.systems.filippov import held_axes, holds_axes, slide_modes
 from rbstab.systems.impact import impact as impact_of
 from rbstab.systems.impact import laid_on_stop, stop_of
-from rbstab.systems.modes import guards_at, mode_owners, modes_of, with_modes
+from rbstab.systems.modes import guards_at, mode_owners, modes_of, with_changed, with_modes
 from rbstab.systems.schedule import with_legs
 from rbstab.systems.system import System
 
@@ -176,11 +176,6 @@ def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: 
     return _on_surfaces(shifted, y + 1j * STEP * z, time).imag / STEP
 
 
-def _held(system: System) -> Array:
-    """Return whether each axis of ties that slide is held, shape (axes,)."""
-    return np.array(modes_of(system))[slide_modes(system)[1]] > 0
-
-
 def _on_surfaces(shifted: System, y: Array, time: float) -> Array:
     """Return a state moved along the forces of the held axes until it is on their surfaces.
 
@@ -192,17 +187,13 @@ def _on_surfaces(shifted: System, y: Array, time: float) -> Array:
         time: The time, s.
     """
     sides, holds = slide_modes(shifted)
-    held, free = sides[_held(shifted)], np.array(modes_of(shifted))
-    free[holds] = 0.0
-    flying = with_modes(shifted, tuple(free))
+    held, flying = sides[held_axes(shifted)], with_changed(shifted, holds, 0.0)
 
     def distances(y: Array) -> Array:
         return guards_at(flying, y, time)[held]
 
     def rates(mode: int, value: float) -> Array:
-        changed = free.copy()
-        changed[mode] = value
-        return with_modes(shifted, tuple(changed)).rates(y, time)
+        return with_changed(flying, mode, value).rates(y, time)
 
     forces = np.array([rates(mode, 1.0) - rates(mode, 0.0) for mode in held])
     away = distances(y)
@@ -220,11 +211,10 @@ def _check_borders(system: System, shifted: System, y: Array, z: Array, time: fl
     changes = guards_at(shifted, y + 1j * STEP * z, time).imag
     rates = system.rates(y, time)
     is_free = np.ones(len(guards), dtype=bool)
-    is_free[slide_modes(system)[:, _held(system)]] = False
+    is_free[slide_modes(system)[:, held_axes(system)]] = False
     for mode in np.flatnonzero((guards == 0) & (changes != 0) & is_free):
-        flipped = np.array(modes_of(system))
-        flipped[mode] = 1.0 - flipped[mode]
-        jump = with_modes(system, tuple(flipped)).rates(y, time) - rates
+        flipped = with_changed(system, mode, 1.0 - modes_of(system)[mode])
+        jump = flipped.rates(y, time) - rates
         if np.abs(jump).max() > CONTINUOUS * np.abs(rates).max():
             raise NotDifferentiableError(
                 f"{owners[mode]}: the start lies where its force jumps, so that the motion has no "

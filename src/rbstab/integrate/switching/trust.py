@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.elements.sliding_ties import CrossingTie
+from rbstab.elements.sliding import Crossing
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.status import RunStatus
@@ -75,7 +75,7 @@ def bounces(problem: Problem) -> bool:
 
 
 def _slides(problem: Problem) -> bool:
-    ties = (isinstance(element, CrossingTie) for element in problem.system.elements)
+    ties = (isinstance(element, Crossing) for element in problem.system.elements)
     return problem.switching is not None or any(ties)
 
 

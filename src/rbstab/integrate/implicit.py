@@ -106,7 +106,7 @@ class ImplicitRun(Run):
         self._first_energy = self._stored(self.y)
 
     def result(self) -> Trajectory:
-        """Integrate, and return the trajectory with its switches, without `trusted_until`."""
+        """Integrate, and return the trajectory with its switches."""
         found = super().result()
         return replace(found, systems=tuple(self.systems), switches=self.record.trace())
 

@@ -29,7 +29,7 @@ import numpy as np
 from rbstab.mechanics import pitch
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import E_OF_W, F_OF_W
-from rbstab.systems.impact import side_of, stop_of
+from rbstab.systems.impact import jumped, side_of, stop_of
 from rbstab.systems.modes import (
     first_mode,
     modes_of,
@@ -335,22 +335,26 @@ def residuals(system: System, y: Array) -> Array:
 def moved(found: Choice, y: Array) -> Array:
     """Return the state that belongs to a choice: by impulses, and E on s = E; see `chosen`."""
     system, rows = found.system, found.rows
-    elements = elements_with_rows(system.elements)
     is_axis = rows < 3 * len(ties_of(system))
     sticky = np.zeros(len(rows), bool)
     sticky[is_axis] = sticky_rows(system)[rows[is_axis]]
     targets = found.sides * RELEASE_OFFSET
-    sizes = np.zeros(len(found.surfaces.rates))
     W = found.surfaces.mobility[np.ix_(rows, rows)]
     rates = np.where(sticky | ~is_axis, 0.0, targets)
     wanted = rates - residuals(system, y)[rows]
-    sizes[rows] = np.linalg.lstsq(W, wanted, rcond=SMALLEST_MOBILITY)[0]
-    jump = impulses(system.body, system.coordinates, system.motion(y), elements, sizes)
-    after = np.concatenate([y[: len(jump)] + jump, y[len(jump) :]])
+    after = pushed(system, y, rows, np.linalg.lstsq(W, wanted, rcond=SMALLEST_MOBILITY)[0])
     # Only a connector sticks; its E and F are coordinates.
     axes = rows[sticky] % 3
     after[E_OF_W.start + axes], after[F_OF_W.start + axes] = targets[sticky], 0.0
     return after
+
+
+def pushed(system: System, y: Array, rows: Array, by: Array) -> Array:
+    """Return a state after impulses on some rows, N s or N m s."""
+    sizes = np.zeros(len(residuals(system, y)), by.dtype)
+    sizes[rows] = by
+    elements, motion = elements_with_rows(system.elements), system.motion(y)
+    return jumped(y, impulses(system.body, system.coordinates, motion, elements, sizes))
 
 
 def ties_of(system: System) -> list[Any]:

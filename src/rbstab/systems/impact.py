@@ -61,7 +61,7 @@ def impact(system: System, y: Array) -> Impact:
     assert stop is not None
     jump, mobility = response(system, motion)
     rate = pitch.rate(motion)
-    state = _jumped(y, stop.impulse(rate, mobility) * jump)
+    state = jumped(y, stop.impulse(rate, mobility) * jump)
     return Impact(state, rate, stop.lost_energy(rate, mobility))
 
 
@@ -119,10 +119,10 @@ def laid_on_stop(system: System, y: Array) -> Array:
     placed = np.concatenate([y[:PITCH], [angle], y[PITCH + 1 :]])
     motion = system.motion(placed)
     jump, mobility = response(system, motion)
-    return _jumped(placed, -pitch.rate(motion) / mobility * jump)
+    return jumped(placed, -pitch.rate(motion) / mobility * jump)
 
 
-def _jumped(y: Array, jump: Any) -> Array:
+def jumped(y: Array, jump: Any) -> Array:
     """Return a state whose coordinates have jumped. Own states and audit states do not jump."""
     size = len(jump)
     return np.concatenate([y[:size] + jump, y[size:]])

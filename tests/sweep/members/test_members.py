@@ -317,7 +317,7 @@ def test_what_no_column_shows_is_not_asked_for(monkeypatch):
         paper("free", False, controller=SLOPE | {"surface": "position"}, duration=0.05),
         **{"body.mass": [40.0]},
     )
-    monkeypatch.setattr("rbstab.integrate.switching.sliding_connector.trusted_until", refuse)
+    monkeypatch.setattr("rbstab.integrate.switching.trust.trusted_until", refuse)
     monkeypatch.setattr("rbstab.integrate.switching.chatter.Chatter.energy", refuse)
     monkeypatch.setattr(record, "certificate_of", refuse)
     monkeypatch.setattr(record, "_values", refuse)

@@ -48,8 +48,6 @@ class Driver:
 
     Args:
         problem: The problem.
-        switch_limit: The run stops after this many switches. Default that of the sliding
-            controller; without one `SWITCH_LIMIT`.
 
     Attributes:
         phase: The current phase.
@@ -61,20 +59,19 @@ class Driver:
 
     transitions: list[Transition] | None = None
 
-    def __init__(self, problem: Problem, switch_limit: int | None = None) -> None:
+    def __init__(self, problem: Problem) -> None:
         self._phases = Phases(problem)
         self.phase = self._phases.first
         self._chooses = depend_on_loads(problem.system)
         self._of_axes = frozenset(slide_modes(problem.system).ravel().tolist())
         self.count, self.impacts, self.connector = 0, None, None
         self._last: dict[int, float] = {}
-        most = SWITCH_LIMIT
+        self._limit = SWITCH_LIMIT
         if problem.switching is not None:
-            most = problem.switching.switch_limit
+            self._limit = problem.switching.switch_limit
             self.connector = ConnectorSwitches(problem)
             start = float(problem.times[0])
             self.connector.add_transitions(None, None, self.phase.system, start)
-        self._limit = most if switch_limit is None else switch_limit
         self._sides: dict[int, int] = {}
         if stop_of(problem.system) is not None:
             self.impacts, first = (

@@ -26,7 +26,14 @@ from rbstab.elements.inputs.signals import Leg
 from rbstab.integrate.switching.course import Transition
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.filippov import held_axes, holds_axes, slide_modes
+from rbstab.systems.filippov import (
+    held_axes,
+    holds_axes,
+    pushed,
+    residuals,
+    slide_modes,
+    with_held,
+)
 from rbstab.systems.impact import impact as impact_of
 from rbstab.systems.impact import laid_on_stop, stop_of
 from rbstab.systems.modes import guards_at, mode_owners, modes_of, with_changed, with_modes
@@ -177,29 +184,19 @@ def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: 
 
 
 def _on_surfaces(shifted: System, y: Array, time: float) -> Array:
-    """Return a state moved along the forces of the held axes until it is on their surfaces.
+    """Return a state moved by impulses along the held axes until it is on their surfaces.
 
-    The forces change velocities alone, and s is linear in them. So one step is exact.
+    They change velocities alone, and s is linear in these. So one step is exact.
 
     Args:
         shifted: The system, shifted as for `through_transition`.
         y: The state, with the imaginary part h ∂y/∂s.
         time: The time, s.
     """
-    sides, holds = slide_modes(shifted)
-    held, flying = sides[held_axes(shifted)], with_changed(shifted, holds, 0.0)
-
-    def distances(y: Array) -> Array:
-        return guards_at(flying, y, time)[held]
-
-    def rates(mode: int, value: float) -> Array:
-        return with_changed(flying, mode, value).rates(y, time)
-
-    forces = np.array([rates(mode, 1.0) - rates(mode, 0.0) for mode in held])
-    away = distances(y)
-    rows = np.array([distances(y + force) - away for force in forces])
-    moved: Array = y - forces.T @ np.linalg.solve(rows.T, away)
-    return moved
+    rows = np.flatnonzero(held_axes(shifted))
+    _, found = with_held(shifted, y, rows, time)
+    away = residuals(shifted, y)[rows]
+    return pushed(shifted, y, rows, -np.linalg.solve(found.mobility[np.ix_(rows, rows)], away))
 
 
 def _check_borders(system: System, shifted: System, y: Array, z: Array, time: float) -> None:

@@ -57,8 +57,6 @@ def integrate_trusted(
     # A body that meets no other thing than its stop needs several impacts.
     if _slides(problem) or run.impacts is None or run.impacts.counts[-1] > 1:
         trusted = _trusted_until(problem, run, integrate, deadline)
-    if run.switches is not None:
-        return replace(run, switches=run.switches._replace(trusted_until=trusted))
     return replace(run, trusted_until=trusted)
 
 

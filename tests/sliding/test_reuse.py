@@ -13,8 +13,9 @@ import pytest
 from support.hang_guard import within
 from support.sliding import ball_in_a_V, paper_problem, pushed_ball, solve_sliding
 
+from rbstab.integrate import driven_run
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching import driven_run, driver
+from rbstab.integrate.switching import driver
 
 
 def turning(rate, angle=0.0):

@@ -18,12 +18,12 @@ import numpy as np
 import scipy.integrate
 
 from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.driven_run import DrivenRun
 from rbstab.integrate.events import Event, first_event
 from rbstab.integrate.implicit import ImplicitRun
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.status import RunStatus, StopRun
 from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.switching.driven_run import DrivenRun
 from rbstab.integrate.switching.trust import integrate_trusted
 from rbstab.integrate.watched_rates import WatchedRates
 from rbstab.mechanics.constraint import projected_state

@@ -53,7 +53,7 @@ def switch_times(config, engine_name):
     settings = config["integration"] | TIGHT[engine_name] | {"engine": engine_name}
     changed = config | {"integration": settings}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("rbstab.integrate.switching.driven_run.Driver", Recording)
+        patch.setattr("rbstab.integrate.driven_run.Driver", Recording)
         trajectory = kind(problem(changed), None, Deadline(60.0)).result()
     assert trajectory.status == "completed"
     return found

@@ -319,8 +319,7 @@ def test_what_no_column_shows_is_not_asked_for(monkeypatch):
     )
     monkeypatch.setattr("rbstab.integrate.switching.trust.trusted_until", refuse)
     monkeypatch.setattr("rbstab.integrate.switching.chatter.Chatter.energy", refuse)
-    monkeypatch.setattr(record, "certificate_of", refuse)
-    monkeypatch.setattr(record, "_values", refuse)
+    monkeypatch.setattr(record, "evidence_of", refuse)
     monkeypatch.setattr("rbstab.systems.system.Observation.dissipation", property(refuse))
     found = batches(plan).compute(0, 1).outcome
     assert found["status"].tolist() == [COMPLETED]

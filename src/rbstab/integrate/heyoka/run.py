@@ -17,6 +17,7 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.driven_run import DrivenRun
 from rbstab.integrate.events import first_event
 from rbstab.integrate.heyoka.equations import CompiledEquations, compiled_equations
 from rbstab.integrate.heyoka.inner_switches import InnerSwitches
@@ -29,7 +30,6 @@ from rbstab.integrate.heyoka.symbols import (
 )
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.status import RunStatus, StopRun
-from rbstab.integrate.switching.driven_run import DrivenRun
 from rbstab.integrate.switching.phase import MISSED
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array

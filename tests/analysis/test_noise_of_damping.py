@@ -62,7 +62,9 @@ def test_a_run_is_no_better_than_its_worst_check():
 def on_a_slope(system):
     """Return a system with a sliding connector on s = F + 20E, whose force has no potential."""
     mode = np.array([1.0, -1.0, 1.0])
-    connector = SlidingConnector(np.full(3, 500.0), 1.0, 20.0, mode, np.zeros(3), 1.0)
+    connector = SlidingConnector(
+        K_s=np.full(3, 500.0), rate_weight=1.0, slope=20.0, layer_width=1.0, mode=mode
+    )
     return replace(system, elements=(*system.elements, connector))
 
 

@@ -137,7 +137,7 @@ def test_the_motion_ends_at_the_deadline(clock, variant, engine, hard):
     assert 0.0 < late < LATE
     assert run.times[-1] < problem.times[-1]
     if run.switches is not None:
-        assert np.isnan(run.switches.trusted_until)
+        assert np.isnan(run.trusted_until)
 
 
 def compile_first(problem, engine: str) -> None:
@@ -202,15 +202,15 @@ def test_the_second_run_shares_the_deadline(clock, law, engine):
     _, once = run(1e6, diagnosed=False)
     whole, twice = run(1e6)
     assert twice > 1.5 * once
-    assert np.isfinite(whole.switches.trusted_until)
+    assert np.isfinite(whole.trusted_until)
     cut, used = run(once + 0.25 * (twice - once))
     assert used < once + 0.25 * (twice - once) + LATE
     assert used < twice
     assert cut.status is RunStatus.COMPLETED
-    assert np.isnan(cut.switches.trusted_until)
+    assert np.isnan(cut.trusted_until)
     assert cut.states.tobytes() == whole.states.tobytes()
     enough, _ = run(twice + UNIT)
-    assert enough.switches.trusted_until == whole.switches.trusted_until
+    assert enough.trusted_until == whole.trusted_until
 
 
 @pytest.mark.parametrize("engine", ENGINES)

@@ -109,11 +109,3 @@ def test_rates_that_stop_being_numbers_midway_diverged(method):
     assert trajectory.status == "diverged"
     assert -1.0 <= trajectory.states[-1, 8] < -0.99
     assert np.isfinite(trajectory.states).all()
-
-
-class Edge(Gravity):
-    """A weight that is finite only at the start: √x3, thrown downwards from x3 = 0."""
-
-    def wrench(self, motion, own):
-        whole = super().wrench(motion, own)
-        return whole._replace(force=whole.force * np.sqrt(motion.X[2]))

@@ -1,8 +1,7 @@
 """Protects a sliding controller beside inputs, elements that switch, and elements with own states.
 
-There another driver follows it: the one of all elements with modes. Independent facts: alone, the
-driver of sliding connectors follows the same motion, with gravity as a weight instead of an input;
-both engines agree; v balances with what was supplied.
+Independent facts: gravity is a weight or an input; both engines agree; v balances with what was
+supplied.
 """
 
 from pathlib import Path
@@ -47,15 +46,6 @@ def transitions(run: Any) -> list[tuple[int, str]]:
 EMBEDDED = {"kind": "embedded", "point": [0.1, 0, 0.2], "anchor": [0, 0, 0]} | {
     name: [300.0, 200.0, 100.0] for name in ("K_c", "L_c", "K_d", "L_d")
 }
-LIGAMENT = {
-    "kind": "ligament",
-    "point": [0.1, 0, 0],
-    "anchor": [0.4, 0, 0],
-    "stiffness": 2000.0,
-    "slack_length": 0.3,
-    "toe_strain": 0.05,
-    "damping": 2.0,
-}
 TIE = {
     "kind": "sliding",
     "point": [-0.2, 0.1, 0.3],
@@ -63,25 +53,14 @@ TIE = {
     "K_s": [400.0, 300.0, 200.0],
     "surface": {"slope": 10},
 }
-NOISE = {"kind": "noise", "seed": 3, "rate": 40.0, "correlation_time": 0.05}
-OTHERS: dict[str, dict[str, Any]] = {
-    "own states": {"mount": EMBEDDED},
-    "ligament": {"line": LIGAMENT},
-    "sine": {"push": push({"kind": "sine", "frequency": 3.0}, 500.0)},
-    "noise and ligament": {"push": push(NOISE, 400.0), "line": LIGAMENT},
-    "stop": {"end": {"kind": "guard", "method": "stop", "angle": 0.7, "restitution": 0.5}},
-    "tie": {"tie": TIE},
-}
-COUPLE = {"quantity": "body_couple", "direction": [0.1, 1, 0.2], "amplitude": 2000.0}
-PRESS = {"kind": "input", "signal": {"kind": "sine", "frequency": 4.0}} | COUPLE
-OTHERS["pressed stop"] = OTHERS["stop"] | {"push": PRESS}
-OTHERS["pressed stop"]["end"] = OTHERS["stop"]["end"] | {"angle": 0.4}
+STOP = {"end": {"kind": "guard", "method": "stop", "angle": 0.7, "restitution": 0.5}}
+SINE = {"push": push({"kind": "sine", "frequency": 3.0}, 500.0)}
 
 
 @EACH
 def test_an_impact_throws_the_axes_off_and_they_arrive_again(engine_name):
     """All of them slide before it and soon after it; at the impact each is released."""
-    config = example("slope_exact_20000", OTHERS["stop"], engine=engine_name, samples=251)
+    config = example("slope_exact_20000", STOP, engine=engine_name, samples=251)
     run = rbstab.simulate(config)
     impacts, found = (
         run["impact_time"],
@@ -155,12 +134,12 @@ SLOPE: dict[str, Any] = {"surface": {"slope": 20}}
 REFUSED = {
     "implicit": (
         {"law": {"implicit": 1e-4}},
-        OTHERS["sine"] | {"mount": EMBEDDED},
+        SINE | {"mount": EMBEDDED},
         "has mount, push beside a sliding connector with implicit steps (expected law: exact",
     ),
     "sticking at a stop": (
         {"stick_energy": 10.0},
-        OTHERS["stop"],
+        STOP,
         "has end beside a sliding connector with a stick_energy: each impact would throw the axes "
         "off that stick (expected stick_energy: 0, or no stops)",
     ),

@@ -83,8 +83,8 @@ def test_energy_balances_over_all_switches(weak, strong):
 
 def test_trust_ends_where_an_error_has_grown_to_what_it_measures(weak, strong):
     """An error grows by about e^0.15 at each switch: double precision lasts for 200 switches."""
-    assert 0.6 < weak.switches.trusted_until < 1.0
-    assert 0.1 < strong.switches.trusted_until < 0.4
+    assert 0.6 < weak.trusted_until < 1.0
+    assert 0.1 < strong.trusted_until < 0.4
 
 
 def test_every_switch_is_on_the_side_that_it_says(weak):

@@ -1,10 +1,8 @@
 """The chatter on s = E decays as it should: |F| ~ exp(-dt/3), |E| ~ exp(-2dt/3)."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from support.sliding import ball_in_a_V, paper_problem, solve_sliding
+from support.sliding import ball_in_a_V, solve_sliding
 
 M, K, SPEED = 2.0, 3000.0, 1.0
 RATES = np.array([0.3, 0.6, 1.2])
@@ -49,45 +47,3 @@ def test_every_bounce_of_a_ball_is_in_closed_form(ball, axis):
     # Each switch moves the axis off the surface by 1e-12 of its flight: n²/2 of that in n flights.
     assert found[:100] == pytest.approx(expected[:100], abs=1e-11)
     assert found == pytest.approx(expected, abs=1e-7)
-
-
-def reflected_damping(system, y):
-    """Return D, W and the motion at a state; DW⁻¹, in 1/s, damps a velocity of C.
-
-    A fast motion F of C has the momentum p = W⁻¹F there, which moves the body with V = p/m and
-    Ω = J⁻¹(R × A'p). The stabilizers dissipate p'Dp, D = L_t/m² + S'L_rS with S = J⁻¹ŘA'.
-    """
-    body, (_, translational, rotational, _) = system.body, system.elements
-    x, z = body.contact_point, system.motion(y)
-    lever = np.array([[0, -x[2], x[1]], [x[2], 0, -x[0]], [-x[1], x[0], 0]]) @ z.A.T
-    S = np.linalg.inv(body.inertia) @ lever
-    W = np.eye(3) / body.mass + lever.T @ S
-    D = translational.L_t / body.mass**2 + S.T @ rotational.L_r @ S
-    return D, W, z
-
-
-def chatter(K_s, begin, end, samples):
-    """Return loss p'Dp, ½F'W⁻¹F, e, eigenvalues of DW⁻¹ and switches of the paper's body."""
-    problem = paper_problem(K_s)
-    times = np.linspace(begin, end, samples)
-    # The second run, which finds how far to trust the first, is not needed.
-    problem = replace(problem, times=np.append(0.0, times), diagnosed=False)
-    rows = []
-    run = solve_sliding("heyoka", problem)
-    for y, counts in zip(run.states, run.switches.counts, strict=True):
-        D, W, z = reflected_damping(problem.system, y)
-        p = np.linalg.solve(W, z.F)
-        kinetic = z.F @ p / 2
-        e = kinetic + K_s * np.abs(z.E).sum()
-        rates = np.sort(np.linalg.eigvals(D @ np.linalg.inv(W)).real)
-        rows.append([p @ D @ p, kinetic, e, *rates, counts.sum()])
-    return times, np.array(rows[1:]).T
-
-
-BODY = [(2000, 0.6, 1.4), (20000, 0.2, 1.0)]
-
-
-@pytest.fixture(scope="module", params=BODY, ids=["weak", "strong"])
-def body(request):
-    K_s, begin, end = request.param
-    return chatter(K_s, begin, end, 2000)

@@ -13,7 +13,7 @@ import pytest
 from support.hang_guard import within
 from support.sliding import ball_in_a_V, paper_problem, pushed_ball, solve_sliding
 
-from rbstab.integrate.heyoka import run
+from rbstab.integrate import driven_run
 from rbstab.integrate.status import RunStatus
 from rbstab.integrate.switching import driver
 
@@ -76,7 +76,7 @@ def bits(found):
         *found.switches[:6],
     )
     counts = found.status, found.detail, found.steps, found.evaluations, found.switches.transitions
-    return [a.tobytes() for a in arrays], counts, found.switches.trusted_until
+    return [a.tobytes() for a in arrays], counts, found.trusted_until
 
 
 def bits_of(name):
@@ -144,7 +144,7 @@ def test_what_is_compiled_does_not_keep_its_runs(monkeypatch):
             super().__init__(*arguments)
             kept.append(weakref.ref(self))
 
-    monkeypatch.setattr(run, "Driver", Noted)
+    monkeypatch.setattr(driven_run, "Driver", Noted)
     solve_sliding("heyoka", replace(PROBLEMS["s = E"](), diagnosed=False))
     gc.collect()
     assert [one() for one in kept] == [None]

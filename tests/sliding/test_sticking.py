@@ -114,12 +114,6 @@ def test_an_axis_that_is_held_must_bear_what_others_put_on_it(held):
     assert found is None or len(found.axes) < 2
 
 
-@pytest.fixture(scope="module")
-def staged():
-    """Return a run with 5000 N: at first one axis sticks and is released, later all stick."""
-    return solve_sliding("heyoka", paper_problem(5000, duration=0.5, samples=51, stick_energy=1e9))
-
-
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
 def test_a_point_at_rest_on_its_anchor_stays_there(engine):
     """A ball starts on the surface with E = F = 0, under loads within the connector's bounds."""

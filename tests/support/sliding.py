@@ -47,9 +47,11 @@ def paper_problem(K_s, slope=None, duration=2.0, samples=41, layer=None, **switc
 
 
 def connector(K_s, slope=None, layer=None):
-    weight, slope = (0.0, 1.0) if slope is None else (1.0, slope)
     return SlidingConnector(
-        np.full(3, float(K_s)), weight, slope, np.zeros(3), np.zeros(3), layer or 1.0
+        K_s=np.full(3, float(K_s)),
+        rate_weight=float(slope is not None),
+        slope=1.0 if slope is None else slope,
+        layer_width=layer or 1.0,
     )
 
 

@@ -1,7 +1,6 @@
 """A system adds up its elements: states, energies, dissipation, forces, in the order given."""
 
 from dataclasses import replace
-from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from support.systems import VARIANTS, random_state, random_system
 
 from rbstab.elements.element import NO_STATE
 from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.gravity import Gravity
 from rbstab.elements.inputs.loads import ForceInput
 from rbstab.elements.inputs.signals import Constant
 from rbstab.elements.visco_elastic import ViscoElasticConnector
@@ -83,16 +81,6 @@ def test_potential_energy_is_all_that_is_stored(rng, system):
     expected = stored_energy(system, read(system, y))
     assert system.potential_energy(y) == pytest.approx(expected, rel=1e-13)
     assert system.observe(y).energy[1:].sum() == pytest.approx(expected, rel=1e-13)
-
-
-class Witness(Gravity):
-    """A weight that records the own states that the system passes to it."""
-
-    seen: ClassVar[list] = []
-
-    def wrench(self, motion, own):
-        self.seen.append(own)
-        return super().wrench(motion, own)
 
 
 def test_each_element_reads_and_moves_its_own_states(rng):

@@ -18,8 +18,7 @@ from rbstab.elements.inputs import legs
 from rbstab.elements.inputs.loads import Input
 from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
 from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of
-from rbstab.elements.sliding import SlidingConnector
-from rbstab.elements.sliding_ties import SlidingTie
+from rbstab.elements.sliding import Sliding
 from rbstab.elements.spring import NO_LENGTH, Spring, squared_length
 from rbstab.integrate.problem import Problem, Switching
 from rbstab.mechanics.algebra import ZERO, inverse
@@ -150,9 +149,7 @@ def _connector(controller: Any, convert: Convert) -> list[Element]:
     connector = CONNECTORS.get(controller.variant)
     if connector is None:
         return []
-    settings: dict[str, Any] = {}
-    if connector is SlidingConnector:
-        settings = _surface_settings(controller) | {"mode": np.zeros(3), "layer": np.zeros(3)}
+    settings = _surface_settings(controller) if issubclass(connector, Sliding) else {}
     return [connector(**_gains(connector, controller, convert), **settings)]
 
 
@@ -167,7 +164,7 @@ def _elements(config: Config, convert: Convert) -> list[Element]:
         fields = {"name": name, **_gains(kind, section, convert)}
         if issubclass(kind, Input):
             fields["signal"] = _signal(section.signal, config.integration.duration, convert)
-        if issubclass(kind, SlidingTie):
+        if issubclass(kind, Sliding):
             fields |= _surface_settings(section)
         found.append(kind(**fields))
     return found

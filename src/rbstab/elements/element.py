@@ -61,7 +61,7 @@ class Element:
     """Whether it may supply power: whether its class states `supplied`."""
 
     slides: ClassVar[bool] = False
-    """Whether its axes slide on surfaces s = F + κE (`FilippovTie`). Then it has no own states, and
+    """Whether its axes slide on surfaces s = F + κE (`Filippov`). Then it has no own states, and
     its methods `wrench`, `dissipated` and `guards` get as `own` the equivalent forces that hold its
     axes there, shape (3,), N, inertial (`systems.surface_forces`). The system computes them, since
     they follow from the loads of all elements."""

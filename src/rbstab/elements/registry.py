@@ -17,8 +17,13 @@ from rbstab.elements.guards.stop import Stop
 from rbstab.elements.inputs.loads import BodyCoupleInput, BodyForceInput, CoupleInput, ForceInput
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
-from rbstab.elements.sliding import SlidingConnector
-from rbstab.elements.sliding_ties import CrossingTie, FilippovTie, LayeredTie, SlidingTie
+from rbstab.elements.sliding import (
+    CrossingTie,
+    FilippovTie,
+    LayeredTie,
+    SlidingConnector,
+    SlidingTie,
+)
 from rbstab.elements.spring import Spring, ZeroLengthSpring
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector, ViscoElasticTie

@@ -38,9 +38,7 @@ def motion_warnings(trajectory: Trajectory) -> list[str]:
         if outside.any():
             t = trajectory.times[int(outside.argmax())]
             warnings.append(f"{name} is outside [-π, π], the range of eq. 5, from t = {t:.6g} s")
-    switches, trusted = trajectory.switches, trajectory.trusted_until
-    if switches is not None:
-        trusted = switches.trusted_until
+    trusted = trajectory.trusted_until
     if trusted is not None and np.isnan(trusted):
         warnings.append("trusted_until is unknown: the time limit ended the run that determines it")
     elif trusted is not None and trusted < _last_comparable(trajectory):

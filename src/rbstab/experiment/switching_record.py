@@ -18,7 +18,6 @@ def event_arrays(system: System, trajectory: Trajectory) -> dict[str, Array]:
             "switch_count": switches.counts,
             "chatter_energy": switches.chatter_energy,
             "discarded_energy": switches.discarded_energy,
-            "trusted_until": np.array(switches.trusted_until),
         }
         if len(switches.switch_times):
             arrays |= {

@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rbstab.elements.sliding import SlidingConnector
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.run import Run, range_left
@@ -25,7 +26,7 @@ from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY, E_OF_W, F_OF_W, OMEGA, THETA
-from rbstab.systems.connector import connector_of, with_connector
+from rbstab.systems.connector import connector_of, with_law
 from rbstab.systems.filippov import pivoted
 from rbstab.systems.system import CONTACT_WORK, LYAPUNOV_CHANGE, System
 
@@ -35,7 +36,7 @@ ROUND_OFF = 1e-9
 
 def with_sides(system: System, sides: Array) -> System:
     """Return a system whose connector exerts Λ = -K_s σ, with σ of each axis in -1 to 1."""
-    return with_connector(system, replace(connector_of(system), mode=sides, layer=np.zeros(3)))
+    return with_law(system, SlidingConnector, mode=sides)
 
 
 def end_of_step(system: System, x: Array) -> Array:
@@ -105,7 +106,7 @@ class ImplicitRun(Run):
         self._first_energy = self._stored(self.y)
 
     def result(self) -> Trajectory:
-        """Integrate, and return the trajectory with its switches, without `trusted_until`."""
+        """Integrate, and return the trajectory with its switches."""
         found = super().result()
         return replace(found, systems=tuple(self.systems), switches=self.record.trace())
 

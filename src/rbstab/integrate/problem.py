@@ -121,9 +121,9 @@ class Trajectory:
         supplied_energy: What the elements have supplied, ∫supplied dt, shape (n,), J; None if no
             element supplies power.
         breakpoints: The breakpoints of the schedule on which the engine ended a step, s.
-        trusted_until: The time up to which a motion that bounces, on s = E or against a stop, is
-            reproducible in double precision, s; None if it is not asked for, or if `switches` has
-            it.
+        trusted_until: The time up to which a motion that slides on s = E, or meets a stop, is
+            reproducible in double precision, s. After it, only the slow quantities Θ and e are
+            meaningful. NaN if a deadline hides it; None if it is not asked for.
         ends: The ends of its steps; None if the engine keeps none. In quaternions if it integrates
             them.
     """

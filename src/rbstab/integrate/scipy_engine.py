@@ -18,14 +18,12 @@ import numpy as np
 import scipy.integrate
 
 from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.driven_run import DrivenRun
 from rbstab.integrate.events import Event, first_event
 from rbstab.integrate.implicit import ImplicitRun
 from rbstab.integrate.problem import Problem, Progress, Trajectory
-from rbstab.integrate.run import Run, range_left, zero_length
 from rbstab.integrate.status import RunStatus, StopRun
 from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.switching.driver import Driver
-from rbstab.integrate.switching.phase import Phase
 from rbstab.integrate.switching.trust import integrate_trusted
 from rbstab.integrate.watched_rates import WatchedRates
 from rbstab.mechanics.constraint import projected_state
@@ -61,30 +59,21 @@ def integrate(
         return integrate_trusted(problem, run, progress, deadline)
 
 
-class ScipyRun(Run):
+class ScipyRun(DrivenRun):
     """One integration.
 
     Args:
         problem: The problem; the method is a one-step method if elements of its system switch.
         progress: Called after every step.
         deadline: The deadline of the run.
-        switch_limit: The run stops after this many switches; default see `Driver`.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        progress: Progress | None,
-        deadline: Deadline,
-        switch_limit: int | None = None,
-    ) -> None:
-        self.driver = Driver(problem, switch_limit)
-        super().__init__(problem, progress, deadline, self.phase.system)
+    def __init__(self, problem: Problem, progress: Progress | None, deadline: Deadline) -> None:
+        super().__init__(problem, progress, deadline)
         self.rates = WatchedRates(self.phase.audited_rates, deadline)
         self.step_size: float | None = None
         size = problem.system.audited_size
-        self._owners = problem.system.clearance_owners
-        if self._owners:
+        if self.owners:
             self._clearances = StraightLine(System.clearances, problem.system, size)
         self._projected = (
             StraightLine(_projected, problem.system, size) if problem.project else None
@@ -92,40 +81,16 @@ class ScipyRun(Run):
         self._interpolates = problem.method in INTERPOLATED and not problem.breakpoints()
         self._largest_angle = float(np.arccos(problem.range_bound))
 
-    @property
-    def phase(self) -> Phase:
-        """The current phase."""
-        return self.driver.phase
-
-    def result(self) -> Trajectory:
-        """Integrate, and return the trajectory with its impacts and switches."""
-        found = super().result()
-        return self.driver.recorded(found)
-
-    def add_sample(self, t: float, y: Array) -> None:
-        """Keep a sample, and the switches so far."""
-        super().add_sample(t, y)
-        self.driver.add_sample(y)
-
-    def begin(self) -> None:
-        """Begin the motion, which may touch its stop."""
-        self._go_on(self.driver.begin(self.t, self.y))
-
     def stops(self) -> list[float]:
         """Return the times on which a step must end, s."""
         if self._interpolates:
             return self.times[-1:]
         return sorted({*self.problem.breakpoints(), *self.times[1:]})
 
-    def begin_leg(self, t: float) -> None:
-        """Begin the legs of the inputs at a breakpoint, s."""
-        self._go_on(self.driver.begin_leg(t, self.y))
-
-    def _go_on(self, y: Array) -> None:
-        """Go on in the current phase, from a state that may have jumped."""
-        self.y, self.system = y, self.phase.system
+    def go_on(self, after: Array) -> None:
+        """Go on with the rates of the current phase."""
+        super().go_on(after)
         self.rates.audited_rates = self.phase.audited_rates
-        self.keep_end()
 
     def follow_to(self, stop: float) -> None:
         """Step to a time, s, or through the first event before it."""
@@ -207,7 +172,7 @@ class ScipyRun(Run):
         """Return the first event of the last step, or None."""
         ends, states = (self.t, float(solver.t)), (self.y, solver.y)
         if not len(self.phase.signs) and not self._may_leave(ends, states):
-            if not self._owners:
+            if not self.owners:
                 return None
             falls, rises = map(self._length_rates, states, ends)
             # A length is smallest inside the step if it falls at the start and rises at the end.
@@ -229,13 +194,13 @@ class ScipyRun(Run):
     def _events(self, y: Array, t: float) -> Array:
         pitch, most = y[PITCH], self._largest_angle
         margins = [self.phase.margins(y, t)] if len(self.phase.signs) else []
-        lengths = [self._clearances(y)] if self._owners else []
+        lengths = [self._clearances(y)] if self.owners else []
         return np.concatenate([*margins, [most - pitch, most + pitch], *lengths])
 
     def _event_rates(self, y: Array, t: float) -> Array:
         rates = self.phase.audited_rates(y, t)
         margins = [self.phase.margin_rates(y, t, rates)] if len(self.phase.signs) else []
-        lengths = [derivative_along(self._clearances, y, rates)] if self._owners else []
+        lengths = [derivative_along(self._clearances, y, rates)] if self.owners else []
         return np.concatenate([*margins, [-rates[PITCH], rates[PITCH]], *lengths])
 
     def _length_rates(self, y: Array, t: float) -> Array:
@@ -248,13 +213,13 @@ class ScipyRun(Run):
             self._step_to(event)
             coinciding = self.phase.coinciding(self.y, self.t).tolist()
             switched = sorted({event.number, *coinciding})
-            self._go_on(self.driver.cross(switched, self.t, self.y))
+            self.cross(switched)
             return
         path = solver.dense_output()
         if self._interpolates:
             self._interpolate(path, event.time)
         self.t, self.y = event.time, path(event.time)
-        raise range_left(self.problem) if number < 2 else zero_length(self._owners[number - 2])
+        raise self.end_of_range(number - 2)
 
     def _step_to(self, event: Event) -> None:
         """Make steps that end at a switch, instead of the step in which it was found."""

@@ -18,19 +18,14 @@ class StickSlip(StrEnum):
 class SwitchTrace(NamedTuple):
     """The switching of a run: its modes at the samples, and its switches.
 
-    chatter_energy and trusted_until are NaN if the problem is not diagnosed. trusted_until is also
-    NaN if the run, or the second run that determines it, ends at the deadline.
-
     Attributes:
         modes: -1, 0 or 1 for each axis, shape (n, 3).
         counts: Switches so far, shape (n, 3).
-        chatter_energy: Shape (n,), J.
+        chatter_energy: Shape (n,), J; NaN if the problem is not diagnosed.
         discarded_energy: Shape (n,), J.
         switch_times: Times of the first switches, s.
         switch_axes: Axes of the first switches.
         transitions: All sticks and releases: time (s), axis and kind.
-        trusted_until: The time up to which the motion is reproducible in double precision, s. After
-            it, only the slow quantities Θ and e are meaningful.
     """
 
     modes: Array
@@ -40,7 +35,6 @@ class SwitchTrace(NamedTuple):
     switch_times: Array
     switch_axes: Array
     transitions: list[tuple[float, int, StickSlip]]
-    trusted_until: float
 
     def until(self, time: float, samples: int) -> "SwitchTrace":
         """Return the switching up to a time, with the first samples."""
@@ -55,7 +49,6 @@ class SwitchTrace(NamedTuple):
             self.switch_times[stored],
             self.switch_axes[stored],
             [entry for entry in self.transitions if entry[0] <= time],
-            float(np.minimum(self.trusted_until, time)),
         )
 
 

@@ -1,16 +1,17 @@
-"""The sliding connector of a system: eq. 39 with its own sides, or by modes."""
+"""The sliding connector of a system (eq. 39), and the law by which it is followed."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from rbstab.elements.sliding import SlidingConnector
-from rbstab.elements.sliding_ties import (
-    AtContact,
-    CrossingConnector,
-    FilippovConnector,
-    LayeredConnector,
-    StickingConnector,
+from rbstab.elements.sliding import (
+    Crossing,
+    Filippov,
+    Layered,
+    Sliding,
+    SlidingConnector,
+    SlidingTie,
+    Sticking,
 )
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import START_TOLERANCE
@@ -18,31 +19,32 @@ from rbstab.systems.impact import stop_of
 from rbstab.systems.system import System
 
 
-def connector_of(system: System) -> SlidingConnector:
-    """Return the sliding connector of a system, as eq. 39 with the sides of its modes.
-
-    Raises:
-        ValueError: The system has no sliding connector.
-    """
-    for element in system.elements:
-        if isinstance(element, SlidingConnector):
-            return element
-        if isinstance(element, AtContact):
-            return element.connector
-    raise ValueError("the system has no sliding connector")
+def is_connector(element: object) -> bool:
+    """Return whether an element is the sliding connector of a controller, of any law."""
+    return isinstance(element, Sliding) and not isinstance(element, SlidingTie)
 
 
-def with_connector(system: System, changed: SlidingConnector | AtContact) -> System:
+def connector_of(system: System) -> Sliding:
+    """Return the sliding connector of a system; it must have one."""
+    return next(one for one in system.elements if is_connector(one))  # type: ignore[return-value]
+
+
+def with_connector(system: System, changed: Sliding) -> System:
     """Return a system with another sliding connector in the place of its own."""
-    kinds = SlidingConnector, AtContact
-    elements = tuple(changed if isinstance(e, kinds) else e for e in system.elements)
+    elements = tuple(changed if is_connector(one) else one for one in system.elements)
     return replace(system, elements=elements)
+
+
+def with_law(system: System, law: type[Sliding], **fields: Array) -> System:
+    """Return a system whose sliding connector has another law, with the modes in `fields`."""
+    now = connector_of(system)
+    names = "K_s", "rate_weight", "slope", "layer_width"
+    return with_connector(system, law(**{name: getattr(now, name) for name in names} | fields))
 
 
 def inside_layers(system: System) -> System:
     """Return a system whose connector is inside its boundary layer on each axis."""
-    connector = connector_of(system)
-    return with_connector(system, replace(connector, mode=np.zeros(3), layer=np.ones(3)))
+    return with_law(system, SlidingConnector, layer=np.ones(3))
 
 
 def by_modes(system: System, start: Array, *, layered: bool, sticks: bool) -> System:
@@ -54,16 +56,14 @@ def by_modes(system: System, start: Array, *, layered: bool, sticks: bool) -> Sy
         layered: Whether a boundary layer replaces the sign.
         sticks: Whether chattering axes may stick.
     """
-    connector = connector_of(system)
-    kind: type[AtContact] = CrossingConnector
+    law: type[Sliding] = Crossing
     if layered:
-        kind = LayeredConnector
-    elif connector.rate_weight:
-        kind = FilippovConnector
+        law = Layered
+    elif connector_of(system).rate_weight:
+        law = Filippov
     elif sticks or _begins_at_rest(system, start):
-        kind = StickingConnector
-    names = "K_s", "rate_weight", "slope", "layer_width"
-    return with_connector(system, kind(**{name: getattr(connector, name) for name in names}))
+        law = Sticking
+    return with_law(system, law)
 
 
 def _begins_at_rest(system: System, start: Array) -> bool:

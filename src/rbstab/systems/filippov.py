@@ -29,8 +29,14 @@ import numpy as np
 from rbstab.mechanics import pitch
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import E_OF_W, F_OF_W
-from rbstab.systems.impact import side_of, stop_of
-from rbstab.systems.modes import modes_of, with_contact, with_first_modes, with_modes
+from rbstab.systems.impact import jumped, side_of, stop_of
+from rbstab.systems.modes import (
+    first_mode,
+    modes_of,
+    with_changed,
+    with_contact,
+    with_first_modes,
+)
 from rbstab.systems.surface_forces import Surfaces, elements_with_rows, impulses, surfaces
 from rbstab.systems.system import System
 
@@ -67,13 +73,13 @@ def slide_modes(system: System) -> Array:
     Returns:
         Shape (2, rows).
     """
-    found: list[Array] = [np.zeros((2, 0), dtype=int)]
-    begin = 0
-    for element in system.elements:
-        if element.slides:
-            found.append(begin + np.arange(6).reshape(2, 3))
-        begin += element.mode_count
-    return np.concatenate(found, axis=1)
+    of_each = [first_mode(system, tie) + np.arange(6).reshape(2, 3) for tie in ties_of(system)]
+    return np.concatenate([np.zeros((2, 0), dtype=int), *of_each], axis=1)
+
+
+def held_axes(system: System) -> Array:
+    """Return whether each axis of each tie is held on its surface, shape (rows,)."""
+    return np.concatenate([np.zeros(0), *(tie.held for tie in ties_of(system))]) > 0
 
 
 def alone(system: System) -> frozenset[int]:
@@ -99,7 +105,7 @@ def idle_holds(system: System) -> tuple[int, ...]:
 
 def holds_axes(system: System) -> bool:
     """Return whether an axis of a system is held on its surface."""
-    return bool(np.array(modes_of(system))[slide_modes(system)[1]].any())
+    return bool(held_axes(system).any())
 
 
 def at_start(system: System, y: Array, time: float = 0.0) -> System:
@@ -149,12 +155,10 @@ def after_events(
     Raises:
         RedundantTiesError: The forces that hold the axes are not determined.
     """
-    places = slide_modes(system)
-    now = np.array(modes_of(system))
-    crossed, released = np.isin(places, modes)
+    crossed, released = np.isin(slide_modes(system), modes)
     # An axis on s = E has arrived with a rate, and crosses.
     arrived = released | (crossed & ~sticky_rows(system))
-    rows = np.flatnonzero(arrived | (now[places[1]] > 0))
+    rows = np.flatnonzero(arrived | held_axes(system))
     return chosen(system, y, rows, time)
 
 
@@ -199,7 +203,6 @@ def chosen(system: System, y: Array, rows: Array, time: float = 0.0) -> tuple[Sy
 def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
     """Return Filippov's choice for axes on their surfaces; see `chosen`."""
     system, found = with_held(system, y, rows, time)
-    places, modes = slide_modes(system), np.array(modes_of(system))
     bounds = bounds_of_axes(system)[rows]
     contact, count = resting(system), len(rows)
     if contact:
@@ -212,9 +215,8 @@ def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
     is_held = side == 0
     if is_held.any() and np.linalg.cond(W[np.ix_(is_held, is_held)]) > 1.0 / SMALLEST_MOBILITY:
         raise RedundantTiesError("the forces of sliding ties are not determined")
-    modes[places[0, rows[:count]]] = side[:count] >= 0
-    modes[places[1, rows[:count]]] = is_held[:count]
-    system = with_modes(system, tuple(modes.tolist()))
+    places, holds = slide_modes(system)[:, rows[:count]], is_held[:count]
+    system = with_changed(system, places, [side[:count] >= 0, holds])
     if contact and not is_held[-1]:
         system = with_contact(system, 0)
     return Choice(system, found, rows, side)
@@ -222,9 +224,7 @@ def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
 
 def with_held(system: System, y: Array, rows: Array, time: float) -> tuple[System, Surfaces]:
     """Return a system in which some axes are held, and its surfaces."""
-    modes = np.array(modes_of(system))
-    modes[slide_modes(system)[:, rows]] = 1.0
-    system = with_modes(system, tuple(modes.tolist()))
+    system = with_changed(system, slide_modes(system)[:, rows], 1.0)
     motion, pairs = system.loads(y, time)
     return system, surfaces(system.body, system.coordinates, motion, pairs)
 
@@ -335,22 +335,26 @@ def residuals(system: System, y: Array) -> Array:
 def moved(found: Choice, y: Array) -> Array:
     """Return the state that belongs to a choice: by impulses, and E on s = E; see `chosen`."""
     system, rows = found.system, found.rows
-    elements = elements_with_rows(system.elements)
     is_axis = rows < 3 * len(ties_of(system))
     sticky = np.zeros(len(rows), bool)
     sticky[is_axis] = sticky_rows(system)[rows[is_axis]]
     targets = found.sides * RELEASE_OFFSET
-    sizes = np.zeros(len(found.surfaces.rates))
     W = found.surfaces.mobility[np.ix_(rows, rows)]
     rates = np.where(sticky | ~is_axis, 0.0, targets)
     wanted = rates - residuals(system, y)[rows]
-    sizes[rows] = np.linalg.lstsq(W, wanted, rcond=SMALLEST_MOBILITY)[0]
-    jump = impulses(system.body, system.coordinates, system.motion(y), elements, sizes)
-    after = np.concatenate([y[: len(jump)] + jump, y[len(jump) :]])
+    after = pushed(system, y, rows, np.linalg.lstsq(W, wanted, rcond=SMALLEST_MOBILITY)[0])
     # Only a connector sticks; its E and F are coordinates.
     axes = rows[sticky] % 3
     after[E_OF_W.start + axes], after[F_OF_W.start + axes] = targets[sticky], 0.0
     return after
+
+
+def pushed(system: System, y: Array, rows: Array, by: Array) -> Array:
+    """Return a state after impulses on some rows, N s or N m s."""
+    sizes = np.zeros(len(residuals(system, y)), by.dtype)
+    sizes[rows] = by
+    elements, motion = elements_with_rows(system.elements), system.motion(y)
+    return jumped(y, impulses(system.body, system.coordinates, motion, elements, sizes))
 
 
 def ties_of(system: System) -> list[Any]:

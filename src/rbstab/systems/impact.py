@@ -41,17 +41,6 @@ def stop_of(system: System) -> Stop | None:
     return next((element for element in system.elements if isinstance(element, Stop)), None)
 
 
-def first_stop_mode(system: System) -> int:
-    """Return the index of m₊ of the stop among the modes of a system; m₋ follows it."""
-    before = (element for element in system.elements if element.mode_count)
-    count = 0
-    for element in before:
-        if isinstance(element, Stop):
-            break
-        count += element.mode_count
-    return count
-
-
 def side_of(system: System, y: Array) -> int:
     """Return the side of the stop that θ2 touches or has passed, 1 or -1; 0 if none."""
     stop = stop_of(system)
@@ -72,7 +61,7 @@ def impact(system: System, y: Array) -> Impact:
     assert stop is not None
     jump, mobility = response(system, motion)
     rate = pitch.rate(motion)
-    state = _jumped(y, stop.impulse(rate, mobility) * jump)
+    state = jumped(y, stop.impulse(rate, mobility) * jump)
     return Impact(state, rate, stop.lost_energy(rate, mobility))
 
 
@@ -130,10 +119,10 @@ def laid_on_stop(system: System, y: Array) -> Array:
     placed = np.concatenate([y[:PITCH], [angle], y[PITCH + 1 :]])
     motion = system.motion(placed)
     jump, mobility = response(system, motion)
-    return _jumped(placed, -pitch.rate(motion) / mobility * jump)
+    return jumped(placed, -pitch.rate(motion) / mobility * jump)
 
 
-def _jumped(y: Array, jump: Any) -> Array:
+def jumped(y: Array, jump: Any) -> Array:
     """Return a state whose coordinates have jumped. Own states and audit states do not jump."""
     size = len(jump)
     return np.concatenate([y[:size] + jump, y[size:]])

@@ -32,7 +32,7 @@ from rbstab.systems.filippov import (
     with_held,
 )
 from rbstab.systems.impact import HOP_HEIGHT, laid_on_stop
-from rbstab.systems.modes import modes_of, with_contact, with_modes
+from rbstab.systems.modes import with_changed, with_contact
 from rbstab.systems.system import System
 
 
@@ -49,10 +49,9 @@ def after_impact(system: System, y: Array, time: float = 0.0) -> tuple[System, A
     Raises:
         RedundantTiesError: The forces that hold axes are not determined.
     """
-    modes = np.array(modes_of(system))
-    sides, holds = slide_modes(system)
-    modes[sides], modes[holds] = residuals(system, y)[:-1] > 0, 0.0
-    return chosen(with_modes(system, tuple(modes.tolist())), y, near(system, y), time)
+    s = residuals(system, y)[:-1]
+    moved_on = with_changed(system, slide_modes(system), [s > 0, np.zeros(len(s))])
+    return chosen(moved_on, y, near(system, y), time)
 
 
 def landed(system: System, y: Array, side: int, time: float = 0.0) -> tuple[System, Array] | None:

@@ -12,7 +12,7 @@ import numpy as np
 from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.states import F_OF_W
-from rbstab.systems.impact import first_stop_mode, resting_side, stop_of
+from rbstab.systems.impact import resting_side, stop_of
 from rbstab.systems.system import System
 
 Modes = tuple[float, ...]
@@ -32,6 +32,11 @@ def modes_of(system: System) -> Modes:
 def mode_owners(system: System) -> tuple[str, ...]:
     """Return the name of the element of each mode."""
     return tuple(element.name for element in system.elements for _ in range(element.mode_count))
+
+
+def first_mode(system: System, element: Any) -> int:
+    """Return the index of the first mode of an element among the modes of a system."""
+    return sum(one.mode_count for one in system.elements[: system.elements.index(element)])
 
 
 NO_STATE = -1
@@ -66,6 +71,13 @@ def with_modes(system: System, modes: Modes) -> System:
         changed.append(replace(given, mode=np.array(modes[begin:end])) if end > begin else element)
         begin = end
     return replace(system, elements=tuple(changed))
+
+
+def with_changed(system: System, places: Any, values: Any) -> System:
+    """Return a system in which the modes at some indices have other values."""
+    modes = np.array(modes_of(system))
+    modes[places] = values
+    return with_modes(system, tuple(modes.tolist()))
 
 
 def guards_at(system: System, y: Array, time: Number = 0.0) -> Array:
@@ -135,9 +147,8 @@ def _with_stop_at(system: System, y: Array, time: float) -> System:
 
 def with_contact(system: System, side: int) -> System:
     """Return a system whose body rests on a side of its stop, 1 or -1; not at all if it is 0."""
-    modes, first = list(modes_of(system)), first_stop_mode(system)
-    modes[first : first + 2] = [float(side > 0), float(side < 0)]
-    return with_modes(system, tuple(modes))
+    first = first_mode(system, stop_of(system))
+    return with_changed(system, [first, first + 1], [side > 0, side < 0])
 
 
 def guard_rates(system: System, y: Array, time: float = 0.0) -> Array:

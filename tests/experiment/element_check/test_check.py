@@ -11,7 +11,7 @@ from support import missing_heyoka
 from support.user_code import CREEPING_TIE, HEAD, MAXWELL, ROPE, SPRING, element_text
 
 from rbstab.elements.registry import NAMED_ELEMENTS
-from rbstab.elements.sliding_ties import SlidingTie
+from rbstab.elements.sliding import SlidingTie
 from rbstab.elements.user_code.loaded import UserCode, element_class
 from rbstab.elements.user_code.template import TEMPLATE
 from rbstab.experiment.element_check import check

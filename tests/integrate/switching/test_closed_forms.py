@@ -53,7 +53,7 @@ def switch_times(config, engine_name):
     settings = config["integration"] | TIGHT[engine_name] | {"engine": engine_name}
     changed = config | {"integration": settings}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(f"{kind.__module__}.Driver", Recording)
+        patch.setattr("rbstab.integrate.driven_run.Driver", Recording)
         trajectory = kind(problem(changed), None, Deadline(60.0)).result()
     assert trajectory.status == "completed"
     return found
@@ -62,16 +62,6 @@ def switch_times(config, engine_name):
 def turning(guard_method, size, **integration):
     start = {"angular_velocity": [0, SPIN, 0]}
     return data({"soft": guard(guard_method, size, SOFT)}, start, integration)
-
-
-def bounces(inside, flight, first, duration):
-    """Return the times of all switches: they alternate between `inside` and `flight`."""
-    times, t, is_inside = [], first, True
-    while t < duration:
-        times.append(t)
-        t += inside if is_inside else flight
-        is_inside = not is_inside
-    return np.array(times)
 
 
 def angle_at(t):

@@ -9,6 +9,7 @@ from support.switching import ENGINES, data, guard, ligament, problem, solved
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.run import HeyokaRun
 from rbstab.integrate.scipy_engine import ScipyRun
+from rbstab.integrate.switching import driver
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
 RUNS: dict[str, Any] = {"scipy": ScipyRun, "heyoka": HeyokaRun}
@@ -22,11 +23,17 @@ def whole(engine_name, **changes):
     return solved(BOUNCING, engine_name, rtol=1e-12, **changes)
 
 
+def limited(monkeypatch, most, given, engine_name):
+    """Return a run that stops after a number of switches."""
+    monkeypatch.setattr(driver, "SWITCH_LIMIT", most)
+    return RUNS[engine_name](given, None, Deadline(60.0)).result()
+
+
 @EACH
-def test_switch_limit(engine_name):
+def test_switch_limit(engine_name, monkeypatch):
     settings = BOUNCING["integration"] | {"engine": engine_name}
     given = problem(BOUNCING | {"integration": settings})
-    found = RUNS[engine_name](given, None, Deadline(60.0), switch_limit=5).result()
+    found = limited(monkeypatch, 5, given, engine_name)
     assert found.status == "switch limit"
     stop = found.times[-1]
     assert found.detail == f"stopped after 5 switches at t = {stop:.9g} s"
@@ -68,17 +75,17 @@ def pressed(engine_name, angle):
 
 
 @EACH
-def test_a_load_that_presses_against_a_repelling_guard_ends_the_run(engine_name):
+def test_a_load_that_presses_against_a_repelling_guard_ends_the_run(engine_name, monkeypatch):
     """The hops about the soft angle become infinitely many: no wrong motion, and no endless run."""
-    found = RUNS[engine_name](pressed(engine_name, 0.0), None, Deadline(60.0), 2000).result()
+    found = limited(monkeypatch, 2000, pressed(engine_name, 0.0), engine_name)
     assert found.status in ("switch limit", "solver failure")
     assert abs(found.states[-1, 1] - 0.3) < 1e-3
     assert found.times[-1] > 0.1
 
 
 @EACH
-def test_a_start_at_rest_that_the_guard_holds_ends_at_once(engine_name):
+def test_a_start_at_rest_that_the_guard_holds_ends_at_once(engine_name, monkeypatch):
     """Neither mode leads away from the soft angle."""
-    found = RUNS[engine_name](pressed(engine_name, 0.3), None, Deadline(60.0), 2000).result()
+    found = limited(monkeypatch, 2000, pressed(engine_name, 0.3), engine_name)
     assert found.status == "solver failure"
     assert found.detail == "the motion stays where soft switches at t = 0 s"

@@ -14,7 +14,9 @@ from support.switching import problem
 from support.systems import random_state
 
 import rbstab
-from rbstab.systems.filippov import chosen, sides, slide_modes
+from rbstab.integrate.switching.saltation import tangent_at_start
+from rbstab.mechanics.derivatives import STEP
+from rbstab.systems.filippov import chosen, held_at_rest, residuals, sides, slide_modes
 from rbstab.systems.modes import modes_of, with_modes
 
 
@@ -100,12 +102,24 @@ def test_the_choice_lands_on_the_surfaces(rng):
     after, moved = chosen(system, y, rows)
     motion, pairs = after.acting(moved)
     ties: list[Any] = [element for element, _ in pairs if element.slides]
-    s = np.concatenate([one.surface(one.at_point(motion)) for one in ties])
+    s = np.concatenate([one.distance_along(motion) for one in ties])
     modes = np.array(modes_of(after))
     assert np.abs(s[rows]).max() < 2e-13
     held = modes[slide_modes(after)[1]] > 0
     assert set(np.flatnonzero(held)) <= set(rows)
     np.testing.assert_array_equal(moved[[0, 1, 2, 6, 7, 8]], y[[0, 1, 2, 6, 7, 8]])
+
+
+def test_a_derivative_is_tangent_to_the_surfaces_of_held_axes(rng):
+    """It moves along their forces alone: s and its derivative are zero, the pose stays."""
+    rows = np.array([0, 1, 5])
+    system, y = held_system(rng, TWO, rows)
+    z = rng.normal(size=len(y))
+    system, at = held_at_rest(system, y, rows)
+    moved = tangent_at_start(system, system, at, z, 0.0)
+    assert np.abs(residuals(system, at + 1j * STEP * moved)[rows].imag / STEP).max() < 1e-9
+    # z times STEP, and divided by it, may have another last digit.
+    np.testing.assert_allclose(moved[[0, 1, 2, 6, 7, 8]], z[[0, 1, 2, 6, 7, 8]], rtol=1e-15)
 
 
 def test_v_falls_with_ties_on_position():

@@ -14,7 +14,6 @@ from support.switching import ENGINES, MASS, data, problem, solved
 
 import rbstab
 from rbstab.integrate.problem import Problem
-from rbstab.mechanics.derivatives import derivative_along
 from rbstab.mechanics.numbers import Array
 from rbstab.systems import landing
 from rbstab.systems.filippov import residuals, slide_modes
@@ -155,35 +154,6 @@ def test_rest_and_axes_solve_the_equations_with_multipliers(side, rng):
     np.testing.assert_allclose(forces[rows], solved_for[6:9], rtol=1e-6)
     assert couple_of(system, y) == pytest.approx(solved_for[9], rel=1e-6)
     np.testing.assert_allclose(system.rates(y)[3:6], solved_for[3:6], rtol=1e-6)
-
-
-def consistent(system: System, y: Array, given: Array, contact: bool, side: int) -> bool:
-    """Return whether forces are within their bounds, and rates to the sides, in given modes.
-
-    Args:
-        system: The system.
-        y: The state.
-        given: 0 for each axis that is held, else its side.
-        contact: Whether the body stays at the stop.
-        side: The side of the stop.
-    """
-    modes = np.array(modes_of(system))
-    modes[slide_modes(system)] = [given >= 0, given == 0]
-    system = with_contact(with_modes(system, tuple(modes)), side if contact else 0)
-    rates = derivative_along(lambda z: residuals(system, z), y, system.rates(y))
-    _, pairs = system.acting(y)
-    ties: list[Any] = [(element, own) for element, own in pairs if element.slides]
-    loads = np.concatenate([own / element.K_s for element, own in ties])
-    held = given == 0
-    presses = side * couple_of(system, y) <= 0
-    return bool(
-        (np.abs(loads[held]) <= 1.0).all()
-        and (given[~held] * rates[:-1][~held] >= 0).all()
-        and (presses if contact else side * rates[-1] <= 0)
-    )
-
-
-# --- Impacts.
 
 
 def test_an_impact_throws_axes_off_their_surfaces(rng):

@@ -186,26 +186,3 @@ def test_an_axis_is_released_at_a_breakpoint_and_slides_again(engine_name, sign)
     held = np.array([modes_of(system)[-3] for system in found.systems])
     np.testing.assert_array_equal(held, (t < begin) | (tau >= flight))
     assert braked.sum() > 3
-
-
-# Whole runs.
-
-CONTROLLER: dict[str, Any] = {"variant": "free", "K_t": [4100.0] * 3, "L_t": [200.0] * 3}
-CONTROLLER |= {"K_r": [400.0] * 3, "L_r": [60.0] * 3}
-SIGNALS: dict[str, dict[str, Any]] = {
-    "sine": {"kind": "sine", "frequency": 3.0},
-    "table": {"kind": "table", "times": [0.1, 0.3, 0.3, 0.6], "values": [0.0, 1.0, -1.0, 0.5]},
-    "noise": {"kind": "noise", "seed": 2, "rate": 40.0, "correlation_time": 0.05},
-}
-
-
-TIE = {"kind": "sliding", "point": [0.15, 0.1, -0.42], "anchor": [0.15, 0.1, -0.42]}
-TIES = {
-    "tie": TIE | {"K_s": [3000.0] * 3, "surface": {"slope": 20.0}},
-    "other": TIE | {"point": [-0.2, 0.1, 0.3], "K_s": [1000.0] * 3, "surface": {"slope": 9.0}},
-}
-CASES: dict[str, dict[str, Any]] = {
-    "stop": {"end": stop(0.6, 0.15)},
-    "ties": TIES,
-    "one tie": {"tie": TIES["tie"]},
-}

@@ -9,8 +9,7 @@ from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.elements.guards.stop import Stop
 from rbstab.elements.ligament import Ligament
-from rbstab.elements.sliding import SlidingConnector
-from rbstab.elements.sliding_ties import SlidingByModes
+from rbstab.elements.sliding import Sliding, SlidingConnector
 from rbstab.experiment.convergence.convergence import (
     ASK_FOR_PROOF,
     NO_PROOF,
@@ -127,7 +126,7 @@ def not_enclosed(problem: Problem) -> Convergence | None:
         return undecided(Undecided.SLIDING, why)
     for element in elements:
         stops = isinstance(element, Stop)
-        if stops or isinstance(element, SlidingByModes) or element.holds or element.slides:
+        if stops or isinstance(element, Sliding) or element.holds or element.slides:
             how = "turns the motion back at once" if stops else "may slide on a surface"
             why = f"an element switches in a way that no enclosure follows: {element.name} {how}"
             return undecided(Undecided.SWITCHES, why)

@@ -1,6 +1,6 @@
 """Compiled functions: of many arguments at once, of systems, and with derivatives."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 import heyoka as hy
@@ -25,29 +25,55 @@ LONGEST = 1e-3
 """s; the longest step of a `Probe`: at rest without forces any step would do."""
 
 
-class CompiledMap:
-    """A compiled function, evaluated for many arguments at once.
+class Compiled:
+    """A compiled function of some numbers, of `par[]` and of the time, for many arguments at once.
+
+    heyoka evaluates an incomplete SIMD vector with other code, whose last digits differ. So the
+    last argument is repeated until all vectors are complete: no bit depends on the others.
 
     Args:
-        function: Takes an array of shape (inputs,), of any kind of number, and returns an array of
-            shape (outputs,).
-        inputs: The number of inputs.
+        entries: Its values: expressions, or numbers.
+        symbols: The symbols of its arguments, shape (inputs,).
 
     Attributes:
-        varies: Which outputs depend on an input, shape (outputs,).
+        varies: Which values depend on an argument, shape (values,).
+        parameters: The number of `par[]` that it needs.
     """
 
-    def __init__(self, function: Callable[[Array], Array], inputs: int) -> None:
-        symbols = state_symbols(inputs)
-        results = [hy.expression(0.0) + entry for entry in function(symbols).tolist()]
-        self.varies = np.array([bool(hy.get_variables(entry)) for entry in results])
-        self.compiled = hy.cfunc(results, vars=list(symbols) or [hy.expression("none")])
+    def __init__(self, entries: Iterable[Any], symbols: Array) -> None:
+        expressions = [hy.expression(0.0) + entry for entry in entries]
+        self.varies = np.array([bool(hy.get_variables(entry)) for entry in expressions])
+        self._inputs = len(symbols)
+        self._compiled = hy.cfunc(expressions, vars=list(symbols) or [hy.expression("none")])
+        self.parameters = self._compiled.nparams
 
-    def __call__(self, inputs: Array) -> Array:
-        """Return the outputs, shape (outputs, m), for inputs of shape (inputs, m)."""
-        return evaluate_compiled(
-            self.compiled, inputs if len(inputs) else np.zeros((1, inputs.shape[1]))
-        )
+    def __call__(
+        self, inputs: Array, pars: Array | None = None, times: Array | None = None
+    ) -> Array:
+        """Return the values, shape (values, m).
+
+        Args:
+            inputs: Shape (inputs, m); more rows may follow.
+            pars: `par[]`, shape (parameters, m); more rows may follow.
+            times: Shape (m,), s.
+        """
+        count = inputs.shape[1]
+        if count % SIMD:
+            full = np.minimum(np.arange(-(-count // SIMD) * SIMD), count - 1)
+            pars = None if pars is None else pars[:, full]
+            times = None if times is None else times[full]
+            return np.ascontiguousarray(self(inputs[:, full], pars, times)[:, :count])
+        given = {} if pars is None else {"pars": np.ascontiguousarray(pars[: self.parameters])}
+        if self._compiled.is_time_dependent:
+            given["time"] = np.ascontiguousarray(times)
+        arguments = inputs[: self._inputs] if self._inputs else np.zeros((1, count))
+        return np.asarray(self._compiled(np.ascontiguousarray(arguments), **given))
+
+
+def compiled_map(function: Callable[[Array], Array], inputs: int) -> Compiled:
+    """Return a compiled function of some numbers of any kind, shape (inputs,)."""
+    symbols = state_symbols(inputs)
+    return Compiled(function(symbols).tolist(), symbols)
 
 
 class ScalarAt(NamedTuple):
@@ -76,7 +102,7 @@ class CompiledScalar:
         value: Any = hy.expression(0.0) + function(symbolic, q)
         first = [hy.diff(value, entry) for entry in q]
         second = [hy.diff(slope, entry) for slope in first for entry in q]
-        self.compiled = hy.cfunc([value, *first, *second], vars=list(q))
+        self._compiled = Compiled([value, *first, *second], q)
 
     def at(self, parameters: Array, q: Array) -> ScalarAt:
         """Return the value and its derivatives.
@@ -85,7 +111,7 @@ class CompiledScalar:
             parameters: The parameters, shape (parameters, m), in the order of `parameter_values`.
             q: The arguments, shape (n, m).
         """
-        outputs = evaluate_compiled(self.compiled, q, parameters[: self.compiled.nparams]).T
+        outputs = self._compiled(q, parameters).T
         n = self.size
         return ScalarAt(outputs[:, 0], outputs[:, 1 : n + 1], outputs[:, n + 1 :].reshape(-1, n, n))
 
@@ -101,17 +127,15 @@ class Probe:
     def __init__(self, system: System, values: Callable[[System, Array], Array]) -> None:
         symbolic, _, _ = symbols_of(system)
         y = state_symbols(system.size)
-        results = [hy.expression(0.0) + entry for entry in values(symbolic, y).tolist()]
-        self._values = hy.cfunc(results, vars=list(y))
+        self._values = Compiled(values(symbolic, y).tolist(), y)
         rates = [hy.expression(0.0) + entry for entry in symbolic.rates(y).tolist()]
         equations = list(zip(y.tolist(), rates, strict=True))
         self._integrator = hy.taylor_adaptive(equations, np.zeros(system.size), tol=PROBED)
 
     def values(self, system: System, y: Array) -> Array:
         """Return the values of a system of the structure at a state of floats."""
-        # The last parameters may be in no value, as the anchor; then heyoka has no place for them.
-        pars = parameter_values(system).astype(float)[: self._values.nparams, np.newaxis]
-        return evaluate_compiled(self._values, y[:, np.newaxis], pars)[:, 0]
+        pars = parameter_values(system).astype(float)
+        return self._values(y[:, np.newaxis], pars[:, np.newaxis])[:, 0]
 
     def steps_from(self, system: System, y: Array) -> bool:
         """Return whether a step from a state ends at finite numbers."""
@@ -121,33 +145,3 @@ class Probe:
         outcome, _ = integrator.step(LONGEST)
         ended = outcome in (hy.taylor_outcome.success, hy.taylor_outcome.time_limit)
         return ended and bool(np.isfinite(integrator.state).all())
-
-
-def lanes_of(count: int) -> Array:
-    """Return the index of the column in each lane of complete SIMD vectors, shape (lanes,).
-
-    heyoka evaluates an incomplete SIMD vector with other code, whose last digits differ. So the
-    last column is repeated until all vectors are complete.
-
-    Args:
-        count: The number of columns.
-    """
-    return np.minimum(np.arange(-(-count // SIMD) * SIMD), count - 1)
-
-
-def evaluate_compiled(compiled: Any, inputs: Array, pars: Array | None = None) -> Array:
-    """Evaluate a compiled function; the bits of a column do not depend on its position.
-
-    Args:
-        compiled: A `heyoka.cfunc`.
-        inputs: Shape (inputs, m).
-        pars: Shape (parameters, m), or None.
-
-    Returns:
-        The outputs, shape (outputs, m).
-    """
-    count = inputs.shape[1]
-    full = lanes_of(count)
-    parameters = {} if pars is None else {"pars": np.ascontiguousarray(pars[:, full])}
-    outputs = compiled(np.ascontiguousarray(inputs[:, full]), **parameters)
-    return np.ascontiguousarray(outputs[:, :count])

@@ -82,8 +82,7 @@ def _check_stop(problem: Problem) -> None:
 
 def _check_trusted(found: Trajectory, deadline: Deadline) -> None:
     """Reject a chaotic motion: its derivatives grow exponentially, and predict nothing."""
-    trusted = found.trusted_until if found.switches is None else found.switches.trusted_until
-    end = float(found.times[-1])
+    trusted, end = found.trusted_until, float(found.times[-1])
     if trusted is None or trusted >= end:
         return
     if np.isnan(trusted):

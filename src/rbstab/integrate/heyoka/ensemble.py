@@ -7,11 +7,12 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.heyoka.compiled_map import SIMD
-from rbstab.integrate.heyoka.observed import Compiled
+from rbstab.integrate.heyoka.observed import OfMembers
 from rbstab.integrate.heyoka.symbols import (
-    LARGEST_MISFIT,
+    fitting_scales,
     parameter_values,
     scaled_audit,
+    scales_of,
     state_symbols,
     symbols_of,
 )
@@ -126,7 +127,7 @@ class Ensemble:
         self._ends = BytesIO()
         self._energies = self.compiled(self.symbolic, lambda seen: seen.energy.tolist())
 
-    def compiled(self, system: System, formula: Any) -> Compiled:
+    def compiled(self, system: System, formula: Any) -> OfMembers:
         """Return numbers of an `Observation` as a compiled function, for all members.
 
         Args:
@@ -134,7 +135,7 @@ class Ensemble:
             formula: Returns the numbers.
         """
         y = state_symbols(system.size)
-        return Compiled(formula(system.observe(y, hy.time)), y, self.open_indices)
+        return OfMembers(formula(system.observe(y, hy.time)), y, self.open_indices)
 
     def energies(self, parameters: Array, states: Array) -> Array:
         """Return the energy of each part of each member, shape (parts, m), J.
@@ -144,7 +145,7 @@ class Ensemble:
             states: With Θ, shape (states, m).
         """
         members = np.arange(states.shape[1])
-        return self._energies(parameters, states, np.zeros(len(members)), members)
+        return self._energies.at(parameters, states, np.zeros(len(members)), members)
 
     def energy_sizes(self, parameters: Array, states: Array) -> Array:
         """Return the sum of the absolute energies of each member, shape (m,), J."""
@@ -160,13 +161,13 @@ class Ensemble:
             sampled: Whether samples are taken. They change no step.
         """
         sizes = self.energy_sizes(parameters, starts)
-        scales = np.where((sizes > 0) & (sizes < np.inf), sizes, 1.0)
+        scales = scales_of(sizes)
         moving = starts if self.q is None else self.q.from_angles(starts)
         run = _Batches(self, self.times if sampled else self.times[[0, -1]])
         run.integrate(parameters, moving, scales, np.arange(starts.shape[1]))
         if self.symbolic.supplies:
             audits = np.array([np.abs(ends[1 + self.size :, -1]).max() for ends in run.ends])
-            fitting = fitting_scales(sizes, scales, audits)
+            fitting = fitting_scales(sizes + audits * scales, scales)
             misfits = np.flatnonzero((fitting != scales) & run.done)
             scales[misfits] = fitting[misfits]
             run.integrate(parameters, moving, scales, misfits)
@@ -222,21 +223,6 @@ class Ensemble:
         for view in self._views:
             self._ends.write(view)
         return True
-
-
-def fitting_scales(sizes: Array, scales: Array, audits: Array) -> Array:
-    """Return the scales that fit runs, shape (m,), J; the given ones if those fit.
-
-    The energies at the start do not tell how much inputs supply (see `symbols.fitting_scale`).
-
-    Args:
-        sizes: The sums of the absolute energies at the start, shape (m,), J.
-        scales: The scales of the runs, shape (m,), J.
-        audits: The largest audit state at the end of each run, in units of its scale, shape (m,).
-    """
-    sizes = sizes + audits * scales
-    misfits = (sizes > LARGEST_MISFIT * scales) | (sizes < scales / LARGEST_MISFIT)
-    return np.where(misfits & (sizes > 0) & np.isfinite(sizes), sizes, scales)
 
 
 class _Batches:

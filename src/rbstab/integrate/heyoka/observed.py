@@ -4,16 +4,15 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
-import heyoka as hy
 import numpy as np
 
-from rbstab.integrate.heyoka.compiled_map import SIMD, lanes_of
+from rbstab.integrate.heyoka.compiled_map import Compiled
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.quantities import Quantity, run_dimensions, values_of
 from rbstab.systems.system import Observation, System
 
 
-class Compiled:
+class OfMembers(Compiled):
     """A compiled function of the state, the parameters that differ between members, and the time.
 
     Args:
@@ -23,13 +22,11 @@ class Compiled:
     """
 
     def __init__(self, entries: Iterable[Any], symbols: Array, open_indices: Array) -> None:
-        expressions = [hy.expression(0.0) + entry for entry in entries]
-        self._compiled = hy.cfunc(expressions, vars=list(symbols))
-        self._open = open_indices[: self._compiled.nparams]
-        self._size = len(symbols)
+        super().__init__(entries, symbols)
+        self._open = open_indices[: self.parameters]
 
-    def __call__(self, parameters: Array, y: Array, times: Array, members: Array) -> Array:
-        """Return the values at states, shape (values, p). No bit depends on the other states.
+    def at(self, parameters: Array, y: Array, times: Array, members: Array) -> Array:
+        """Return the values at states, shape (values, p).
 
         Args:
             parameters: The parameters of all members, shape (parameters, m).
@@ -37,14 +34,7 @@ class Compiled:
             times: Their times, shape (p,), s.
             members: The member of each, shape (p,).
         """
-        count = len(members)
-        if count % SIMD:
-            # heyoka evaluates an incomplete SIMD vector with other code.
-            full = lanes_of(count)
-            return self(parameters, y[:, full], times[full], members[full])[:, :count]
-        time = {"time": np.ascontiguousarray(times)} if self._compiled.is_time_dependent else {}
-        pars = np.take(parameters[self._open], members, axis=1)
-        return np.asarray(self._compiled(np.ascontiguousarray(y[: self._size]), pars=pars, **time))
+        return self(y, np.take(parameters[self._open], members, axis=1), times)
 
 
 class Observed:
@@ -59,7 +49,7 @@ class Observed:
 
     def __init__(
         self,
-        compiled: Callable[[System, Callable[[Observation], list[Any]]], Compiled],
+        compiled: Callable[[System, Callable[[Observation], list[Any]]], OfMembers],
         system: System,
         *groups: Mapping[str, Quantity],
     ) -> None:
@@ -80,7 +70,7 @@ class Observed:
         flat = states.reshape(-1, m * n), np.tile(times, m), np.repeat(np.arange(m), n)
         found = {}
         for compiled, group in self._groups:
-            rows = iter(compiled(parameters, *flat).reshape(-1, m, n))
+            rows = iter(compiled.at(parameters, *flat).reshape(-1, m, n))
             for name, quantity in group.items():
                 sizes = [self._lengths[one] for one in quantity.dimensions[1:]]
                 if sizes:

@@ -17,6 +17,7 @@ import heyoka as hy
 import numpy as np
 
 from rbstab.integrate.deadline import Deadline
+from rbstab.integrate.driven_run import DrivenRun
 from rbstab.integrate.events import first_event
 from rbstab.integrate.heyoka.equations import CompiledEquations, compiled_equations
 from rbstab.integrate.heyoka.inner_switches import InnerSwitches
@@ -28,10 +29,8 @@ from rbstab.integrate.heyoka.symbols import (
     set_state,
 )
 from rbstab.integrate.problem import Problem, Progress, Trajectory
-from rbstab.integrate.run import Run, range_left, zero_length
 from rbstab.integrate.status import RunStatus, StopRun
-from rbstab.integrate.switching.driver import Driver
-from rbstab.integrate.switching.phase import MISSED, Phase
+from rbstab.integrate.switching.phase import MISSED
 from rbstab.mechanics.constraint import projected_state
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY
@@ -52,14 +51,13 @@ IN_BLOCK = 100
 NOT_FINITE = hy.taylor_outcome.err_nf_state
 
 
-class HeyokaRun(Run):
+class HeyokaRun(DrivenRun):
     """One integration.
 
     Args:
         problem: The problem; `rtol` is its only tolerance.
         progress: Called after every step.
         deadline: The deadline of the run.
-        switch_limit: The run stops after this many switches; default see `Driver`.
         scale: The energy scale, J; default that of the start.
     """
 
@@ -68,37 +66,23 @@ class HeyokaRun(Run):
         problem: Problem,
         progress: Progress | None,
         deadline: Deadline,
-        switch_limit: int | None = None,
         scale: float | None = None,
     ) -> None:
-        self.driver = Driver(problem, switch_limit)
-        super().__init__(problem, progress, deadline, self.phase.system)
+        super().__init__(problem, progress, deadline)
         self.inner = InnerSwitches(self.driver)
         self.audit_scale = energy_scale(problem) if scale is None else scale
         self.offsets = np.zeros(len(self.phase.signs))
         self.muted, self.max_step, self.least_margin = False, np.inf, np.inf
         # A step and its begin may sum up to another last digit than that of a breakpoint.
         self.spacing = 4.0 * float(np.spacing(self.times[-1]))
-        self._owners = problem.system.clearance_owners
-
-    @property
-    def phase(self) -> Phase:
-        """The current phase."""
-        return self.driver.phase
 
     def result(self) -> Trajectory:
         """Integrate, and return the trajectory with its impacts and switches."""
         try:
-            found = replace(super().result(), evaluations=self.steps)
-            return self.driver.recorded(found)
+            return replace(super().result(), evaluations=self.steps)
         finally:
             # The integrator is cached: a reference to this run would keep it in memory.
             self.inner.release()
-
-    def add_sample(self, t: float, y: Array) -> None:
-        """Keep a sample, and the switches so far."""
-        super().add_sample(t, y)
-        self.driver.add_sample(y)
 
     def begin(self) -> None:
         """Compile the equations, and begin the motion, which may touch its stop."""
@@ -106,7 +90,7 @@ class HeyokaRun(Run):
         self.values = np.concatenate([parameter_values(self.phase.system), settings])
         self._use_equations_of_phase()
         self._set_parameters()
-        self._go_on(self.driver.begin(self.t, self.y))
+        super().begin()
 
     def begin_leg(self, t: float) -> None:
         """Begin the legs of the inputs at a breakpoint, s."""
@@ -114,7 +98,7 @@ class HeyokaRun(Run):
         assert schedule is not None
         self.t = self.integrator.time = t
         self.values[schedule.places(self.compiled.names)] = schedule.legs_at(t)
-        self._go_on(self.driver.begin_leg(t, self.y))
+        super().begin_leg(t)
 
     def follow_to(self, stop: float) -> None:
         """Make one step or many, to a time, s, at most, or to an event."""
@@ -136,7 +120,7 @@ class HeyokaRun(Run):
             # Without one, heyoka has found the last switch again, or a margin only touches zero.
             switched = self.phase.coinciding(self.y, self.t).tolist()
             if switched:
-                self._go_on(self.driver.cross(switched, self.t, self.y))
+                self.cross(switched)
         self.system = self.phase.system
         if self.muted:
             # Event functions that have left zero may be found again.
@@ -309,7 +293,7 @@ class HeyokaRun(Run):
         if found.time <= begin:
             # The switch may end the run: then it ends where the step began.
             self._go_back(begin, state)
-            self._go_on(self.driver.cross([found.number], begin, state.copy()))
+            self.go_on(self.driver.cross([found.number], begin, state.copy()))
             state[:] = self._state
             return end - begin
         return found.time - begin
@@ -324,7 +308,7 @@ class HeyokaRun(Run):
             made: The length of the last step, s.
         """
         index, modes = -1 - outcome.value, self.compiled.event_modes
-        found = 0 <= index <= len(modes) + len(self._owners)
+        found = 0 <= index <= len(modes) + len(self.owners)
         if 0 < index <= len(modes) and made == 0.0:
             # The step began on a zero of the event function, as after a switch. If it is a double
             # zero, heyoka would find it for ever.
@@ -336,17 +320,17 @@ class HeyokaRun(Run):
         number = -1 if event is None else event - 1 - len(self.compiled.event_modes)
         if event == 0 or number >= 0:
             self.t, self.y = self.integrator.time, self._state.copy()
-            raise range_left(self.problem) if event == 0 else zero_length(self._owners[number])
+            raise self.end_of_range(number)
 
-    def _go_on(self, after: Array) -> None:
+    def go_on(self, after: Array) -> None:
         """Go on in the current phase from the state after a switch, which may have jumped.
 
         After an impact it lies on the event function of the stop, and the next hop may be shorter
         than heyoka's cooldown. So this event is muted until it has left zero; `first_event` finds
         the next hop.
         """
-        jumps, self.y, self.system = after is not self.y, after, self.phase.system
-        self.keep_end()
+        jumps = after is not self.y
+        super().go_on(after)
         if jumps:
             set_state(self.integrator, after)
             if self.driver.impacts is not None:
@@ -381,7 +365,6 @@ class HeyokaRun(Run):
             block = self.times[begin : begin + IN_BLOCK]
             for t in block[: bisect_right(block, end)]:
                 state = self.phase.on_stop(integrator.update_d_output(t).copy())
-                super().add_sample(t, state)
-                self.driver.add_sample(state, so_far)
+                self.add_sample(t, state, so_far)
             if self.lacks(end) and self.deadline.expired():
                 return

@@ -155,15 +155,23 @@ def fitting_scale(problem: Problem, found: Trajectory, scale: float) -> float:
     if found.supplied_energy is None:
         return scale
     audits = np.abs([found.supplied_energy, found.lyapunov_change])
-    size = _initial_energy(problem) + float(audits.max())
-    fits = scale / LARGEST_MISFIT <= size <= scale * LARGEST_MISFIT
-    return size if 0.0 < size < np.inf and not fits else scale
+    return float(fitting_scales(_initial_energy(problem) + audits.max(), scale))
+
+
+def fitting_scales(sizes: Any, scales: Any) -> Array:
+    """Return the scales that fit the energies of runs, J; the given ones where those fit."""
+    misfits = (sizes > LARGEST_MISFIT * scales) | (sizes < scales / LARGEST_MISFIT)
+    return np.where(misfits & (sizes > 0) & np.isfinite(sizes), sizes, scales)
 
 
 def energy_scale(problem: Problem) -> float:
     """Return the sum of the absolute energies at the start, J; 1 J if it is zero or not finite."""
-    size = _initial_energy(problem)
-    return size if 0.0 < size < np.inf else 1.0
+    return float(scales_of(_initial_energy(problem)))
+
+
+def scales_of(sizes: Any) -> Array:
+    """Return the energy scales of sums of energies, J; 1 J where one is zero or not finite."""
+    return np.where((sizes > 0) & (sizes < np.inf), sizes, 1.0)
 
 
 def _initial_energy(problem: Problem) -> float:

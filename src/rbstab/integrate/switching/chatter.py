@@ -13,8 +13,7 @@ from rbstab.mechanics.motion import contact_directions
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.states import BODY, E_OF_W
 from rbstab.systems.connector import connector_of
-from rbstab.systems.filippov import held_at_rest, slide_modes, sticky_rows
-from rbstab.systems.modes import modes_of
+from rbstab.systems.filippov import held_at_rest, held_axes, sticky_rows
 from rbstab.systems.system import System
 
 
@@ -80,7 +79,7 @@ def most_axes_stick(system: System, y: Array, time: float = 0.0) -> Stick | None
         time: The time, s.
     """
     of_connector = np.flatnonzero(sticky_rows(system))
-    held = np.array(modes_of(system))[slide_modes(system)[1, of_connector]] > 0
+    held = held_axes(system)[of_connector]
     free, K_s = np.flatnonzero(~held).tolist(), connector_of(system).K_s
     for size in range(len(free), 0, -1):
         for axes in combinations(free, size):

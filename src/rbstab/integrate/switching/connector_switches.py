@@ -2,11 +2,12 @@
 
 from typing import Any, NamedTuple
 
-from rbstab.elements.sliding_ties import AtContact
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.switching.chatter import most_axes_stick
 from rbstab.integrate.switching.switch_record import SwitchRecord
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.connector import connector_of
+from rbstab.systems.modes import first_mode
 from rbstab.systems.system import System
 
 MIN_STICK_TEST_INTERVAL = 32
@@ -28,9 +29,9 @@ class ConnectorSwitches:
         switching, system = problem.switching, problem.system
         assert switching is not None
         self.record = SwitchRecord(problem)
-        self._first = _first_mode(system)
-        self._modes = range(self._first, self._first + _connector(system).mode_count)
-        sticks = switching.sticks and _connector(system).sticks
+        self._first = first_mode(system, connector_of(system))
+        self._modes = range(self._first, self._first + connector_of(system).mode_count)
+        sticks = switching.sticks and connector_of(system).sticks
         self._stick_energy = switching.stick_energy if sticks else 0.0
         self._next_stick_test = 1
 
@@ -61,7 +62,7 @@ class ConnectorSwitches:
         for axis, (was, now) in enumerate(zip(held, _held(after), strict=True)):
             if was != now:
                 self.record.add_transition(t, axis, held=now)
-                if was and axis not in events and _connector(after).sticks:
+                if was and axis not in events and connector_of(after).sticks:
                     self.record.add_switch(t, axis)
 
     def _axes(self, modes: list[int]) -> set[int]:
@@ -121,20 +122,10 @@ class SoFar(NamedTuple):
 
 def side_of_axes(system: System) -> Array:
     """Return the side of each axis of the connector, 0 for one that is held or in its layer."""
-    side, _ = _connector(system).side_and_layer()
+    side, _ = connector_of(system).side_and_layer()
     return side
 
 
-def _connector(system: System) -> Any:
-    return next(element for element in system.elements if isinstance(element, AtContact))
-
-
 def _held(system: System) -> list[bool]:
-    connector = _connector(system)
+    connector: Any = connector_of(system)
     return (connector.held > 0).tolist() if connector.slides else [False] * 3
-
-
-def _first_mode(system: System) -> int:
-    """Return the index of the first mode of the connector."""
-    before = system.elements[: system.elements.index(_connector(system))]
-    return sum(element.mode_count for element in before)

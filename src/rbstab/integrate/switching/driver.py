@@ -19,17 +19,16 @@ from rbstab.integrate.switching.course import Transition
 from rbstab.integrate.switching.impact_record import ImpactRecord
 from rbstab.integrate.switching.phase import Phases, depend_on_loads
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.filippov import RedundantTiesError, after_events, slide_modes
+from rbstab.systems.filippov import RedundantTiesError, after_events, held_axes, slide_modes
 from rbstab.systems.impact import (
     HOP_HEIGHT,
-    first_stop_mode,
     impact,
     laid_on_stop,
     side_of,
     stop_of,
 )
 from rbstab.systems.landing import after_impact, landed
-from rbstab.systems.modes import modes_of
+from rbstab.systems.modes import first_mode, modes_of
 from rbstab.systems.system import System
 
 SWITCH_LIMIT = 10_000_000
@@ -49,8 +48,6 @@ class Driver:
 
     Args:
         problem: The problem.
-        switch_limit: The run stops after this many switches. Default that of the sliding
-            controller; without one `SWITCH_LIMIT`.
 
     Attributes:
         phase: The current phase.
@@ -62,23 +59,25 @@ class Driver:
 
     transitions: list[Transition] | None = None
 
-    def __init__(self, problem: Problem, switch_limit: int | None = None) -> None:
+    def __init__(self, problem: Problem) -> None:
         self._phases = Phases(problem)
         self.phase = self._phases.first
         self._chooses = depend_on_loads(problem.system)
         self._of_axes = frozenset(slide_modes(problem.system).ravel().tolist())
         self.count, self.impacts, self.connector = 0, None, None
         self._last: dict[int, float] = {}
-        most = SWITCH_LIMIT
+        self._limit = SWITCH_LIMIT
         if problem.switching is not None:
-            most = problem.switching.switch_limit
+            self._limit = problem.switching.switch_limit
             self.connector = ConnectorSwitches(problem)
             start = float(problem.times[0])
             self.connector.add_transitions(None, None, self.phase.system, start)
-        self._limit = most if switch_limit is None else switch_limit
         self._sides: dict[int, int] = {}
         if stop_of(problem.system) is not None:
-            self.impacts, first = ImpactRecord(), first_stop_mode(problem.system)
+            self.impacts, first = (
+                ImpactRecord(),
+                first_mode(problem.system, stop_of(problem.system)),
+            )
             self._sides = {first: 1, first + 1: -1}
 
     @property
@@ -259,13 +258,11 @@ class Driver:
         if others:
             self._switch(others, t)
         energy = self._energy(t, y)
-        before, (sides, holds) = (
-            np.array(modes_of(self.phase.system)),
-            slide_modes(self.phase.system),
-        )
+        before, sides = self.phase, slide_modes(self.phase.system)[0]
         y = self._chosen(after_impact, y, t)
-        now, phase = np.array(modes_of(self.phase.system)), self.phase
-        crossed = (before[holds] == 0) & (now[holds] == 0) & (before[sides] != now[sides])
+        phase = self.phase
+        held = held_axes(before.system) | held_axes(phase.system)
+        crossed = ~held & (before.signs[sides] != phase.signs[sides])
         self._switch(sides[crossed].tolist(), t)
         self.phase = phase
         rest = landed(phase.system, y, side, t)

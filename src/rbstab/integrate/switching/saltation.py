@@ -26,10 +26,17 @@ from rbstab.elements.inputs.signals import Leg
 from rbstab.integrate.switching.course import Transition
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.filippov import holds_axes, slide_modes
+from rbstab.systems.filippov import (
+    held_axes,
+    holds_axes,
+    pushed,
+    residuals,
+    slide_modes,
+    with_held,
+)
 from rbstab.systems.impact import impact as impact_of
 from rbstab.systems.impact import laid_on_stop, stop_of
-from rbstab.systems.modes import guards_at, mode_owners, modes_of, with_modes
+from rbstab.systems.modes import guards_at, mode_owners, modes_of, with_changed, with_modes
 from rbstab.systems.schedule import with_legs
 from rbstab.systems.system import System
 
@@ -176,39 +183,20 @@ def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: 
     return _on_surfaces(shifted, y + 1j * STEP * z, time).imag / STEP
 
 
-def _held(system: System) -> Array:
-    """Return whether each axis of ties that slide is held, shape (axes,)."""
-    return np.array(modes_of(system))[slide_modes(system)[1]] > 0
-
-
 def _on_surfaces(shifted: System, y: Array, time: float) -> Array:
-    """Return a state moved along the forces of the held axes until it is on their surfaces.
+    """Return a state moved by impulses along the held axes until it is on their surfaces.
 
-    The forces change velocities alone, and s is linear in them. So one step is exact.
+    They change velocities alone, and s is linear in these. So one step is exact.
 
     Args:
         shifted: The system, shifted as for `through_transition`.
         y: The state, with the imaginary part h ∂y/∂s.
         time: The time, s.
     """
-    sides, holds = slide_modes(shifted)
-    held, free = sides[_held(shifted)], np.array(modes_of(shifted))
-    free[holds] = 0.0
-    flying = with_modes(shifted, tuple(free))
-
-    def distances(y: Array) -> Array:
-        return guards_at(flying, y, time)[held]
-
-    def rates(mode: int, value: float) -> Array:
-        changed = free.copy()
-        changed[mode] = value
-        return with_modes(shifted, tuple(changed)).rates(y, time)
-
-    forces = np.array([rates(mode, 1.0) - rates(mode, 0.0) for mode in held])
-    away = distances(y)
-    rows = np.array([distances(y + force) - away for force in forces])
-    moved: Array = y - forces.T @ np.linalg.solve(rows.T, away)
-    return moved
+    rows = np.flatnonzero(held_axes(shifted))
+    _, found = with_held(shifted, y, rows, time)
+    away = residuals(shifted, y)[rows]
+    return pushed(shifted, y, rows, -np.linalg.solve(found.mobility[np.ix_(rows, rows)], away))
 
 
 def _check_borders(system: System, shifted: System, y: Array, z: Array, time: float) -> None:
@@ -220,11 +208,10 @@ def _check_borders(system: System, shifted: System, y: Array, z: Array, time: fl
     changes = guards_at(shifted, y + 1j * STEP * z, time).imag
     rates = system.rates(y, time)
     is_free = np.ones(len(guards), dtype=bool)
-    is_free[slide_modes(system)[:, _held(system)]] = False
+    is_free[slide_modes(system)[:, held_axes(system)]] = False
     for mode in np.flatnonzero((guards == 0) & (changes != 0) & is_free):
-        flipped = np.array(modes_of(system))
-        flipped[mode] = 1.0 - flipped[mode]
-        jump = with_modes(system, tuple(flipped)).rates(y, time) - rates
+        flipped = with_changed(system, mode, 1.0 - modes_of(system)[mode])
+        jump = flipped.rates(y, time) - rates
         if np.abs(jump).max() > CONTINUOUS * np.abs(rates).max():
             raise NotDifferentiableError(
                 f"{owners[mode]}: the start lies where its force jumps, so that the motion has no "

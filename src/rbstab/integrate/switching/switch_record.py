@@ -61,7 +61,7 @@ class SwitchRecord:
         self._samples.append((sides, counts or tuple(self.counts), energy, self.discarded))
 
     def trace(self) -> SwitchTrace:
-        """Return the switches of the samples so far, without `trusted_until`."""
+        """Return the switches of the samples so far."""
         modes, counts, energies, discarded = map(np.array, zip(*self._samples, strict=True))
         times, axes = zip(*self._switches, strict=True) if self._switches else ((), ())
         return SwitchTrace(
@@ -72,5 +72,4 @@ class SwitchRecord:
             switch_times=np.array(times),
             switch_axes=np.array(axes, dtype=int),
             transitions=self.transitions,
-            trusted_until=np.nan,
         )

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.elements.sliding_ties import CrossingTie
+from rbstab.elements.sliding import Crossing
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.status import RunStatus
@@ -57,8 +57,6 @@ def integrate_trusted(
     # A body that meets no other thing than its stop needs several impacts.
     if _slides(problem) or run.impacts is None or run.impacts.counts[-1] > 1:
         trusted = _trusted_until(problem, run, integrate, deadline)
-    if run.switches is not None:
-        return replace(run, switches=run.switches._replace(trusted_until=trusted))
     return replace(run, trusted_until=trusted)
 
 
@@ -75,7 +73,7 @@ def bounces(problem: Problem) -> bool:
 
 
 def _slides(problem: Problem) -> bool:
-    ties = (isinstance(element, CrossingTie) for element in problem.system.elements)
+    ties = (isinstance(element, Crossing) for element in problem.system.elements)
     return problem.switching is not None or any(ties)
 
 

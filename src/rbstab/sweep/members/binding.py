@@ -5,7 +5,7 @@ import numpy as np
 from rbstab.config.build import problem_of
 from rbstab.config.numbers import replaced
 from rbstab.config.schema import Config
-from rbstab.integrate.heyoka.compiled_map import CompiledMap
+from rbstab.integrate.heyoka.compiled_map import compiled_map
 from rbstab.integrate.heyoka.symbols import parameters_and_start
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
@@ -38,7 +38,7 @@ class Binding:
             problem = problem_of(replaced(self.base, values))
             return parameters_and_start(problem.system, problem.start)
 
-        self.compiled = CompiledMap(evaluate, len(self.paths))
+        self.compiled = compiled_map(evaluate, len(self.paths))
         self.varies = self.compiled.varies[: -self.size]
 
     def parameters_and_starts(self, values: dict[str, Array]) -> tuple[Array, Array]:

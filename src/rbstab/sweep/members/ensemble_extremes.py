@@ -20,7 +20,7 @@ from rbstab.analysis.run_extremes import (
 from rbstab.analysis.settling import settling_times
 from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.integrate.heyoka.ensemble import CHANGE_ROW, Ensemble, Motions
-from rbstab.integrate.heyoka.observed import Compiled
+from rbstab.integrate.heyoka.observed import OfMembers
 from rbstab.integrate.heyoka.symbols import state_symbols
 from rbstab.integrate.in_quaternions import in_quaternions
 from rbstab.mechanics.numbers import Array, Number
@@ -39,7 +39,7 @@ class EnsembleExtremes:
         self.ensemble, self.supplies = ensemble, ensemble.moving.supplies
         self.watched = ensemble.compiled(ensemble.moving, _watched_with_rates)
         y, rates = state_symbols(ensemble.size), ensemble.audited_rates[: ensemble.size]
-        self.rates = Compiled(rates, y, ensemble.open_indices)
+        self.rates = OfMembers(rates, y, ensemble.open_indices)
 
     def find(
         self,
@@ -163,7 +163,7 @@ class _StepsOfMembers:
         both, of = np.append(chosen, self._after[chosen]), np.tile(self.member[chosen], 2)
         found = along(
             lambda y, t: self._observed(y, t, of),
-            lambda y, t: self._compiled.rates(self._parameters, y, t, of),
+            lambda y, t: self._compiled.rates.at(self._parameters, y, t, of),
             self._states[:, both],
             self._times[both],
             np.tile(self._lengths[chosen], 2),
@@ -183,7 +183,7 @@ class _StepsOfMembers:
 
     def _observed(self, y: Array, t: Array, of: Array) -> Array:
         """Return what is watched and its rates at states of members, shape (2, q, p)."""
-        found = self._compiled.watched(self._parameters, y, t, of).reshape(2, VALUE + 1, -1)
+        found = self._compiled.watched.at(self._parameters, y, t, of).reshape(2, VALUE + 1, -1)
         found[0, VALUE] -= self._rest[of]
         if self._q is not None:
             found[:, THETA_ROWS] = self._q.watched(y)

@@ -15,7 +15,7 @@ import codac
 from codac import AnalyticFunction, EvalMode, Interval, IntervalVector, PavingOut
 
 PROVED, REFUTED, OPEN = "proved", "refuted", "not decided"
-SIZES = (0.02, 0.001, 3e-5, 1e-6, 1e-7)  # rad: to which codac's solver cuts boxes
+SIZES = (0.02, 0.001, 3e-5, 1e-6)  # rad: to which codac's solver cuts boxes
 AROUND = (0.1, 0.01, 0.001, 1e-4)  # rad: so much about a box, just one zero is looked for
 MOST_TRIED, MOST = 64, 10_000  # so many boxes are tried, or cut further
 SAME = 1e-9  # relative: so near is U to the stored energy in doubles

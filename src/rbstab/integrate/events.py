@@ -9,8 +9,6 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
-
 from rbstab.mechanics.numbers import Array
 
 TESTS_PER_STEP = 8
@@ -139,6 +137,9 @@ class _Search:
 
     def _extreme(self, begin: float, end: float, sign: float) -> float:
         """Return the time of the least value in an interval, or of the largest if sign is -1."""
+        # Imported late: heyoka finds the zeros of most events itself, and sweeps start faster.
+        from scipy.optimize import minimize_scalar
+
         found = minimize_scalar(
             lambda t: sign * self(t),
             bounds=(begin, end),
@@ -152,5 +153,7 @@ class _Search:
         if self(below) >= 0:
             # A step that ends at an event: its last state is below zero by the round-off of both.
             return Event(self.number, below, below)
+        from scipy.optimize import brentq  # imported late, as above
+
         time = float(brentq(self, above, below, xtol=ABSOLUTE, rtol=RELATIVE))
         return Event(self.number, time, below)

@@ -36,7 +36,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 
 def span_of(cells: Cells) -> tuple[float, float]:
     """Return the values at both ends of the scale of colours."""
-    if cells.span is not None:
+    if cells.span is not None and not (cells.scale.log and cells.span[0] <= 0):
         return cells.span
     values = cells.values[shown(cells)]
     low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)

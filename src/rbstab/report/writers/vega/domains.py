@@ -65,8 +65,9 @@ def _ends_of(panel: Panel, axis: Axis, side: int, padding: float) -> tuple[float
     beside = padding * (high - low)
     if low == high:
         beside = 0.5 if axis.log else max(abs(low) / 2, 0.5)
-    low, high = low - beside, high + beside
-    return (10.0**low, 10.0**high) if axis.log else (float(low), float(high))
+    low, high = float(low - beside), float(high + beside)
+    # A power of ten beyond the largest double is no end of an axis.
+    return (10.0**low, 10.0 ** min(high, 308.0)) if axis.log else (low, high)
 
 
 def _values(mark: Mark, panel: Panel) -> tuple[list[Array], list[Array]]:

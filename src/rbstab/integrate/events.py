@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+
 from rbstab.mechanics.numbers import Array
 
 TESTS_PER_STEP = 8

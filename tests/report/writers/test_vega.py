@@ -176,6 +176,12 @@ def test_a_logarithmic_scale_colours_logarithms() -> None:
     assert found[0, 3, 3] == 0
 
 
+@pytest.mark.parametrize("span", [None, (0.0, 1.0)])
+def test_a_logarithmic_map_without_a_positive_value_is_empty(span: Any) -> None:
+    cells = Cells(np.arange(2.0), np.zeros(1), np.array([[0.0, np.nan]]), Axis("z", log=True), span)
+    assert (pixels(cells)[..., 3] == 0).all()
+
+
 def test_the_span_of_a_map_holds_for_its_colours() -> None:
     values = np.array([[1.0, 9.0]])
     found = pixels(Cells(np.arange(2.0), np.zeros(1), values, Axis("z"), span=(0.0, 2.0)))

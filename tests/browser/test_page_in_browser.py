@@ -106,8 +106,9 @@ def test_a_figure_offers_a_picture_and_to_send_nothing(opened: Opened) -> None:
     assert waiting.value.suggested_filename == "over-time.svg"
     picture = Path(waiting.value.path()).read_text(encoding="utf-8")
     assert picture.startswith("<svg")
-    # On white, also from a dark page.
+    # On white, also from a dark page, and with the names of the curves.
     assert 'fill="#ffffff"' in picture
+    assert ">second<" in picture
 
 
 def pose(page: Page, name: str) -> list[float]:
@@ -210,6 +211,30 @@ def test_the_pointer_reads_the_curves(opened: Opened) -> None:
     assert time == pytest.approx(END / 2, abs=0.01)
     assert float(values["first"]) == pytest.approx(np.sin(time), abs=1e-3)
     assert float(values["second"]) == pytest.approx(np.cos(time), abs=1e-3)
+
+
+def test_the_pointer_says_nothing_false_of_a_curve(opened: Opened) -> None:
+    """On logarithmic axes a straight line is a power law; an orbit has no one value at a place."""
+    turn = np.linspace(0, 2 * np.pi, 41)
+    square = Axis("x", ends=(-2.0, 2.0))
+    panels = (
+        Panel(square, Axis("y", log=True), (Line(np.array([-2.0, 2.0]), np.array([1.0, 1e-4])),)),
+        Panel(square, square, (Line(np.cos(turn), np.sin(turn), "orbit"),)),
+    )
+    figure = Figure("made", "Made", panels, columns=2)
+    page = opened(replace(report(), sections=(Section("made", "Made", (figure,)),)))
+    box = drawn(page, "made")
+    found = []
+    for panel in (0, 1):
+        place = box.locator(f".p{panel}_group path.background").first.bounding_box()
+        assert place is not None
+        page.mouse.move(place["x"] + place["width"] / 2, place["y"] + place["height"] / 2)
+        page.wait_for_timeout(50)
+        tip = box.locator(".tip")
+        found.append(tip.inner_text().partition("y = ")[2] if tip.is_visible() else "")
+    # In the middle between 1 and 1e-4, up to a pixel; on a linear axis it would be 0.5.
+    assert float(found[0]) == pytest.approx(0.01, rel=0.03)
+    assert found[1] == ""
 
 
 def test_words_at_an_axis_do_not_stand_upon_its_ticks(opened: Opened) -> None:

@@ -231,6 +231,13 @@ def test_axes_end_where_they_are_told_or_where_the_data_end() -> None:
         assert math.isfinite(low + high)
 
 
+def test_axes_hold_the_ends_of_intervals_and_bands() -> None:
+    low, high = -3.0 * T - 1, 5.0 * T + 1
+    for mark in (Intervals(T, 0 * T, low, high), Band(T, low, high)):
+        ends = domains_of(figure_of(mark))[0]["y"]
+        assert ends[0] < low.min() < high.max() < ends[1]
+
+
 def test_panels_share_their_axes() -> None:
     one, other = (Panel(PLAIN, PLAIN, (Line(T, factor * T),)) for factor in (1, 10))
     figure = Figure("f", "F", (one, other), 2)
@@ -255,7 +262,7 @@ def test_the_legend_names_each_curve_once_and_the_many_last() -> None:
         "label": "first",
         "colour": colour(2),
         "kind": "line",
-        "dash": 1,
+        "dash": [6, 4],
         "symbol": 0,
     }
     svg = figure_bytes(Figure("f", "F", (panel, panel)), "svg").decode()

@@ -28,11 +28,20 @@ ANSWERS = {
 Not those of curves: their green looks as their grey to some readers, and two of them are blue.
 """
 
+VIRIDIS = (
+    *("#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21918c"),
+    *("#22a884", "#44bf70", "#7ad151", "#bddf26", "#fde725"),
+)
+"""The colour map of maps: perceptually uniform, and readable with any kind of colour vision."""
+
 DIVERGING = ("#2166AC", "#92C5DE", "#F7F7F7", "#C2A5CF", "#762A83")
 """The colours of a scale that diverges from its middle: blue, white, purple.
 
 They are readable with any kind of colour vision, and no mark on a map has them.
 """
+
+GAP = "#8a8f96"
+"""The colour of the pattern of cells that have no value; no scale has it."""
 
 CASING, CASED = "#FFFFFF", "#303030"
 """The colours of the edges of a curve that shows on areas of any colour, and of its middle."""

@@ -19,7 +19,7 @@ DOTS_PER_INCH = 300
 WIDE, COLUMN = (millimetres / 25.4 * PIXELS_PER_INCH for millimetres in (170, 80))
 """The widths of drawings in pixels: that of a page, and of one column of a paper."""
 
-_SIZE = {side: re.compile(rf'( {side}=")([\d.]+)(")') for side in ("width", "height")}
+_SIZE = re.compile(r' width="([\d.]+)" height="([\d.]+)"')
 _NAME = re.compile(r"\b(clip|gradient_)\d+\b")
 
 
@@ -57,11 +57,12 @@ def figure_bytes(figure: Figure, form: str, *, column: bool = False) -> bytes:
 
 def _sized(svg: str, width: float) -> str:
     """Return a drawing in a width: labels of axes may have made it wider or narrower."""
-    head, rest = svg.split(">", 1)
-    high, wide = (float(_SIZE[side].search(head)[2]) for side in ("height", "width"))  # type: ignore[index]  # (Vega writes both)
-    for side, size in (("width", width), ("height", high * width / wide)):
-        head = _SIZE[side].sub(rf"\g<1>{size:.2f}\g<3>", head)
-    return f"{head}>{rest}"
+
+    def sized(found: re.Match[str]) -> str:
+        wide, high = map(float, found.groups())
+        return f' width="{width:.2f}" height="{high * width / wide:.2f}"'
+
+    return _SIZE.sub(sized, svg, count=1)
 
 
 def _renumbered(svg: str) -> str:

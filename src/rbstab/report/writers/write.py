@@ -47,7 +47,7 @@ def check_available(form: str) -> None:
     if missing:
         raise FormatUnavailableError(
             f"the format {form} needs {' and '.join(missing)}, which a plain install lacks. "
-            'Run `pip install "rbstab[report]"`, or use --format text.'
+            'Run `pip install "rbstab[report]"`, or use --format html.'
         )
 
 

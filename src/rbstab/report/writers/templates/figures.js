@@ -67,13 +67,21 @@ function signalsOf(figure) {
 function prepare(box) {
   const name = box.dataset.name;
   const figure = { name, box, hidden: new Set(), view: null };
-  figures.set(name, figure);
-  // Nothing below moves when it is drawn.
-  const [count, inside] = sizes(drawings[name], box.clientWidth);
-  const high = drawings[name].square.some(Boolean) ? inside : drawings[name].height;
-  box.style.minHeight = `${Math.ceil(drawings[name].panels.length / count) * (high + BELOW + (drawings[name].bars && box.clientWidth < NARROW ? BESIDE_MAP : 0))}px`;
+  reserve(figure);
   addLegend(figure);
   addButtons(figure);
+  figures.set(name, figure);
+}
+
+/** Give a figure the height that it will have, so that nothing below moves when it is drawn. */
+function reserve({ name, box }) {
+  // What is folded has no width yet.
+  if (!box.clientWidth) return;
+  const { square, height, panels, bars } = drawings[name];
+  const [count, inside] = sizes(drawings[name], box.clientWidth);
+  const bar = bars && box.clientWidth < NARROW ? BESIDE_MAP : 0;
+  const row = (square.some(Boolean) ? inside : height) + BELOW + bar;
+  box.style.minHeight = `${Math.ceil(panels.length / count) * row}px`;
 }
 
 function draw(figure) {
@@ -86,13 +94,15 @@ function draw(figure) {
   return figure.drawing;
 }
 
+/** How Vega draws: without eval, which the policy of the page forbids (`ast`). */
+const OPTIONS = { mode: "vega-lite", ast: true, renderer: "svg", actions: false, tooltip: false };
+
 /** Draw a figure anew in a width; its zoom is lost. */
 async function embed(figure, width = figure.box.clientWidth) {
   figure.width = width;
   figure.view?.finalize();
-  // Without eval, which the policy of the page forbids: `ast`.
-  const options = { mode: "vega-lite", ast: true, renderer: "svg", actions: false, tooltip: false };
-  const { view, vgSpec } = await vegaEmbed(figure.place, fitted(figure, width), options);
+  reserve(figure);
+  const { view, vgSpec } = await vegaEmbed(figure.place, fitted(figure, width), OPTIONS);
   figure.view = view;
   figure.spots = spotsOf(figure, vgSpec);
 }
@@ -214,7 +224,9 @@ function valuesAt(figure, spot, x, y) {
     if (mark.type !== "line" && mark.type !== "area") continue;
     const rows = data.values;
     if (rows.length < 2 || figure.hidden.has(rows[0].series)) continue;
-    const value = curveAt(rows, place, mark.interpolate === "step-after");
+    // A curve that goes back and forth, such as an orbit, has no one value at a place.
+    if (!ascends(rows)) continue;
+    const value = curveAt(rows, place, panel, mark.interpolate === "step-after");
     if (value !== null) found.push([rows[0].text ?? rows[0].series, value, Math.abs(y(value) - at[1])]);
   }
   const nearest = found.sort((a, b) => a[2] - b[2]).slice(0, MOST);
@@ -223,8 +235,16 @@ function valuesAt(figure, spot, x, y) {
   return { lines: [`${panel.x.label} = ${valueText(panel.x, place)}`, ...lines], member: -1, spot };
 }
 
-/** Return the value of a curve at a place; null where it has none, or where it goes back and forth. */
-function curveAt(rows, place, isStep) {
+const ascending = new WeakMap();
+
+/** Return whether a curve goes from left to right only. */
+function ascends(rows) {
+  if (!ascending.has(rows)) ascending.set(rows, rows.every(({ x }, k) => x !== null && (k === 0 || x >= rows[k - 1].x)));
+  return ascending.get(rows);
+}
+
+/** Return the value of a curve at a place, on the straight line that is drawn there; null where it has none. */
+function curveAt(rows, place, axes, isStep) {
   if (place < rows[0].x || place > rows.at(-1).x) return null;
   let [low, high] = [0, rows.length - 1];
   while (high - low > 1) {
@@ -234,9 +254,11 @@ function curveAt(rows, place, isStep) {
   }
   const [before, after] = [rows[low], rows[high]];
   const [first, second] = [before.y2 ?? before.y, after.y2 ?? after.y];
-  if (before.y === null || after.y === null || after.x < before.x) return null;
+  if (before.y === null || after.y === null) return null;
   if (isStep || after.x === before.x) return first;
-  return first + ((second - first) * (place - before.x)) / (after.x - before.x);
+  const [from, to, at] = [before.x, after.x, place].map(axes.x.log ? Math.log : Number);
+  const share = (at - from) / (to - from);
+  return axes.y.log ? first * (second / first) ** share : first + (second - first) * share;
 }
 
 /** Show what is under the pointer; after a click the command of its member, or the motions at that time. */
@@ -339,15 +361,20 @@ function addButtons(figure) {
   tools.hidden = false;
 }
 
-/** Save what is shown, on white and with dark text. */
+const PICTURE = 900;
+
+/** Save the figure with its legend and without hidden curves, on white and with dark text. */
 async function savePicture(figure) {
-  const { view } = figure;
-  await view.signal("ink", "#1c2024").signal("paper", "#ffffff").signal("grid", "#e4e8ec").runAsync();
+  const { spec, names } = drawings[figure.name];
+  const { config, params, ...panels } = fitted(figure, PICTURE);
+  const given = Object.fromEntries(spec.params.map(({ name, value }) => [name, value]));
+  for (const param of params) if (["ink", "paper", "grid"].includes(param.name)) param.value = given[param.name];
+  const whole = names ? { config, params, vconcat: [names, panels] } : { config, params, ...panels };
+  const { view } = await vegaEmbed(document.createElement("div"), whole, OPTIONS);
   saveFile(new Blob([await view.toSVG()], { type: "image/svg+xml" }), `${figure.name}.svg`);
-  refresh(figure);
+  view.finalize();
 }
 
-const DASHES = ["", "6 4", "2 3", "7 3 2 3"];
 const SYMBOLS = [
   "M9 6a4 4 0 1 0 8 0a4 4 0 1 0 -8 0", "M9.5 2.5l7 7m0 -7l-7 7", "M9.5 2.5h7v7h-7z", "M13 1.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
   "M13 1.5l4.5 8.5h-9z", "M13 10.5l4.5 -8.5h-9z", "M13 1.5v9m-4.5 -4.5h9",
@@ -364,9 +391,9 @@ function swatch({ kind, colour, dash, symbol }) {
   const box = { x: 3, y: 1, width: 20, height: 10 };
   if (kind === "area" || kind === "word") picture.append(make("rect", { ...box, fill: colour }));
   else if (kind === "gap") {
-    picture.append(make("rect", { ...box, fill: "none", stroke: "#8a8f96" }));
-    picture.append(make("path", { d: "M4 8L10 2M8 10L16 2M14 10L22 2", stroke: "#8a8f96", "stroke-width": 1.2 }));
+    picture.append(make("rect", { ...box, fill: "none", stroke: colour }));
+    picture.append(make("path", { d: "M4 8L10 2M8 10L16 2M14 10L22 2", stroke: colour, "stroke-width": 1.2 }));
   } else if (kind === "point") picture.append(make("path", { d: SYMBOLS[symbol], stroke: colour, "stroke-width": 1.8, fill: symbol ? "none" : colour }));
-  else picture.append(make("path", { d: "M1 6H25", stroke: colour, "stroke-width": 2, fill: "none", "stroke-dasharray": DASHES[dash] }));
+  else picture.append(make("path", { d: "M1 6H25", stroke: colour, "stroke-width": 2, fill: "none", "stroke-dasharray": dash.join(" ") }));
   return picture;
 }

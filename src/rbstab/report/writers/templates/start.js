@@ -5,6 +5,7 @@ function observe(element, callback) {
   new IntersectionObserver(([entry]) => callback(entry.isIntersecting), { rootMargin: "300px" }).observe(element);
 }
 
+/** Say in the place of a figure why it is not there. */
 function failed(box, error) {
   const note = document.createElement("p");
   note.className = "failed";
@@ -23,7 +24,8 @@ themeListeners.push(refreshAll, paintAll);
 
 const boxes = [...document.querySelectorAll(".drawing")];
 if (boxes.length) {
-  drawings = JSON.parse(await inflated("page.drawings"));
+  // Without it a figure fails when it is prepared, and says so.
+  drawings = JSON.parse(await inflated("page.drawings").catch(() => "{}"));
   for (const { panels, arrays } of Object.values(drawings)) {
     for (const { map } of panels) if (map) for (const key of ["values", "counts", "shown", "gaps"]) map[key] = arrays[map[key]];
   }
@@ -32,7 +34,7 @@ if (boxes.length) {
       prepare(box);
       observe(box, (near) => near && draw(figures.get(box.dataset.name)));
     } catch (error) {
-      failed(box, error);
+      setTimeout(() => failed(box, error));
     }
   }
   drawInTurn(boxes);
@@ -42,7 +44,8 @@ if (boxes.length) {
 function drawInTurn([box, ...others]) {
   if (!box) return;
   (globalThis.requestIdleCallback ?? setTimeout)(async () => {
-    if (box.clientWidth) await draw(figures.get(box.dataset.name)).catch(() => {});
+    const figure = figures.get(box.dataset.name);
+    if (figure && box.clientWidth) await draw(figure).catch(() => {});
     drawInTurn(others);
   });
 }

@@ -7,19 +7,14 @@ rule. A cell without a value is clear, and shows the pattern behind it.
 import base64
 import struct
 import zlib
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Cells
-from rbstab.report.model.palette import DIVERGING, colour
-
-VIRIDIS = (
-    *("#440154", "#482475", "#414487", "#355f8d", "#2a788e", "#21918c"),
-    *("#22a884", "#44bf70", "#7ad151", "#bddf26", "#fde725"),
-)
-"""The colour map of maps: perceptually uniform, and readable with any kind of colour vision."""
+from rbstab.report.model.palette import DIVERGING, GAP, VIRIDIS, colour
 
 SHADES = 64
 """The number of colours of a scale of numbers."""
@@ -75,7 +70,7 @@ def edges_of(centres: Array, axis: Axis) -> Array:
 
 def picture(cells: Cells, x: Axis, y: Axis) -> str:
     """Return the picture of a map as an address with its data, clear where a cell has no value."""
-    tints = np.array([list(bytes.fromhex(tint[1:])) for tint in tints_of(cells)], np.uint8)
+    tints = _rgb(tints_of(cells))
     number = np.where(shown(cells), _shades(cells, len(tints)), len(tints))
     rows, columns = pixels(edges_of(cells.y, y), y), pixels(edges_of(cells.x, x), x)
     return _address(number[np.ix_(rows[::-1], columns)].astype(np.uint8), tints)
@@ -112,16 +107,21 @@ def hatch() -> str:
     """Return the pattern behind cells without a value: thin diagonal lines."""
     across, up = np.meshgrid(np.arange(HATCH_SIZE), np.arange(HATCH_SIZE))
     clear = ((across + up) % HATCH_STEP >= 2).astype(np.uint8)
-    return _address(clear, np.array([[0x8A, 0x8F, 0x96]], np.uint8))
+    return _address(clear, _rgb((GAP,)))
 
 
 def _place(values: Array, axis: Axis) -> Array:
     return np.log10(values) if axis.log else np.asarray(values, dtype=float)
 
 
+def _rgb(colours: Sequence[str]) -> NDArray[np.uint8]:
+    """Return colours #rrggbb as red, green and blue, shape (n, 3)."""
+    return np.array([list(bytes.fromhex(one[1:])) for one in colours], np.uint8)
+
+
 def _blended(colours: tuple[str, ...], shares: Array) -> list[str]:
     """Return colours along a scale of colours, at shares of its length."""
-    anchors = np.array([list(bytes.fromhex(one[1:])) for one in colours], dtype=float)
+    anchors = _rgb(colours).astype(float)
     at = np.linspace(0.0, 1.0, len(anchors))
     parts = np.rint(np.stack([np.interp(shares, at, part) for part in anchors.T], axis=1))
     return [f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in parts.astype(int)]

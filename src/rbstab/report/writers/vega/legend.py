@@ -18,7 +18,7 @@ from rbstab.report.model.figure import (
     Shares,
     Stack,
 )
-from rbstab.report.model.palette import CASED, area_colour, colour
+from rbstab.report.model.palette import CASED, GAP, area_colour, colour
 from rbstab.report.writers.vega.cells import tints_of
 from rbstab.report.writers.vega.marks import DASHES, JSON, LEVEL, SYMBOLS, entry_of
 
@@ -27,9 +27,6 @@ LETTER = 6.5
 
 SWATCH = 38
 """Pixels for what is beside the letters of an entry."""
-
-GAP = "#8a8f96"
-"""The colour of the frame of what has no value."""
 
 
 def legend_of(figure: Figure) -> list[JSON]:
@@ -51,7 +48,7 @@ def _entries(mark: Mark) -> Iterable[JSON]:
     match mark:
         case Line():
             tint = CASED if mark.cased else colour(mark.colour)
-            yield _entry(entry_of(mark), tint, "line", dash=mark.dash % len(DASHES))
+            yield _entry(entry_of(mark), tint, "line", dash=mark.dash)
         case Points():
             tint = colour(mark.colour if mark.key is None else mark.key)
             yield _entry(entry_of(mark), tint, "point", symbol=mark.symbol % len(SYMBOLS))
@@ -76,7 +73,8 @@ def _entries(mark: Mark) -> Iterable[JSON]:
 
 
 def _entry(label: str, tint: str, kind: str, *, dash: int = 0, symbol: int = 0) -> JSON:
-    return {"label": label, "colour": tint, "kind": kind, "dash": dash, "symbol": symbol}
+    pattern = DASHES[dash % len(DASHES)]
+    return {"label": label, "colour": tint, "kind": kind, "dash": pattern, "symbol": symbol}
 
 
 def reasons_of(cells: Cells) -> list[str]:
@@ -97,7 +95,7 @@ def legend_view(entries: list[JSON], width: float) -> JSON:
     ranges: dict[str, list[Any]] = {
         "stroke": [entry["colour"] for entry in entries],
         "fill": filled,
-        "strokeDash": [DASHES[entry["dash"]] for entry in entries],
+        "strokeDash": [entry["dash"] for entry in entries],
         "shape": [shapes.get(entry["kind"], SYMBOLS[entry["symbol"]]) for entry in entries],
     }
     columns = max(1, int(width / (LETTER * max(map(len, names)) + SWATCH)))

@@ -106,6 +106,7 @@ def _layers(mark: Mark, panel: Panel, at: JSON) -> Iterator[JSON]:
 
 
 DECORATION = {"aria": False}
+"""What a layer has that repeats the data of another: edges of curves, counts in bars."""
 
 LEVEL = "#7F7F7F"
 """The colour of straight lines through a panel."""
@@ -114,7 +115,7 @@ LEVEL = "#7F7F7F"
 def _layer(rows: list[JSON], style: JSON, at: JSON, tint: Any, opacity: float = 1.0) -> JSON:
     """Return a layer of one colour; it is invisible while its series is hidden.
 
-    The page takes no data from a layer with `DECORATION`: it repeats that of another.
+    The page takes no data from a layer with `DECORATION`.
     """
     shown = {
         "condition": {"test": "indexof(hidden, datum.series) < 0", "value": opacity},

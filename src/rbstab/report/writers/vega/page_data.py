@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Panel
 from rbstab.report.writers.vega.cells import edges_of, span_of, tints_of
-from rbstab.report.writers.vega.legend import legend_of
+from rbstab.report.writers.vega.legend import legend_of, legend_view
 from rbstab.report.writers.vega.marks import JSON
 from rbstab.report.writers.vega.specification import specification
 
@@ -19,11 +19,13 @@ WIDE = 800
 def page_data(figure: Figure) -> JSON:
     """Return a figure in the form that `figures.js` reads."""
     spec = specification(figure, width=WIDE, for_page=True)
+    legend = legend_of(figure)
     heights = [panel["height"] for panel in spec["concat"]]
     arrays: list[JSON] = []
     return {
         "spec": spec,
-        "legend": legend_of(figure),
+        "legend": legend,
+        "names": legend_view(legend, WIDE) if legend else None,
         "panels": [_panel_data(panel, arrays) for panel in figure.panels],
         "arrays": arrays,
         "columns": figure.columns,

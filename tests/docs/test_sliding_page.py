@@ -194,8 +194,10 @@ def test_sticking_by_implicit_steps(tables):
     rows = {row[0]: row for row in printed(heading)}
     for new in fresh:
         row, h = rows[new[0]], float(new[0])
-        for column in (1, 4, 5):
+        for column in (1, 4):
             assert float(row[column]) == pytest.approx(float(new[column]), abs=2.1 * h)
+        # A change of the start by 1e-8 of it moves the end of the bounces by up to a tenth.
+        assert float(row[5]) == pytest.approx(float(new[5]), rel=0.1)
         assert float(row[2]) == pytest.approx(float(new[2]), rel=0.01)
         assert (row[3], row[6]) == (new[3], new[6])
     # The ball sticks at the time derived on the page, closer for shorter steps.

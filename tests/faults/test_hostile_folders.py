@@ -322,6 +322,8 @@ def proof(tmp_path_factory):
     [
         {"id": 5},
         {"proved": "yes"},
+        {"unique": False},
+        {"states": []},
         {"states": [{}]},
         {"examined": -1},
         {"undecided": [[1, 2]]},

@@ -13,7 +13,7 @@ from rbstab.store.table import Table, columns_from
 from rbstab.store.variables import RUN
 from rbstab.sweep.folder.members_file import plan_variables, varied_arrays, varied_layout
 from rbstab.sweep.folder.open_folder import open_folder
-from rbstab.sweep.folder.sweep_table import MEMBERS
+from rbstab.sweep.folder.sweep_table import MEMBERS, digest_of_all
 from rbstab.sweep.members.engine import Shard
 from rbstab.sweep.members.outcome import STATUSES, columns_of
 from rbstab.sweep.plan.load import load_plan
@@ -66,6 +66,8 @@ def write_sweep(
             members = slice(*folder.bounds(number))
             outcome = {name: arrays[name][members] for name in folder.manifest.columns}
             folder.write(plan, number, Shard(outcome))
+        digests = [folder.read(number).digest for number in range(folder.shards)]
+        attributes["shards_digest"] = digest_of_all(digests)
     found = columns_from(known, arrays) | plan_variables(plan)
     write_dataset(path, Table(found, attributes, kind=MEMBERS), replace=True)
     return SweepFile(0, "sweep-1", path.parent.name, path)

@@ -38,8 +38,7 @@ WORDS_OF_VERDICTS = {
     "violated": "false",
     "unknown": "not decided",
 }
-"""By each word of the attribute `verdict`: the word that people read (`Sureness`). Files keep
-theirs, so that older and newer versions read the same."""
+"""By each word of the attribute `verdict`: the word that people read (`Sureness`)."""
 
 
 @dataclass(frozen=True, repr=False)

@@ -169,8 +169,9 @@ def prove_members(  # noqa: PLR0913 (options by name)
         StoreError: A file cannot be written or read.
     """
     folder = sweep.folder
-    stored, results, begin = _stored(folder), folder.path.parent, monotonic()
+    results, begin = folder.path.parent, monotonic()
     with locked_folder(folder.path):
+        stored = _stored(folder)
         bodies, known = bodies_of(plan) if bodies is None else bodies, stored
         boxes = prove_boxes(plan, results, stop=stop) if len(bodies) > FEW else []
         if any(box.record.proved for box in boxes):
@@ -221,9 +222,9 @@ def _stored(folder: SweepFolder) -> MemberConvergence:
 
 
 def _write_known(plan: Plan, sweep: Sweep, found: MemberConvergence) -> None:
-    write_members_file(
-        plan, sweep.folder, digest_of_shards(sweep.inventory), sweep.comparison, found
-    )
+    """Store what is found, beside what another command has stored in the meantime."""
+    found, digest = found.beside(_stored(sweep.folder)), digest_of_shards(sweep.inventory)
+    write_members_file(plan, sweep.folder, digest, sweep.comparison, found)
 
 
 class _Control(NamedTuple):

@@ -111,11 +111,11 @@ def compared(samples, result):
 
 def test_an_enclosure_that_ends_early_says_so(monkeypatch):
     """Convergence is proved; what was asked for beyond it is not."""
-    monkeypatch.setattr(exact_motion, "MAX_STEPS", 80)
+    monkeypatch.setattr(exact_motion, "MAX_STEPS", 40)
     config = rbstab.load_config(paper_config("permanent"))
     found, samples = proved(config, Enclose.TO_END, held_proof())
-    assert (found.proved, found.steps) == (True, 80)
-    assert found.why.startswith("not enclosed to the end: 80 steps of the enclosure reach t = 1.")
+    assert (found.proved, found.steps) == (True, 40)
+    assert found.why.startswith("not enclosed to the end: 40 steps of the enclosure reach t = 0.8")
     assert 0.3 < samples.times[-1] < 2.0
 
 

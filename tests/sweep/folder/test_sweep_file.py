@@ -1,17 +1,23 @@
 """Protects the table of a finished sweep: all members, their varied values and the plan."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import pytest
 import xarray
 from click.testing import CliRunner
 from support.sweeping import run_sweep
 from support.sweeps import FakeEngine, plan_of
 
 import rbstab
+from rbstab.store.dataset_file import write_dataset
+from rbstab.store.errors import StoreError
+from rbstab.store.table import read_table
 from rbstab.sweep.folder.member_answers import member_answers
 from rbstab.sweep.folder.members_file import counts_by_status, varied_layout
-from rbstab.sweep.folder.sweep_table import read_sweep
+from rbstab.sweep.folder.sweep_folder import read_folder
+from rbstab.sweep.folder.sweep_table import MEMBERS, check_sweep, read_sweep
 from rbstab.sweep.plan.load import load_plan
 from rbstab_cli.main import cli
 
@@ -76,3 +82,16 @@ def test_every_key_that_varies_has_a_unit():
         for name, column in varied_layout(plan).items():
             assert column.unit, name
             assert name.isidentifier()
+
+
+def test_a_members_file_of_other_shards_is_no_finished_sweep(tmp_path: Path) -> None:
+    """`--retry-failed` that is interrupted leaves old proofs beside new members."""
+    run_sweep(tmp_path / "sweep")
+    folder = read_folder(tmp_path / "sweep")
+    check_sweep(folder.sweep_file)
+    table = read_table(folder.sweep_file, MEMBERS)
+    other = {**table.attributes, "shards_digest": "0" * 64}
+    write_dataset(folder.sweep_file, replace(table, attributes=other), replace=True)
+    for read in (check_sweep, read_sweep):
+        with pytest.raises(StoreError, match="not finished"):
+            read(folder.sweep_file)

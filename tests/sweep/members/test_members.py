@@ -124,6 +124,22 @@ def test_a_member_that_fails_alone_changes_no_bit_of_its_neighbours():
         assert column.tobytes() == found[name][[0, 2]].tobytes(), name
 
 
+@pytest.mark.parametrize("name", ["recorded", "extremes_of", "outcome_of"])
+def test_a_member_without_columns_is_not_completed(monkeypatch, name):
+    """A completed motion of which nothing can be said has failed; an early end stays what it is."""
+    plan = drawn(paper("free", engine="scipy", duration=0.05), SPIN, 2)
+    engine = SingleRuns(plan)
+    assert engine.compute(0, 2).outcome["status"].tolist() == [COMPLETED] * 2
+
+    def refuse(*_, **__):
+        raise MemoryError
+
+    monkeypatch.setattr(f"rbstab.sweep.members.single.{name}", refuse)
+    found = engine.compute(0, 2).outcome
+    assert found["status"].tolist() == [STATUSES.index("solver failure")] * 2
+    assert np.isnan(found["end_time"]).all()
+
+
 def test_a_member_whose_preparation_fails_fails_alone(monkeypatch):
     from rbstab.config.build import problem_of
 

@@ -88,7 +88,8 @@ class Decisions:
         last: The time up to which motions are followed in any case, s.
 
     Attributes:
-        found: What is proved of the convergence of motions so far, by their numbers.
+        found: What is decided of motions so far, by their numbers; one with an entry is only
+            followed to `last`.
     """
 
     def __init__(

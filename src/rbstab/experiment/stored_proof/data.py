@@ -143,6 +143,16 @@ class ProvedStates(Entry):
     regions: tuple[ProvedMinimum, ...] = ()
     end: Triple | None = None
 
+    @model_validator(mode="after")
+    def _check_states(self) -> Self:
+        """Refuse what the checker does not see: it reads the states, not what follows from them."""
+        count = len(self.states)
+        if (self.unique is not None and self.unique != (count == 1)) or (self.region and not count):
+            raise ValueError("the number of states does not fit the other entries")
+        if any(max(one.rest_state, one.pass_state or 1) > count for one in self.regions):
+            raise ValueError("a region belongs to a state that is not listed")
+        return self
+
     @property
     def stable_count(self) -> int:
         """The number of stable rest states: the minima of the energy."""

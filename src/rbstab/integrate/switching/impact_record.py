@@ -37,7 +37,8 @@ class ImpactRecord:
         """Keep the begin or the end of a rest at a time, s, from the sides before and now."""
         if now and not before and len(self._rests) < STORED_RESTS:
             self._rests.append((t, np.nan))
-        if before and not now and self._rests:
+        # A rest that began after the last stored one has no entry to end.
+        if before and not now and self._rests and np.isnan(self._rests[-1][1]):
             self._rests[-1] = self._rests[-1][0], t
 
     def add_sample(self, resting: int) -> None:

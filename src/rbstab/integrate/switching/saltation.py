@@ -31,6 +31,7 @@ from rbstab.systems.filippov import (
     holds_axes,
     pushed,
     residuals,
+    resting,
     slide_modes,
     with_held,
 )
@@ -186,16 +187,20 @@ def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: 
 def _on_surfaces(shifted: System, y: Array, time: float) -> Array:
     """Return a state moved by impulses along the held axes until it is on their surfaces.
 
-    They change velocities alone, and s is linear in these. So one step is exact.
+    They change velocities alone, and s is linear in these. So one step is exact. A body that rests
+    against its stop stays there.
 
     Args:
         shifted: The system, shifted as for `through_transition`.
         y: The state, with the imaginary part h ∂y/∂s.
         time: The time, s.
     """
-    rows = np.flatnonzero(held_axes(shifted))
-    _, found = with_held(shifted, y, rows, time)
-    away = residuals(shifted, y)[rows]
+    axes = np.flatnonzero(held_axes(shifted))
+    _, found = with_held(shifted, y, axes, time)
+    away = residuals(shifted, y)
+    # The impulses must not move a body away from the stop at which it rests: the last row.
+    rows = np.append(axes, len(away) - 1) if resting(shifted) else axes
+    away = away[rows]
     return pushed(shifted, y, rows, -np.linalg.solve(found.mobility[np.ix_(rows, rows)], away))
 
 

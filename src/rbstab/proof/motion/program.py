@@ -166,9 +166,17 @@ class _Graph:
         elif a.kind == LET:
             form = self.form(a.inner)
         else:
-            slopes = [self.form(slope(a))] if a.kind in INTEGRALS else []
-            form = self._node(a.kind, [self.form(a.inner), *slopes], a)
+            x = self.form(a.inner)
+            slopes = [self._slope_of_integral(a.kind, x)] if a.kind in INTEGRALS else []
+            form = self._node(a.kind, [x, *slopes], a)
         return form if p > 0 else self._node(INVERSE, [form])
+
+    def _slope_of_integral(self, kind: str, x: Form) -> Form:
+        """Return the slope of log or atan, of x itself: its bound then holds for what x misses."""
+        if kind == "log":
+            return self._node(INVERSE, [x])
+        zero, square = self._node(PRODUCT, [x, x])
+        return self._node(INVERSE, [(zero + 1, square)])
 
     def _node(self, kind: str, operands: list[Form], a: Atom | None = None) -> Form:
         key = kind, tuple(operands)

@@ -5,9 +5,9 @@ Its energy must be a function of the pose and of its own states with
     d(stored)/dt + dissipated + (power of the wrench) = 0,        dissipated >= 0,
 
 for all motions, and its wrench and rates must have values for all of them. At rest its own states D
-must move down its energy W: dD/dt = -M ∂W/∂D with a constant M, M + M' positive definite. Or, with
-a diagonal M, each entry of dD/dt has the sign of the entry u of -M ∂W/∂D by its form: it is r(u)
-times a positive factor, where r is odd and rises, as sinh does.
+must move down its energy W: dD/dt = -M ∂W/∂D with a constant M, M + M' positive definite. Or each
+(∂W/∂D_i) dD_i/dt is never positive by its form, and zero only where ∂W/∂D_i is, as for
+dD_i/dt = -sinh(∂W/∂D_i).
 """
 
 from collections.abc import Callable, Sequence
@@ -98,7 +98,7 @@ NOT_CONVEX = (
 NOT_RELAXING = (
     "it is not shown that its own states move down its energy while the body is at rest: `rates` "
     "must be -M times the derivative of `stored` then, with a constant positive definite M, or "
-    "have the signs of this by their form, with a diagonal M"
+    "each rate must have the sign of minus its own derivative by its form"
 )
 
 TOO_LARGE = "its energy has too many terms, or too large numbers"
@@ -340,7 +340,7 @@ def moves_down(stored: Expr, own: Sequence[int], rates: Sequence[Expr]) -> bool:
 
 
 def _has_sign(rate: Expr, slope: Expr, number: int) -> bool:
-    """Return whether a rate has the sign of -slope, and both are zero at the same places.
+    """Return whether rate·slope is never positive, and zero only where the slope is.
 
     If the slope is s = a D + b with a constant a, it takes the place of D.
     """

@@ -130,7 +130,9 @@ class Members:
         """c* of each variant with a proof, J, for v that counts from its nearest rest state."""
         if self._certified is None:
             return {}
-        return {v: float(bound.level(None)) for v, bound in self._certified.bounds.items()}
+        return {
+            v: bound.energy - bound.nearest_energy for v, bound in self._certified.bounds.items()
+        }
 
     @property
     def share_proofs(self) -> bool:
@@ -174,9 +176,9 @@ class Members:
         return by_variant[0]
 
     @property
-    def _energy_at_rest(self) -> Array | None:
-        """The column `energy_at_rest`; older sweeps have none."""
-        return self.column("energy_at_rest") if "energy_at_rest" in self.table else None
+    def _energy_at_rest(self) -> Array:
+        """The energy of the rest state at which v of each member is zero, J."""
+        return self.column("energy_at_rest")
 
     @cached_property
     def convergence(self) -> Array:

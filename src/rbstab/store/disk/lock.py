@@ -61,7 +61,9 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
                 break
             except BlockingIOError as error:
                 if attempt == MAX_ATTEMPTS - 1:
-                    raise FolderInUseError(f"{folder} is in use by another process") from error
+                    raise FolderInUseError(
+                        f"{folder} is in use by another process. Wait until it ends"
+                    ) from error
                 time.sleep(RETRY_INTERVAL)
             except OSError as error:
                 raise not_done(folder, "locked", error) from error

@@ -1,6 +1,5 @@
 """The members file of a sweep: what is known of each member beside the shards; and its summary."""
 
-import hashlib
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -16,13 +15,13 @@ from rbstab.store.table import GRID_AXIS, GRID_LENGTH, VARIED, Column, Table, co
 from rbstab.store.variables import RUN, Variable, safe_name
 from rbstab.sweep.folder.shard_inventory import ShardInventory
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder
-from rbstab.sweep.folder.sweep_table import MEMBERS, read_members_file
+from rbstab.sweep.folder.sweep_table import MEMBERS, digest_of_all, read_members_file
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.scipy_comparison import ScipyComparison
 from rbstab.sweep.plan.axes import VARIANT, VariedKey
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
+from rbstab.sweep.proofs.columns import KNOWN_COLUMNS, MOTION_COLUMNS
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, proved_columns
 
 HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no", "yes"))
@@ -49,7 +48,8 @@ def _column(plan: Plan, varied: VariedKey) -> Column:
 def columns_beside_shards(plan: Plan) -> dict[str, Column]:
     """Return the columns of the members file."""
     traces = {"traces": HAS_TRACE} if plan.keep.count(plan.members) else {}
-    return varied_layout(plan) | KNOWN_COLUMNS | traces
+    proved = {} if plan.prove is None else {"proved_time": MOTION_COLUMNS["proved_time"]}
+    return varied_layout(plan) | KNOWN_COLUMNS | proved | traces
 
 
 def varied_arrays(plan: Plan, start: int, stop: int) -> dict[str, Array]:
@@ -78,8 +78,7 @@ def plan_variables(plan: Plan) -> dict[str, Variable]:
 
 def digest_of_shards(inventory: ShardInventory) -> str:
     """Return the digest of all shards of a complete sweep."""
-    digests = [facts.digest for _, facts in sorted(inventory.done.items())]
-    return hashlib.sha256(" ".join(digests).encode()).hexdigest()
+    return digest_of_all(facts.digest for _, facts in sorted(inventory.done.items()))
 
 
 def members_of_shards(folder: SweepFolder, shards_digest: str) -> Table | None:

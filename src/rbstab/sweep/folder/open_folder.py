@@ -181,7 +181,7 @@ def planned_folder(
     if not path_exists(path / MANIFEST):
         return planned, None
     try:
-        return _fitting(path, planned.manifest, fixed_size=False), True
+        return _fitting(path, planned.manifest, fixed_size=shard_size is not None), True
     except OtherSweepError:
         return planned, False
 

@@ -1,5 +1,6 @@
 """The table of all members of a finished sweep, read from its shards and its members file."""
 
+import hashlib
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -39,6 +40,7 @@ def read_sweep(path: Path, names: Iterable[str] | None = None) -> Table:
     if not columns:
         return known
     shards = [folder.read(number, columns) for number in range(folder.shards)]
+    _check_digest(folder, known, shards)
     outcomes = {
         name: shards[0].variables[name]._replace(data=np.concatenate([s[name] for s in shards]))
         for name in columns
@@ -92,9 +94,19 @@ def check_sweep(file: Path) -> None:
         StoreError: As `read_sweep`.
     """
     folder = read_folder(file.parent)
-    read_members_file(folder)
-    for number in range(folder.shards):
-        folder.read(number)
+    known = read_members_file(folder)
+    _check_digest(folder, known, (folder.read(number) for number in range(folder.shards)))
+
+
+def digest_of_all(digests: Iterable[str]) -> str:
+    """Return the digest of all shards of a sweep, from that of each."""
+    return hashlib.sha256(" ".join(digests).encode()).hexdigest()
+
+
+def _check_digest(folder: SweepFolder, known: Table, shards: Iterable[Table]) -> None:
+    """Refuse a members file of other shards: an interrupted `--retry-failed` leaves one."""
+    if known.attributes.get("shards_digest") != digest_of_all(shard.digest for shard in shards):
+        raise unfinished_error(folder)
 
 
 def open_sweep(path: str | Path) -> Table:

@@ -15,6 +15,7 @@ from rbstab.experiment.record import recorded, recording_time, rest_state_of, ze
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
+from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.members.engine import Shard, columns_of_failed
 from rbstab.sweep.members.outcome import (
@@ -69,12 +70,11 @@ class SingleRuns:
             try:
                 problem = self._problem(self._plan.config_of(start + index))
                 deadline = Deadline(problem.time_limit)
-                trajectory, quantities = self._integrate(problem, deadline, bool(kept[index]))
+                trajectory, quantities, found = self._run(problem, deadline, bool(kept[index]))
             except Exception:  # noqa: S112
                 continue
             columns["status"][index] = STATUSES.index(trajectory.status)
             columns["steps"][index] = min(trajectory.steps, np.iinfo(np.int32).max)
-            found = self._outcome(problem, deadline, trajectory, quantities)
             for name, values in found.items():
                 columns[name][index] = values[0]
             if traces is not None and kept[index] and TIME in quantities:
@@ -88,9 +88,14 @@ class SingleRuns:
             problem = replace(problem, rtol=max(problem.rtol, MIN_SCIPY_RTOL))
         return problem
 
-    def _integrate(
+    def _run(
         self, problem: Problem, deadline: Deadline, is_kept: bool
-    ) -> tuple[Trajectory, dict[str, Array]]:
+    ) -> tuple[Trajectory, dict[str, Array], dict[str, Array]]:
+        """Return a motion, its quantities and its columns.
+
+        A motion that ended early keeps its status if it has no quantities or columns. One that
+        completed without them failed.
+        """
         deadline.recording_time, nearest = self._of_system(problem)
         with np.errstate(all="ignore"):
             trajectory = engine(self._engine)(problem, None, deadline)
@@ -99,10 +104,11 @@ class SingleRuns:
                 found = recorded(problem, trajectory, zero.rest, deadline, only_outcome=not is_kept)
                 if not zero.approached:
                     found.quantities["rest_orientation"] = np.full(3, np.nan)
-                return found
+                return (*found, self._outcome(problem, deadline, *found))
             except Exception:
-                # Without quantities, the member still has the status of its trajectory.
-                return trajectory, {}
+                if trajectory.status is RunStatus.COMPLETED:
+                    raise
+                return trajectory, {}, {}
 
     def _of_system(self, problem: Problem) -> tuple[float, RestState]:
         """Return the time to record a sample, and the nearest rest state; one system is known.
@@ -126,16 +132,11 @@ class SingleRuns:
     ) -> dict[str, Array]:
         # The quantities of one member.
         one = {name: array[np.newaxis] for name, array in quantities.items() if name != TIME}
-        try:
-            with np.errstate(all="ignore"):
-                extremes = extremes_of(problem, trajectory, quantities, deadline)
-                columns = outcome_of(one | {TIME: quantities[TIME]}, extremes)
-                v, supplied = one["lyapunov"], one.get("supplied_energy")
-                columns["energy_residual"] = np.abs(one["energy_residual"]).max(axis=1)
-                columns["energy_scale"] = energy_scale(v, one["energy_round_off"], supplied)
-        except Exception:
-            # A motion with a single sample has no outcome; its columns keep their defaults.
-            return {}
+        extremes = extremes_of(problem, trajectory, quantities, deadline)
+        columns = outcome_of(one | {TIME: quantities[TIME]}, extremes)
+        v, supplied = one["lyapunov"], one.get("supplied_energy")
+        columns["energy_residual"] = np.abs(one["energy_residual"]).max(axis=1)
+        columns["energy_scale"] = energy_scale(v, one["energy_round_off"], supplied)
         if self._with_largest:
             for name, values in finals_of(one).items():
                 columns[LARGEST_PREFIX + name] = np.abs(values).max(axis=1)

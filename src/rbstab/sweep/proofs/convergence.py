@@ -45,15 +45,14 @@ class EnergyBound(NamedTuple):
     energy: float
     nearest_energy: float
 
-    def level(self, energy_at_rest: Array | None) -> Array | float:
+    def level(self, energy_at_rest: Array | float) -> Array | float:
         """Return the value of v(0), J, below which convergence is proved.
 
         Args:
             energy_at_rest: The energy of the rest state at which v of each member is zero, shape
-                (m,), J. None for a sweep without this column: then v of all members counts from the
-                rest state nearest to the unloaded position.
+                (m,), J.
         """
-        return self.energy - (self.nearest_energy if energy_at_rest is None else energy_at_rest)
+        return self.energy - energy_at_rest
 
 
 class MemberConvergence(NamedTuple):

@@ -18,12 +18,16 @@ PROVED, REFUTED, OPEN = "proved", "refuted", "not decided"
 SIZES = (0.02, 0.001, 3e-5, 1e-6)  # rad: to which codac's solver cuts boxes
 AROUND = (0.1, 0.01, 0.001, 1e-4)  # rad: so much about a box, just one zero is looked for
 MOST_TRIED, MOST = 64, 10_000  # so many boxes are tried, or cut further
+TINY = Fraction(1, 2**600)  # numbers nearer to zero have fractions beyond doubles
 SAME = 1e-9  # relative: so near is U to the stored energy in doubles
 
 
 def interval(number: Any) -> Any:
     """Return an interval about a rational number."""
-    parts = [(n, float(n)) for n in Fraction(number).as_integer_ratio()]
+    number = Fraction(number)
+    if 0 < abs(number) < TINY:
+        return Interval(-float(TINY), float(TINY))
+    parts = [(n, float(n)) for n in number.as_integer_ratio()]
     top, bottom = (Interval(x).inflate(0 if x == n else abs(x) * 2.0**-52) for n, x in parts)
     return top / bottom
 
@@ -146,7 +150,8 @@ def listed(searches: dict[int, Search], claims: Any, zeros: list[Any]) -> tuple[
         box = solve(search.box, search.contractor, search.settled, other)
         if box is not None:
             return REFUTED if other(box) else OPEN, f"There is, or may be, another one near {box}."
-    return PROVED, "Each has one zero of the gradient in its box, and its index; no other is left."
+    left = "no other is left" if claims["complete"] else "others were not looked for"
+    return PROVED, f"Each has one zero of the gradient in its box, and its index; {left}."
 
 
 def bounded(U: Any, faces: Sequence[Any], others: Sequence[Any], level: Any) -> tuple[str, str]:
@@ -192,7 +197,9 @@ def verdicts(data: Any) -> Iterator[tuple[str, ...]]:
             # For all θ1 and θ3, U rises without end beyond a box that confines all rest states.
             axes = (1,) if claims.get("everywhere") else (0, 1, 2)
             border = [face for (axis, _), face in faces.items() if axis in axes]
-            found = bounded(U, border, zeros[1:], interval(claims["level"]))
+            found = OPEN, "The list is not complete: other rest states may be below the level."
+            if claims["complete"]:
+                found = bounded(U, border, zeros[1:], interval(claims["level"]))
             yield claims["name"], "certified region", *found
 
 

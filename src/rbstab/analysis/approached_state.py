@@ -5,10 +5,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.configuration import Configurations, as_at_rest, configurations
+from rbstab.analysis.configuration import (
+    ORIENTATION,
+    Configurations,
+    as_at_rest,
+    configurations,
+)
+from rbstab.analysis.descents.descent import numerical_hessian
 from rbstab.analysis.rest_state import RestState, energy_in, rest_state_below
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.impact import side_of
 from rbstab.systems.system import System
 
 SAME_STATE = 1e-3
@@ -16,6 +23,10 @@ SAME_STATE = 1e-3
 
 ENERGY_TOLERANCE = 1e-9
 """Two energies at rest that differ by less, relative to the sum of both plus 1 J, are equal."""
+
+
+FALLS = 1e-6
+"""A slope of forces below minus this, relative to the largest one, is no round-off."""
 
 
 class LyapunovZero(NamedTuple):
@@ -68,6 +79,29 @@ def lyapunov_zero(
     if close and not (lower or higher):
         return LyapunovZero(nearest, approached=True, is_lowest=True)
     return LyapunovZero(found, approached=True, is_lowest=not lower)
+
+
+def is_unstable(system: System, rest: RestState) -> bool:
+    """Return whether the stored energy falls in some direction of Θ from a rest state.
+
+    This is a negative eigenvalue of its Hessian, less all that the position and own states can
+    give. One against a stop, or where a force jumps, is not known to be unstable.
+
+    Args:
+        system: The smooth system of the problem.
+        rest: The rest state.
+    """
+    at_rest = configurations(as_at_rest(system))
+    q = at_rest.configuration(rest.motion, rest.own)
+    if not rest.is_at_rest or rest.on_kink or side_of(system, q):
+        return False
+    H = numerical_hessian(at_rest.gradient, q)
+    if not np.isfinite(H).all():
+        return False
+    others = slice(ORIENTATION.stop, None)
+    given = np.linalg.lstsq(H[others, others], H[others, ORIENTATION])[0]
+    reduced = H[ORIENTATION, ORIENTATION] - H[ORIENTATION, others] @ given
+    return bool(np.linalg.eigvalsh(reduced)[0] < -FALLS * np.abs(H).max())
 
 
 def is_lower(energy: Array | float, other: Array | float) -> Any:

@@ -14,7 +14,8 @@ from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.wanted import in_degrees, one_in_degrees, wanted
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import stored_convergence
-from rbstab.experiment.summary import settling_time_of
+from rbstab.experiment.convergence.zero_description import UNSTABLE
+from rbstab.experiment.summary import settling_time_of, stands_under_inputs
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
@@ -99,7 +100,7 @@ class Outcome:
 
     @property
     def is_good(self) -> bool:
-        """Whether the body rests where it should, and not at an unstable rest state."""
+        """Whether the body rests where it should by itself, and not at an unstable rest state."""
         return self.kind is OutcomeKind.RETURNS and not self.why
 
     @property
@@ -140,7 +141,9 @@ def outcome_of(
         proof: The proof of its rest states, if there is one.
     """
     status, settled = result.status, settling_time_of(result)
-    at_rest = status == RunStatus.COMPLETED and not math.isnan(settled)
+    completed, zero = status == RunStatus.COMPLETED, str(result.attributes.get("lyapunov_zero"))
+    at_rest = completed and not math.isnan(settled)
+    loaded = completed and not at_rest and stands_under_inputs(result)
     end = result["rest_orientation"] if at_rest else result["orientation"][-1]
     found, aim = stored_convergence(result.attributes), wanted(config)
     proved = None if found is None else found.proved
@@ -158,7 +161,7 @@ def outcome_of(
     away = None if Theta is None else aim.tilt(Theta)
     code = outcome_codes(
         np.array([KINDS.index(KIND_OF_STATUS.get(status, OutcomeKind.FAILED))]),
-        np.array([at_rest]),
+        np.array([at_rest or loaded]),
         np.array([math.nan if away is None else away]),
         aim.within,
     )
@@ -169,10 +172,12 @@ def outcome_of(
         sureness = Sureness.PROVED
     if status not in {RunStatus.COMPLETED, RunStatus.RANGE_LEFT}:
         why = printable(status)
+    elif loaded:
+        why = "under its inputs"
     elif not at_rest and number is not None:  # only a proof knows it
         there = "its rest state" if state is None else in_degrees(state.orientation)
         why = f"the exact motion is proved to converge to {there}"
-    elif at_rest and state is not None and state.index:
+    elif at_rest and (UNSTABLE in zero if state is None else state.index):
         why = "an unstable rest state"
     return Outcome(
         kind=KINDS[int(code[0])],

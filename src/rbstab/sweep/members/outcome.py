@@ -16,6 +16,7 @@ from rbstab.sweep.proofs.columns import MOTION_COLUMNS
 from rbstab.systems.quantities import (
     BY_NAME,
     PEAKS,
+    RUN_DIMENSIONS,
     Quantity,
     is_element_state,
     run_dimensions,
@@ -66,7 +67,7 @@ COLUMNS: dict[str, Column] = {
     "status": _number("i1", "1", "how the member ended, by its code", tuple(map(str, STATUSES))),
     "end_time": _number("f8", "s", "time reached"),
     **{
-        FINAL_PREFIX + name: _final(quantity, {})
+        FINAL_PREFIX + name: _final(quantity, RUN_DIMENSIONS)
         for name, quantity in BY_NAME.items()
         if quantity.end is not None
     },

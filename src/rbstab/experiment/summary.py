@@ -136,11 +136,13 @@ def stands_under_inputs(result: Result) -> bool:
 
     Its kinetic energy is below `STILL` of the largest one, and it moves by less than `SAME_STATE`.
     """
+    if not is_driven(result):
+        return False
     kinetic = result["energy"][:, result["part"].tolist().index(KINETIC)]
     late = result["time"] >= 0.9 * result["time"][-1]
-    moved = max(np.ptp(result[name][late], axis=0).max() for name in ("orientation", "position"))
-    still = kinetic[late].max() <= STILL * kinetic.max()
-    return is_driven(result) and bool(still and moved < SAME_STATE)
+    with np.errstate(all="ignore"):
+        moved = [np.ptp(result[name][late], axis=0).max() for name in ("orientation", "position")]
+        return bool(kinetic[late].max() <= STILL * kinetic.max() and max(moved) < SAME_STATE)
 
 
 def is_driven(result: Result) -> bool:

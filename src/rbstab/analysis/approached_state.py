@@ -95,13 +95,27 @@ def is_unstable(system: System, rest: RestState) -> bool:
     q = at_rest.configuration(rest.motion, rest.own)
     if not rest.is_at_rest or rest.on_kink or side_of(system, q):
         return False
-    H = numerical_hessian(at_rest.gradient, q)
-    if not np.isfinite(H).all():
-        return False
-    others = slice(ORIENTATION.stop, None)
-    given = np.linalg.lstsq(H[others, others], H[others, ORIENTATION])[0]
-    reduced = H[ORIENTATION, ORIENTATION] - H[ORIENTATION, others] @ given
-    return bool(np.linalg.eigvalsh(reduced)[0] < -FALLS * np.abs(H).max())
+    return bool(falls(numerical_hessian(at_rest.gradient, q)[np.newaxis])[0])
+
+
+def falls(H: Array) -> Array:
+    """Return whether energies fall in some direction of Θ, less all that other coordinates give.
+
+    Args:
+        H: Their Hessians where the slope is zero, shape (m, n, n).
+
+    Returns:
+        Whether the Schur complement of the other coordinates has a negative eigenvalue, shape (m,).
+    """
+    Theta, others = slice(0, ORIENTATION.stop), slice(ORIENTATION.stop, None)
+    finite: Array = np.isfinite(H).all(axis=(1, 2))
+    H = np.where(finite[:, np.newaxis, np.newaxis], H, 0.0)
+    reduced = (
+        H[:, Theta, Theta]
+        - H[:, Theta, others] @ np.linalg.pinv(H[:, others, others]) @ (H[:, others, Theta])
+    )
+    found: Array = np.linalg.eigvalsh(reduced)[:, 0] < -FALLS * np.abs(H).max(axis=(1, 2))
+    return found
 
 
 def is_lower(energy: Array | float, other: Array | float) -> Any:

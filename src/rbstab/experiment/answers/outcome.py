@@ -33,6 +33,9 @@ class OutcomeKind(StrEnum):
     RESTS_ELSEWHERE = "rests_elsewhere"
     """It is at rest at another attitude."""
 
+    UNSTABLE = "at_unstable_rest"
+    """It is at rest where the stored energy falls in some direction: a small push moves it away."""
+
     MOVING = "moving"
     """It is still moving at the end of the run."""
 
@@ -45,9 +48,9 @@ class OutcomeKind(StrEnum):
     @property
     def words(self) -> str:
         """The kind as people read it."""
-        return {"moving": "still moving", "left_range": "left the range"}.get(
-            self, self.replace("_", " ")
-        )
+        named = {"moving": "still moving", "left_range": "left the range"}
+        named["at_unstable_rest"] = "at an unstable rest state"
+        return named.get(self, self.replace("_", " "))
 
 
 KINDS = tuple(OutcomeKind)
@@ -61,7 +64,9 @@ KIND_OF_STATUS: dict[str, OutcomeKind] = {
 """The kind of a motion that is not at rest, by the status of its run. Others have failed."""
 
 
-def outcome_codes(by_status: Array, at_rest: Array, tilts: Array, within: float) -> Array:
+def outcome_codes(
+    by_status: Array, at_rest: Array, tilts: Array, within: float, unstable: Array
+) -> Array:
     """Return the codes of the outcomes of motions: indices in `KINDS`.
 
     Args:
@@ -69,8 +74,10 @@ def outcome_codes(by_status: Array, at_rest: Array, tilts: Array, within: float)
         at_rest: Whether the completed run was at rest at its end, shape (m,).
         tilts: The tilt at rest, shape (m,), rad.
         within: The largest tilt of a body that rests where it should, rad.
+        unstable: Whether the rest state is unstable, shape (m,).
     """
     rests = np.where(tilts <= within, KINDS.index(OutcomeKind.RETURNS), 1)
+    rests = np.where(unstable, KINDS.index(OutcomeKind.UNSTABLE), rests)
     moving = by_status == KINDS.index(OutcomeKind.MOVING)
     return np.where(moving & at_rest, rests, by_status)
 
@@ -164,6 +171,7 @@ def outcome_of(
         np.array([at_rest or loaded]),
         np.array([math.nan if away is None else away]),
         aim.within,
+        np.array([at_rest and bool(UNSTABLE in zero if state is None else state.index)]),
     )
     sureness, why = Sureness.SEEN, ""
     if result.attributes.get("verdict") == Verdict.VIOLATED:
@@ -177,8 +185,6 @@ def outcome_of(
     elif not at_rest and number is not None:  # only a proof knows it
         there = "its rest state" if state is None else in_degrees(state.orientation)
         why = f"the exact motion is proved to converge to {there}"
-    elif at_rest and (UNSTABLE in zero if state is None else state.index):
-        why = "an unstable rest state"
     return Outcome(
         kind=KINDS[int(code[0])],
         sureness=sureness,

@@ -47,19 +47,20 @@ COLUMNS = (
     "steps",
     "energy_at_rest",
     "rest_orientation",
+    "rest_unstable",
 )
 """Columns to read besides the parameters; all columns of a sweep could need too much memory."""
 
-RETURNS, RESTS_ELSEWHERE, MOVING, LEFT_RANGE, FAILED = range(len(KINDS))
+RETURNS, RESTS_ELSEWHERE, UNSTABLE, MOVING, LEFT_RANGE, FAILED = range(len(KINDS))
 """The codes of the outcomes of members."""
 
 OUTCOMES = tuple(kind.words for kind in KINDS)
 """The words of the outcomes, by their codes."""
 
-OUTCOME_COLOURS = (GOOD, BAD, UNTRIED, THIRD, UNKNOWN)
+OUTCOME_COLOURS = (GOOD, BAD, OPEN, UNTRIED, THIRD, UNKNOWN)
 """Numbers of the colours of outcomes in the palette: green is only for members that return."""
 
-POINT_COLOURS = (GOOD, BAD, OPEN, THIRD, UNKNOWN)
+POINT_COLOURS = (GOOD, BAD, UNTRIED, OPEN, THIRD, UNKNOWN)
 """Those of single points, which differ by their symbols too: pale grey would not show."""
 
 
@@ -103,7 +104,7 @@ class Members:
     @property
     def at_rest(self) -> Array:
         """Boolean mask of the members at rest at the end of their runs, shape (n,)."""
-        return np.isin(self.outcomes, (RETURNS, RESTS_ELSEWHERE))
+        return np.isin(self.outcomes, (RETURNS, RESTS_ELSEWHERE, UNSTABLE))
 
     @cached_property
     def found(self) -> SweepOutcomes:

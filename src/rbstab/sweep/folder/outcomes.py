@@ -23,7 +23,10 @@ from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
 
-READ = ("status", "settling_time", "end_time", "rest_orientation", "final_orientation")
+READ = (
+    *("status", "settling_time", "end_time"),
+    *("rest_orientation", "rest_unstable", "final_orientation"),
+)
 """The columns from which the outcomes follow."""
 
 OUTCOME_COLUMNS = {
@@ -80,8 +83,14 @@ def with_outcomes(table: Table, plan: Plan | None) -> Table:
     # What is no number has no tilt; a foreign file may have any numbers.
     with np.errstate(all="ignore"):
         tilts = _tilts(np.where(at_rest[:, np.newaxis], rest, end), desired)
+    # A sweep of an earlier version has no such column.
+    unstable = (
+        table["rest_unstable"] > 0 if "rest_unstable" in table else np.zeros(len(tilts), bool)
+    )
     data = {
-        "outcome": outcome_codes(_STATUS_CODES[table["status"]], at_rest, tilts, aim.within),
+        "outcome": outcome_codes(
+            _STATUS_CODES[table["status"]], at_rest, tilts, aim.within, unstable
+        ),
         "final_tilt": tilts,
         "rest_state": pose_numbers(rest, tilts, at_rest),
     }

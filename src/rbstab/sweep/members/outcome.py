@@ -75,6 +75,9 @@ COLUMNS: dict[str, Column] = {
     "lyapunov_end": _number("f8", "J", "v at the end"),
     "energy_at_rest": _number("f8", "J", "stored energy of the rest state at which v is zero"),
     "rest_orientation": _vector("rad", "Θ of that rest state; NaN: the member approaches none"),
+    "rest_unstable": _number(
+        "i1", "1", "whether the stored energy falls in some direction of Θ there", ("no", "yes")
+    ),
     "energy_residual": _number("f8", "J", "the largest |r| of the samples or ends of steps"),
     "energy_scale": _number("f8", "J", f"the {ENERGY_SCALE}: |r| is divided by it"),
     **_peak_columns(),
@@ -142,6 +145,7 @@ def outcome_of(quantities: Mapping[str, Array], extremes: Extremes) -> dict[str,
         "lyapunov_end": quantities["lyapunov"][:, -1],
         "energy_at_rest": quantities["energy_at_rest"],
         "rest_orientation": quantities["rest_orientation"],
+        "rest_unstable": quantities["rest_unstable"],
         # Where nothing moves, the largest sample is that of the largest round-off.
         "peak_time": np.where(settling[:, np.newaxis] == 0.0, 0.0, peaks.time[E_ROWS].T),
         "smallest_regularity": np.cos(np.minimum(pitch, np.pi / 2)),

@@ -5,12 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.configuration import (
-    ORIENTATION,
-    Configurations,
-    as_at_rest,
-    configurations,
-)
+from rbstab.analysis.configuration import Configurations, as_at_rest, configurations
 from rbstab.analysis.descents.descent import numerical_hessian
 from rbstab.analysis.rest_state import RestState, energy_in, rest_state_below
 from rbstab.mechanics.motion import Motion
@@ -26,7 +21,7 @@ ENERGY_TOLERANCE = 1e-9
 
 
 FALLS = 1e-6
-"""A slope of forces below minus this, relative to the largest one, is no round-off."""
+"""A curvature of the energy below minus this, relative to the largest entry, is no round-off."""
 
 
 class LyapunovZero(NamedTuple):
@@ -82,10 +77,9 @@ def lyapunov_zero(
 
 
 def is_unstable(system: System, rest: RestState) -> bool:
-    """Return whether the stored energy falls in some direction of Θ from a rest state.
+    """Return whether the stored energy falls in some direction from a rest state.
 
-    This is a negative eigenvalue of its Hessian, less all that the position and own states can
-    give. One against a stop, or where a force jumps, is not known to be unstable.
+    One against a stop, or where a force jumps, is not known to be unstable.
 
     Args:
         system: The smooth system of the problem.
@@ -99,22 +93,13 @@ def is_unstable(system: System, rest: RestState) -> bool:
 
 
 def falls(H: Array) -> Array:
-    """Return whether energies fall in some direction of Θ, less all that other coordinates give.
+    """Return whether energies fall in some direction from where their slope is zero, shape (m,).
 
     Args:
-        H: Their Hessians where the slope is zero, shape (m, n, n).
-
-    Returns:
-        Whether the Schur complement of the other coordinates has a negative eigenvalue, shape (m,).
+        H: Their Hessians there, shape (m, n, n). One that is not finite says nothing.
     """
-    Theta, others = slice(0, ORIENTATION.stop), slice(ORIENTATION.stop, None)
-    finite: Array = np.isfinite(H).all(axis=(1, 2))
-    H = np.where(finite[:, np.newaxis, np.newaxis], H, 0.0)
-    reduced = (
-        H[:, Theta, Theta]
-        - H[:, Theta, others] @ np.linalg.pinv(H[:, others, others]) @ (H[:, others, Theta])
-    )
-    found: Array = np.linalg.eigvalsh(reduced)[:, 0] < -FALLS * np.abs(H).max(axis=(1, 2))
+    H = np.where(np.isfinite(H).all(axis=(1, 2), keepdims=True), H, 0.0)
+    found: Array = np.linalg.eigvalsh(H)[:, 0] < -FALLS * np.abs(H).max(axis=(1, 2))
     return found
 
 

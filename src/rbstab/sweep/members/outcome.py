@@ -76,7 +76,7 @@ COLUMNS: dict[str, Column] = {
     "energy_at_rest": _number("f8", "J", "stored energy of the rest state at which v is zero"),
     "rest_orientation": _vector("rad", "Θ of that rest state; NaN: the member approaches none"),
     "rest_unstable": _number(
-        "i1", "1", "whether the stored energy falls in some direction of Θ there", ("no", "yes")
+        "i1", "1", "whether the stored energy falls in some direction there", ("no", "yes")
     ),
     "energy_residual": _number("f8", "J", "the largest |r| of the samples or ends of steps"),
     "energy_scale": _number("f8", "J", f"the {ENERGY_SCALE}: |r| is divided by it"),

@@ -143,6 +143,29 @@ def test_a_leg_that_would_fall_about_one_axis_is_not_said_to_return(tmp_path, en
     assert "at an unstable rest state: 2" in found.sentence
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("signal", "expected"),
+    [
+        ({"kind": "constant"}, ["returns", "rests_elsewhere"]),
+        ({"kind": "sine", "frequency": 1.0}, ["moving", "moving"]),
+    ],
+)
+def test_members_that_stand_under_a_load_are_not_moving(tmp_path, signal, expected):
+    """A couple M about y: K θ = m g l sin θ + M."""
+    push = {"kind": "input", "quantity": "couple", "direction": [0, 1, 0], "amplitude": 1.0}
+    controller = {"variant": "permanent", "K_r": [10, 10, 5], "L_r": [0.8, 0.8, 0.3]}
+    base = leg(controller=controller, initial={}, elements={"push": push | {"signal": signal}})
+    base["integration"]["duration"] = 8
+    plan = plan_of({"elements.push.amplitude": {"values": [0.5, 1.5]}}, base)
+    table = rbstab.open_sweep(swept(tmp_path / "a", plan).path)
+    assert table.words("outcome").tolist() == expected
+    if "moving" not in expected:
+        tilts = table["final_tilt"]
+        assert 10 * tilts - WEIGHT_MOMENT * np.sin(tilts) == pytest.approx([0.5, 1.5], abs=1e-6)
+        assert table["rest_state"].tolist() == [1, 2]
+
+
 @pytest.mark.heavy
 def test_starts_of_one_body_are_grouped_by_the_pose_they_reach(tmp_path):
     vary = {"initial.angular_velocity[1]": {"values": [-3.0, -2.5, 2.0, 2.5]}}

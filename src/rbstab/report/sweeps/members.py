@@ -14,7 +14,7 @@ from rbstab.report.model.palette import BAD, GOOD, OPEN, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
 from rbstab.store.table import Table
 from rbstab.store.variables import safe_name
-from rbstab.sweep.folder.outcomes import SweepOutcomes, outcomes_of, plan_of, with_outcomes
+from rbstab.sweep.folder.outcomes import SPEEDS, SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import PROVED
@@ -48,6 +48,7 @@ COLUMNS = (
     "energy_at_rest",
     "rest_orientation",
     "rest_unstable",
+    *SPEEDS,
 )
 """Columns to read besides the parameters; all columns of a sweep could need too much memory."""
 

@@ -103,7 +103,7 @@ def test_bodies_with_several_rest_states_are_in_no_box(tmp_path):
     assert counts.any()
 
 
-UNDECIDED = {K_R: {"scale": {"geomspace": [0.02, 1.0, 5]}}}
+UNDECIDED = {K_R: {"scale": {"geomspace": [0.3, 1.0, 5]}}}
 """Bodies of which a few parts of their box decide nothing."""
 
 

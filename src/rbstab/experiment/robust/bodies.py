@@ -27,7 +27,7 @@ from rbstab.store.errors import StoreError
 if TYPE_CHECKING:
     from rbstab.proof.robust.numbers import Members
 
-BODIES_VERSION = 2
+BODIES_VERSION = 3
 """To be increased when a change of the method changes its results; older proofs are then redone."""
 
 CODE_VARIES = (

@@ -29,7 +29,10 @@ OF_WIDE_BOXES = frozenset({NoEnergyReason.NOT_HELD, NoEnergyReason.DIVISOR})
 
 
 class BodiesOutcome(Enum):
-    """How the proof for a box of bodies ended; the value is the text to show."""
+    """How the proof for a box of bodies ended; the value is the text to show.
+
+    NOT_PASSIVE says that its hypotheses do not hold for each body: it was not begun.
+    """
 
     PROVED = "each body has one rest state, a minimum"
     SEVERAL = "a body in the box has several rest states"
@@ -38,6 +41,7 @@ class BodiesOutcome(Enum):
     TIME_LIMIT = "the time limit was reached"
     UNDECIDED = "the bounds of the one energy of all bodies decide nothing"
     NO_ENERGY = "the energy has no form that can be bounded"
+    NOT_PASSIVE = "not decided"
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +56,19 @@ class BodiesProof:
     """
 
     outcome: BodiesOutcome
-    level: float
-    parts: int
-    boxes: int
+    level: float = 0.0
+    parts: int = 0
+    boxes: int = 0
     reason: str = ""
     false: Counterexample | None = None
     axis: int | None = None
+
+    @property
+    def proved(self) -> bool | None:
+        """Whether the claim is proved, or false; None if it is not decided."""
+        return (
+            True if self.outcome is BodiesOutcome.PROVED else None if self.false is None else False
+        )
 
 
 def prove_bodies(
@@ -137,9 +148,9 @@ def _axis(family: Family, doubtful: Array) -> int | None:
     If only inertia and damping vary, all bodies have one energy U, and those of halves have too.
     """
     used = family.energies.used
-    at = family.at(doubtful[:4].T)
-    bends = at.bends.reshape(len(at.bends), 9, -1)
-    sizes = np.abs(np.concatenate([at.changes, bends], axis=1))
+    points = doubtful[:4].T
+    changes, bends = family.over(points, points).by_number()
+    sizes = np.abs(np.concatenate([changes, bends.reshape(len(bends), 9, -1)], axis=1))
     total = sizes.sum(axis=0)
     scores = np.nan_to_num(sizes / np.where(total > 0, total, 1.0)).sum(axis=(1, 2))
     return max(used, key=lambda k: (scores[k], -k), default=None)

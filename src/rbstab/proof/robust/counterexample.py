@@ -73,11 +73,11 @@ def _flattest(family: Family, points: Array) -> list[float]:
     """Return z of the body whose gradient is nearly zero at some point, to first order in z."""
     from scipy.optimize import lsq_linear  # imported late: most boxes need no counterexample
 
-    at = family.at(points)
-    known = np.isfinite(at.gradient).all(axis=0) & np.isfinite(at.changes).all(axis=(0, 1))
+    at = family.over(points, points)
+    g, (changes, _) = at.slope.middle, at.by_number()
+    known = np.isfinite(g).all(axis=0) & np.isfinite(changes).all(axis=(0, 1))
     found = [
-        lsq_linear(at.changes[:, :, k].T, -at.gradient[:, k], bounds=(-1.0, 1.0))
-        for k in np.flatnonzero(known)
+        lsq_linear(changes[:, :, k].T, -g[:, k], bounds=(-1.0, 1.0)) for k in np.flatnonzero(known)
     ]
     best = min(found, key=lambda one: one.cost, default=None)
     return _middle(family, points) if best is None else best.x.tolist()
@@ -85,6 +85,7 @@ def _flattest(family: Family, points: Array) -> list[float]:
 
 def _softest(family: Family, points: Array) -> list[float]:
     """Return z of the body whose ∇²U at the first point is least along the middle one's softest."""
-    at = family.at(points[:, :1])
-    soft = np.linalg.eigh(at.hessian[..., 0])[1][:, 0]
-    return (-np.sign(np.nan_to_num(soft @ at.bends[..., 0] @ soft))).tolist()
+    at = family.over(points[:, :1], points[:, :1])
+    soft = np.linalg.eigh(at.bend.middle[:, :3, 0])[1][:, 0]
+    _, bends = at.by_number()
+    return (-np.sign(np.nan_to_num(soft @ bends[..., 0] @ soft))).tolist()

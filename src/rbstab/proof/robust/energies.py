@@ -76,7 +76,6 @@ class Energies(NamedTuple):
         linear: For each number of the box the coefficients of c_1 alone, shape (numbers, μ).
         entries: The functions e of Θ of which q consists.
         left: Fq/√μ = Σ z^α L_α e, for each α a matrix L_α, shape (α, n, entries).
-        inner: The variables z inside of functions.
         used: The numbers of the box on which U depends.
         stop: The double next above the largest |θ2| that a stop allows, rad; None without one.
     """
@@ -85,11 +84,16 @@ class Energies(NamedTuple):
     middle: Array
     others: Array
     linear: Array
-    entries: tuple[Monomial, ...]
-    left: Array
-    inner: tuple[int, ...]
+    entries: tuple[Monomial, ...] = ()
+    left: Array = np.zeros((1, 0, 0))
     used: frozenset[int] = frozenset()
     stop: float | None = None
+
+    @property
+    def inner(self) -> tuple[int, ...]:
+        """The variables z inside of functions."""
+        atoms = {a for m in (*self.functions, *self.entries) for a, _ in m}
+        return tuple(sorted({v for a in atoms for v in a.variables if v >= FIRST}))
 
 
 def energies_of(members: Members, part: Part) -> Energies:
@@ -146,6 +150,8 @@ def _check_lengths(exact: System) -> None:
 
 def _eliminated(total: Expr, others: range, count: int) -> Energies:
     """Minimise Π over the variables x, and round what is left to doubles."""
+    from flint import fmpq_mat  # imported late: few commands make proofs
+
     parts = {z: quadratic_in(e, others) for z, e in weighted(total).items()}
     x_atoms = {atom(VAR, k) for k in others}
     for one in parts.values():
@@ -158,31 +164,31 @@ def _eliminated(total: Expr, others: range, count: int) -> Energies:
     halves = [_functions(product(e, f).scaled(Fraction(2))) for e in as_sums for f in as_sums]
     # Constants do not matter.
     functions = tuple(f for f in _names([*rests.values(), halves]) if f)
-    U: Matrices = {z: _matrix(rows, functions) for z, rows in rests.items()}
-    left = np.zeros((0, 0, 0))
+    U = {z: _matrix(rows, functions) for z, rows in rests.items()}
+    left = np.zeros((1, 0, len(entries)))
     if others:
         H = _not_zero({z: _exact(one.H) for z, one in parts.items()})
         B = _not_zero({z: _matrix(rows, entries) for z, rows in slopes.items()})
         x, q = _minimiser(H, B)
-        left = _bounded(H, q)
+        left = _bounded(H, q) if q else left
         pairs = multiplied({z: one.transpose() for z, one in x.items()}, plus(B, q))
-        products = _matrix(halves, functions)
-        U = plus(U, {z: _as_row(Q) * products for z, Q in pairs.items()})
-    forms = in_chebyshev(U)
-    matrix = np.array([_doubles(one)[0] for one in forms.values()])
+        # One product of large matrices takes far less time than many.
+        Q = fmpq_mat([one.entries() for one in pairs.values()]) * _matrix(halves, functions)
+        U = plus(U, {z: fmpq_mat([row]) for z, row in zip(pairs, Q.tolist(), strict=True)})
+    return _rounded(functions, in_chebyshev(U), count)._replace(entries=entries, left=left)
+
+
+def _rounded(functions: Sequence[Monomial], U: Matrices, count: int) -> Energies:
+    """Return an energy in doubles, without what elimination leaves."""
+    matrix = np.array([_doubles(one)[0] for one in U.values()])
     kept = np.any(matrix, axis=0)
-    rows = {z: row for z, row in zip(forms, matrix[:, kept], strict=True) if row.any()}
-    functions = tuple(compress(functions, kept.tolist()))
-    zero = np.zeros(len(functions))
-    inside = {a for m in (*functions, *entries) for a, _ in m}
+    rows = {z: row for z, row in zip(U, matrix[:, kept], strict=True) if row.any()}
+    chosen, zero = tuple(compress(functions, kept.tolist())), np.zeros(int(kept.sum()))
     return Energies(
-        functions,
+        chosen,
         rows.pop((), zero),
-        np.array([*rows.values()]).reshape(-1, len(functions)),
+        np.array([*rows.values()]).reshape(-1, len(zero)),
         np.array([rows.get(((atom(VAR, FIRST + k), 1),), zero) for k in range(count)]),
-        entries,
-        left,
-        tuple(sorted({v for a in inside for v in a.variables if v >= FIRST})),
     )
 
 
@@ -241,10 +247,6 @@ def _minimiser(H: Matrices, B: Matrices) -> tuple[Matrices, Matrices]:
             break
         x, q = more, left
     return x, q
-
-
-def _as_row(matrix: Matrix) -> Matrix:
-    return type(matrix)(1, matrix.nrows() * matrix.ncols(), matrix.entries())
 
 
 def _not_zero(of: Matrices) -> Matrices:

@@ -11,7 +11,6 @@ same weight w_j in all components. Whatever is proved from these bounds holds fo
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.bounds import UP
 from rbstab.proof.enclosures.compiled import Compiled, derivatives
 from rbstab.proof.enclosures.intervals import Intervals, product
-from rbstab.proof.enclosures.points import AtPoints, variables_at
 from rbstab.proof.enclosures.taylor import Values, variables_over
 from rbstab.proof.exact.expr import Expr
 from rbstab.proof.model import COSINE, HALVES, THETA
@@ -53,6 +51,30 @@ class Sums:
         return np.asarray((np.abs(self.middle) + np.abs(self.others).sum(axis=0) + self.error) * UP)
 
 
+class Rows:
+    """The coefficients of functions μ for all bodies: C_0 + Σ w_j C_j.
+
+    Args:
+        middle: C_0, shape (..., μ).
+        others: C_j, shape (forms, ..., μ).
+    """
+
+    def __init__(self, middle: Array, others: Array) -> None:
+        self.middle, self.others = middle, others
+        # Those of each body are within `spread` of C_0.
+        self.spread = np.abs(others).sum(axis=0) * UP + ROUNDING * np.abs(middle)
+        self.size = np.abs(middle) + self.spread
+        # Coefficients are rounded, and then sums over functions, forms and axes.
+        self.epsilon = (2 * middle.shape[-1] + 60) * ROUNDING
+
+    @np.errstate(all="ignore")
+    def sums(self, of: Intervals) -> Sums:
+        """Return Σ C_0 μ and all Σ C_j μ of derivatives of μ, shape (μ, derivatives, boxes)."""
+        error = np.tensordot(self.size, of.rad + self.epsilon * np.abs(of.mid), 1) * UP + 1e-290
+        middle, others = (np.tensordot(C, of.mid, 1) for C in (self.middle, self.others))
+        return Sums(middle, others, error)
+
+
 class Family:
     """The energies of all bodies in a box, with proved bounds.
 
@@ -63,87 +85,31 @@ class Family:
     def __init__(self, energies: Energies) -> None:
         self.energies, self.n = energies, 3 + len(energies.inner)
         self.count = len(energies.functions)
-        results = [Expr({m: Fraction(1)}) for m in (*energies.functions, *energies.entries)]
+        self.results = [Expr({m: Fraction(1)}) for m in (*energies.functions, *energies.entries)]
         self.variables = (*THETA, *energies.inner)
         leaves = {v: (i,) for i, v in enumerate(self.variables)}
-        self.compiled = Compiled(results, self.n, leaves, 3, LEAST)
+        self.compiled = Compiled(self.results, self.n, leaves, 3, LEAST)
         self.first, self.second, self.third, _ = derivatives(self.n, 3)
-        # Coefficients of each body are within `spread` of C_0.
-        self.spread = np.abs(energies.others).sum(axis=0) * UP
-        self.spread += ROUNDING * np.abs(energies.middle)
-        self.size = np.abs(energies.middle) + self.spread
-        # Coefficients are rounded, and then sums over functions, forms and axes.
-        self.epsilon = (2 * self.count + 60) * ROUNDING
+        self.U = Rows(energies.middle, energies.others)
+        self.left = Rows(energies.left[0], energies.left[1:])
 
     @property
     def batch(self) -> int:
         """How many boxes are worth bounding at once."""
-        return int(min(1024, max(64, 200_000 // max(1, len(self.energies.others)))))
+        return int(min(1024, max(64, 200_000 // max(1, len(self.U.others)))))
 
     def sums(self, of: Intervals, places: Array) -> Sums:
-        """Return Σ C_0 μ and all Σ C_j μ of the derivatives at some places."""
-        with np.errstate(all="ignore"):
-            mid, rad = of.mid[: self.count, places], of.rad[: self.count, places]
-            middle = np.tensordot(self.energies.middle, mid, 1)
-            others = np.tensordot(self.energies.others, mid, 1)
-            error = np.tensordot(self.size, rad + self.epsilon * np.abs(mid), 1) * UP + 1e-290
-        return Sums(middle, others, error)
+        """Return some derivatives of U for all bodies, from those of all functions."""
+        return self.U.sums(of[: self.count, places])
 
     def sizes(self, of: Intervals, places: Array) -> Array:
-        """Return bounds on the magnitudes of the derivatives at some places, for all bodies."""
+        """Return bounds on their magnitudes; places that occur twice are computed once."""
         rows, back = np.unique(places, return_inverse=True)
-        with np.errstate(all="ignore"):
-            return np.asarray(self.sums(of, rows).size[back.reshape(places.shape)])
+        return np.asarray(self.sums(of, rows).size[back.reshape(places.shape)])
 
     def over(self, lo: Array, hi: Array) -> "Over":
         """Return bounds over boxes from lo to hi, both of shape (3, boxes)."""
-        ends, centre = np.ones((self.n - 3, lo.shape[1])), 0.5 * lo + 0.5 * hi
-        middle = np.vstack([centre, 0 * ends])
-        wide = np.nextafter(np.maximum(hi - centre, centre - lo), np.inf)
-        radius = np.vstack([wide, ends])
-        low, high = np.vstack([lo, -ends]), np.vstack([hi, ends])
-        at = Values(self.compiled, variables_over(self.variables, middle, middle))
-        boxes = variables_over(self.variables, low, high)
-        over = Values(self.compiled, boxes, at, radius)
-        at_centre, over_box = (self._derivatives(one, lo.shape[1]) for one in (at, over))
-        return Over(self, centre, radius, at_centre, over_box)
-
-    def _derivatives(self, values: Values, boxes: int) -> Intervals:
-        """Return the derivatives of all functions, shape (functions, coefficients, boxes)."""
-        with np.errstate(all="ignore"):
-            each = [values.derivatives(k, boxes) for k in range(len(self.compiled.results))]
-        return Intervals(np.stack([one.lo for one in each]), np.stack([one.hi for one in each]))
-
-    def at(self, points: Array) -> "Slopes":
-        """Return the slopes of U at points of shape (3, points), to round-off."""
-        count = points.shape[1]
-        middle = np.vstack([points, np.zeros((self.n - 3, count))])
-        with np.errstate(all="ignore"):
-            at = AtPoints(self.compiled, variables_at(self.variables, middle))
-            mu = np.stack([at.derivatives(k, count) for k in range(self.count)])
-        f, by_weight = (
-            np.tensordot(C, mu, 1) for C in (self.energies.middle, self.energies.linear)
-        )
-        bends, changes = f[self.second[:3]], by_weight[:, self.first[:3]]
-        for k, v in enumerate(self.energies.inner):
-            changes[v - FIRST] += bends[:, 3 + k]
-        return Slopes(f[self.first[:3]], bends[:, :3], changes, by_weight[:, self.second[:3, :3]])
-
-
-class Slopes(NamedTuple):
-    """Slopes at points, and how each number of the box changes them, to first order.
-
-    Attributes:
-        gradient: ∇U by Θ of the body in the middle, shape (3, points).
-        hessian: ∇²U of it, shape (3, 3, points).
-        changes: The change of ∇U with each number, shape (numbers, 3, points).
-        bends: That of ∇²U, but for numbers inside of functions, shape (numbers, 3, 3, points).
-    """
-
-    gradient: Array
-    hessian: Array
-    changes: Array
-    bends: Array
+        return Over(self, lo, hi)
 
 
 class Over:
@@ -151,16 +117,54 @@ class Over:
 
     Args:
         family: The energies.
-        centre: The centres, shape (3, boxes).
-        radius: The radii r of δ, shape (n, boxes).
-        c: The derivatives of all functions at the centres, with all z at 0.
-        o: Those over the boxes.
+        lo: The lower ends of the boxes, shape (3, boxes).
+        hi: The upper ends.
     """
 
-    def __init__(
-        self, family: Family, centre: Array, radius: Array, c: Intervals, o: Intervals
-    ) -> None:
-        self.family, self.centre, self.radius, self.c, self.o = family, centre, radius, c, o
+    def __init__(self, family: Family, lo: Array, hi: Array) -> None:
+        self.family, self.lo, self.hi = family, lo, hi
+        self.centre, self.ends = 0.5 * lo + 0.5 * hi, np.ones((family.n - 3, lo.shape[1]))
+        wide = np.nextafter(np.maximum(hi - self.centre, self.centre - lo), np.inf)
+        # The radii r of δ, shape (n, boxes).
+        self.radius = np.vstack([wide, self.ends])
+
+    def _values(self, lo: Array, hi: Array, z: Array, about: Values | None = None) -> Values:
+        leaf = variables_over(self.family.variables, np.vstack([lo, -z]), np.vstack([hi, z]))
+        return Values(self.family.compiled, leaf, about, self.radius)
+
+    def _derivatives(self, of: Values) -> Intervals:
+        """Return the derivatives of all functions, shape (functions, coefficients, boxes)."""
+        count = self.lo.shape[1]
+        with np.errstate(all="ignore"):
+            each = [of.derivatives(k, count) for k in range(len(self.family.results))]
+        return Intervals(np.stack([one.lo for one in each]), np.stack([one.hi for one in each]))
+
+    @cached_property
+    def _at_centre(self) -> Values:
+        return self._values(self.centre, self.centre, 0 * self.ends)
+
+    @cached_property
+    def c(self) -> Intervals:
+        """The derivatives of all functions at the centres, with all z at 0."""
+        return self._derivatives(self._at_centre)
+
+    @cached_property
+    def o(self) -> Intervals:
+        """The derivatives of all functions over the boxes."""
+        return self._derivatives(self._values(self.lo, self.hi, self.ends, self._at_centre))
+
+    def by_number(self) -> tuple[Array, Array]:
+        """Return how each number of the box changes ∇U and ∇²U at the centres, to first order.
+
+        That of ∇²U is without the numbers inside of functions. Their shapes are
+        (numbers, 3, boxes) and (numbers, 3, 3, boxes).
+        """
+        f = self.family
+        found = np.tensordot(f.energies.linear, self.c.mid[: f.count], 1)
+        changes = found[:, f.first[:3]]
+        for k, v in enumerate(f.energies.inner):
+            changes[v - FIRST] += self.bend.middle[:, 3 + k]
+        return changes, found[:, f.second[:3, :3]]
 
     @cached_property
     def linear(self) -> Sums:
@@ -185,18 +189,12 @@ class Over:
     @cached_property
     def remainder(self) -> tuple[Array, Array, Array]:
         """Bounds on ½ q'Rq over the boxes, which elimination leaves, its gradient and Hessian."""
-        f, m = self.family, self.centre.shape[1]
-        left = f.energies.left
-        if not left.size:
-            return np.zeros(m), np.zeros((3, m)), np.zeros((3, 3, m))
+        f = self.family
         places = np.concatenate([[0], f.first[:3], f.second[:3, :3].ravel()])
         with np.errstate(all="ignore"):
-            mid, rad = (x[f.count :, places] for x in (self.o.mid, self.o.rad))
-            found = np.abs(np.einsum("ajk,kcm->ajcm", left, mid)).sum(axis=0)
-            error = rad + f.epsilon * np.abs(mid)
-            found += np.einsum("jk,kcm->jcm", np.abs(left).sum(axis=0), error)
-            norm = np.sqrt((found**2).sum(axis=0)) * UP
-            N0, N1, N2 = norm[0], norm[1:4], norm[4:].reshape(3, 3, m)
+            sizes = f.left.sums(self.o[f.count :, places]).size
+            norm = np.sqrt((sizes**2).sum(axis=0)) * UP
+            N0, N1, N2 = norm[0], norm[1:4], norm[4:].reshape(3, 3, -1)
             return 0.5 * N0**2 * UP, N0 * N1 * UP, (N0 * N2 + N1[:, None] * N1[None]) * UP
 
     @cached_property
@@ -208,7 +206,7 @@ class Over:
             # |(∇²U(ξ) - ∇²U(m)) δ| from the second derivatives over the boxes.
             low, high = self.c[: f.count, places], self.o[: f.count, places]
             away = np.maximum(high.hi - low.lo, low.hi - high.lo)
-            by_second = np.einsum("ijm,jm->im", np.tensordot(f.size, away, 1) * UP, r)
+            by_second = np.einsum("ijm,jm->im", np.tensordot(f.U.size, away, 1) * UP, r)
             found = self.slope.error + np.einsum("ijm,jm->im", self.bend.error, r)
             return np.asarray((found + np.fmin(by_third, by_second) * UP + self.remainder[1]) * UP)
 
@@ -217,13 +215,13 @@ class Over:
         """U and ∇U over the boxes by intervals, with infinite ends where a function has a pole."""
         f = self.family
         mine = self.o[: f.count, np.append(0, f.first[:3])]
-        C = f.energies.middle
-        ends = (x[:, None, None] + np.zeros(mine.lo.shape) for x in (C - f.spread, C + f.spread))
+        ends = (f.U.middle + side * f.U.spread for side in (-1, 1))
+        C = Intervals(*(np.broadcast_to(x[:, None, None], mine.lo.shape) for x in ends))
         left = np.vstack([self.remainder[0], self.remainder[1]])
         with np.errstate(all="ignore"):
-            terms = product(Intervals(*ends), mine)
+            terms = product(C, mine)
             low, high = (
-                end.sum(axis=0) + side * (f.epsilon * np.abs(end).sum(axis=0) + left)
+                end.sum(axis=0) + side * (f.U.epsilon * np.abs(end).sum(axis=0) + left)
                 for side, end in ((-1, terms.lo), (1, terms.hi))
             )
         return Intervals(low, high)

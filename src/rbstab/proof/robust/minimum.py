@@ -51,8 +51,8 @@ def lowest_near(family: Family, starts: Array) -> Array:
     """
 
     def slopes(x: Array) -> tuple[Array, Array]:
-        at = family.at(x)
-        return at.gradient, at.hessian
+        at = family.over(x, x)
+        return at.slope.middle, at.bend.middle[:, :3]
 
     def never(x: Array) -> Array:
         return np.zeros(x.shape[1], dtype=bool)
@@ -60,7 +60,7 @@ def lowest_near(family: Family, starts: Array) -> Array:
     for some in (starts[:, :1], starts[:, 1:]):
         x, last = followed(slopes, some, NEWTON_STEPS, never)
         for k in np.flatnonzero(last < ARRIVED):
-            if np.linalg.eigvalsh(family.at(x[:, k : k + 1]).hessian[..., 0]).min() > 0:
+            if np.linalg.eigvalsh(slopes(x[:, k : k + 1])[1][..., 0]).min() > 0:
                 return x[:, k]
     return starts[:, 0]
 

@@ -147,17 +147,6 @@ def test_a_single_body_attains_the_bounds_of_its_series():
     assert largest > 0.5
 
 
-def test_a_number_that_places_a_step_stays_in_its_terms():
-    """step(x - z)(x - z)² is smooth in both; with independent numbers it would jump."""
-    x, z, k = variable(0), variable(FIRST), variable(FIRST + 1)
-    energy = (1 + k) * ((x - z).step(2) * (x - z) ** 2) + z * x
-    parts = weighted(energy)
-    ((one_z, _),), ((one_k, _),) = (next(iter(one.terms)) for one in (z, k))
-    assert set(parts) == {(), ((one_z, 1),), ((one_k, 1),)}
-    assert parts[((one_z, 1),)] == x
-    assert FIRST in parts[()].variables
-
-
 @pytest.mark.parametrize("z", [-1.0, -0.3, 0.0, 1.0])
 def test_a_reciprocal_is_a_series_with_a_remainder(z):
     divisor = 3 + variable(FIRST).scaled(Fraction(1, 2))

@@ -1,6 +1,7 @@
 """The proof for one box of bodies, without cutting it: one rest state each, and a level of v."""
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -45,9 +46,8 @@ def range_of(family: Family) -> Box:
 
 def starts_in_range() -> Array:
     """Return points from which rest states are looked for, zero first, shape (3, points), rad."""
-    lines = [np.linspace(-a, a, n) for a, n in ((2.8, 5), (1.3, 3), (2.8, 5))]
-    grid = np.stack([x.ravel() for x in np.meshgrid(*lines, indexing="ij")])
-    return np.hstack([np.zeros((3, 1)), grid])
+    grid = product(*(np.linspace(-a, a, n) for a, n in ((2.8, 5), (1.3, 3), (2.8, 5))))
+    return np.array([(0.0, 0.0, 0.0), *grid]).T
 
 
 def prove_part(family: Family, is_late: IsLate = lambda: False) -> PartProof:

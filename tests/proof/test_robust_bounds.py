@@ -1,21 +1,18 @@
 """The bounds of a family hold for each body in its box; a single number attains them."""
 
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 import pytest
-from scipy.optimize import root
 from support.bodies import CASES, box_of, config_of, least_over_x, member, some_bodies
 
 from rbstab.analysis.configuration import configurations
 from rbstab.proof.exact.expr import variable
 from rbstab.proof.robust.energies import energies_of
 from rbstab.proof.robust.family import Family
-from rbstab.proof.robust.heights import border_height
 from rbstab.proof.robust.majorants import lower_bound
-from rbstab.proof.robust.minimum import lowest_near, minimum_near
 from rbstab.proof.robust.numbers import FIRST
-from rbstab.proof.robust.part import range_of
 from rbstab.proof.robust.weights import REMAINDERS, weighted
 
 FULL = {
@@ -100,44 +97,13 @@ def test_a_single_number_attains_the_bounds(variant, text, share):
     assert np.all(width <= spread * (1 + 1e-9) + 1e-9)
 
 
-@pytest.mark.parametrize(("config", "texts"), CASES)
-def test_energies_are_within_the_bounds(config, texts):
-    """Of all bodies, U - U(Θ̂) on the border is at least the proved height.
-
-    The rest state of each is in the enclosure of the minimum.
-    """
-    rng = np.random.default_rng(2)
-    members, part = box_of(config, *texts)
-    family = Family(energies_of(members, part))
-    box, point = range_of(family), lowest_near(family, np.zeros((3, 1)))
-    height, _ = border_height(family, point, box)
-    assert height > 0
-    minimum = minimum_near(family, point)
-    assert minimum is not None
-    least = np.inf
-    lines = [np.linspace(-1, 1, 5)] * 2
-    face = np.stack([x.ravel() for x in np.meshgrid(*lines)])
-    axes = [axis for axis in range(3) if axis != 1 or family.energies.stop is None]
-    sides = [np.insert(face, axis, side, axis=0) for axis in axes for side in (-1, 1)]
-    # Of a barrier the ends of θ2 have no energy in doubles.
-    points = np.concatenate(sides, axis=1).T * box.hi * [1, 1 - 1e-9, 1]
-    for numbers in some_bodies(part, rng, 3):
-        at_rest = configurations(member(members, numbers))
-        energies = np.array([at_rest.energy(least_over_x(at_rest, x)) for x in points])
-        at_point = at_rest.energy(least_over_x(at_rest, point))
-        least = min(least, float(np.nanmin(energies)) - at_point)
-        found = root(lambda x: slopes(at_rest, x[None])[0], point, tol=1e-12).x  # noqa: B023
-        assert np.all(found >= minimum.enclosure.lo - 1e-9)
-        assert np.all(found <= minimum.enclosure.hi + 1e-9)
-    assert height <= least + 1e-8 * abs(least)
-    assert height >= 0.4 * least
-
-
-def test_what_elimination_leaves_is_bounded(monkeypatch):
-    """With x_0 of the body in the middle, the remainder is a large part of the bounds."""
+@pytest.mark.parametrize("percent", [10, 50])
+def test_what_elimination_leaves_is_bounded(monkeypatch, percent):
+    """With x_0 of the body in the middle, the remainder is a large part of the bounds at 50 %."""
     monkeypatch.setattr("rbstab.proof.robust.energies.PRODUCTS", 0)
     config = config_of("visco-elastic", gravity=HEAVY)
-    known, largest = seen_within_the_bounds(config, ["controller.K_c[0]=±50%"], 1e-9)
+    texts = [f"controller.K_c[0]=±{percent}%"]
+    known, largest = seen_within_the_bounds(config, texts, 1e-9)
     assert known > 500
     assert largest > 0.9
 
@@ -166,26 +132,19 @@ def test_a_reciprocal_is_a_series_with_a_remainder(z):
 
 def test_majorants_bound_all_matrices():
     rng = np.random.default_rng(5)
-    for size in (0.02, 0.3):
-        A = rng.normal(size=(4, 4))
-        middle = A @ A.T + np.eye(4)
-        others = size * rng.normal(size=(5, 4, 4))
-        others = others + np.swapaxes(others, 1, 2)
-        found = lower_bound(middle, others, np.zeros((4, 4)))
-        signs = np.array(np.meshgrid(*[[-1, 1]] * 5)).reshape(5, -1).T
-        least = min(
-            np.linalg.eigvalsh(middle + np.einsum("f,fij->ij", s, others)).min() for s in signs
-        )
-        if found is not None:
-            F = found.factor
-            for s in signs:
-                H = middle + np.einsum("f,fij->ij", s, others)
-                assert np.linalg.eigvalsh(F @ H @ F.T).min() >= found.least
-        if least < 0:
-            assert found is None
+    A, others = rng.normal(size=(4, 4)), 0.02 * rng.normal(size=(5, 4, 4))
+    middle, others = A @ A.T + np.eye(4), others + np.swapaxes(others, 1, 2)
+    found = lower_bound(middle, others, np.zeros((4, 4)))
+    assert found is not None
+    F = found.factor
+    for signs in product((-1, 1), repeat=5):
+        H = middle + np.einsum("f,fij->ij", signs, others)
+        assert np.linalg.eigvalsh(F @ H @ F.T).min() >= found.least
+    assert lower_bound(middle, 30 * others, np.zeros((4, 4))) is None
     # A stiffness that changes by a half leaves a half.
     K = np.diag([1.0, 2.0, 3.0])
     half = lower_bound(K, np.array([0.25 * K, 0.25 * K]), np.zeros((3, 3)))
     assert half is not None
     assert half.least == pytest.approx(0.5, rel=1e-5)
     assert lower_bound(K, np.array([0.6 * K, 0.4 * K]), np.zeros((3, 3))) is None
+    assert lower_bound(K, np.array([0.25 * K]), 0.8 * np.eye(3)) is None

@@ -20,7 +20,6 @@ from rbstab.experiment.robust.record import BodiesRecord, bounds_of
 from rbstab.store.document import read_model
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.proofs import boxes as boxes_module
 from rbstab.sweep.proofs.boxes import PART_LIMIT, BoxProof, _Boxes, prove_boxes
 from rbstab.sweep.proofs.convergence import ProvedConvergence
 from rbstab.sweep.sweep import Sweep, prove_members
@@ -130,7 +129,7 @@ def test_what_is_not_decided_is_not_examined_again(undecided, tmp_path, monkeypa
     assert record.parts == PART_LIMIT
     assert record.widest in {one.key for one in record.tolerances}
     first = prove_boxes(plan, tmp_path, LONG)
-    monkeypatch.setattr(boxes_module, "prove_within", must_not_be_called)
+    monkeypatch.setattr("rbstab.experiment.robust.bodies.prove_within", must_not_be_called)
     again = prove_boxes(plan, tmp_path, LONG)
     assert [one.members.tolist() for one in again] == [one.members.tolist() for one in first]
     assert [one.record for one in again] == [one.record for one in first]

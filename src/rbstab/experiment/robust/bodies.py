@@ -49,23 +49,25 @@ def bodies_for(
     config: Config,
     tolerances: Sequence[Tolerance],
     is_late: Callable[[], bool] = lambda: False,
+    part_limit: int | None = None,
 ) -> BodiesRecord:
     """Return the stored proof for tolerances of a config; if there is none, make and store it.
 
-    A brief one that decided nothing is made again.
+    A brief one that decided nothing is made again, unless it examined as many parts as are allowed.
 
     Args:
         folder: The folder of results.
         config: The config.
         tolerances: Tolerances of body, gravity and controller.
         is_late: As for `prove_within`.
+        part_limit: As for `prove_within`.
 
     Raises:
         StoreError: The proof cannot be written, or the disk fails to read it.
     """
     found = BodiesRecord.kept(folder, bodies_id(config, bounds_of(tolerances)))
-    if found is None or found.brief:
-        found = prove_within(config, tolerances, is_late=is_late)
+    if found is None or (found.brief and not (part_limit and found.parts >= part_limit)):
+        found = prove_within(config, tolerances, part_limit, is_late)
         found.keep(folder)
     return found
 

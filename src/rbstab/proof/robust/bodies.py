@@ -147,13 +147,12 @@ def _axis(family: Family, doubtful: Array) -> int | None:
 
     If only inertia and damping vary, all bodies have one energy U, and those of halves have too.
     """
-    used = family.energies.used
     points = doubtful[:4].T
     changes, bends = family.over(points, points).by_number()
     sizes = np.abs(np.concatenate([changes, bends.reshape(len(bends), 9, -1)], axis=1))
     total = sizes.sum(axis=0)
     scores = np.nan_to_num(sizes / np.where(total > 0, total, 1.0)).sum(axis=(1, 2))
-    return max(used, key=lambda k: (scores[k], -k), default=None)
+    return int(scores.argmax()) if scores.any() else None
 
 
 def _widest(part: Part) -> int:

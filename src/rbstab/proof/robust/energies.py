@@ -76,7 +76,6 @@ class Energies(NamedTuple):
         linear: For each number of the box the coefficients of c_1 alone, shape (numbers, μ).
         entries: The functions e of Θ of which q consists.
         left: Fq/√μ = Σ z^α L_α e, for each α a matrix L_α, shape (α, n, entries).
-        used: The numbers of the box on which U depends.
         stop: The double next above the largest |θ2| that a stop allows, rad; None without one.
     """
 
@@ -86,7 +85,6 @@ class Energies(NamedTuple):
     linear: Array
     entries: tuple[Monomial, ...] = ()
     left: Array = np.zeros((1, 0, 0))
-    used: frozenset[int] = frozenset()
     stop: float | None = None
 
     @property
@@ -120,10 +118,8 @@ def energies_of(members: Members, part: Part) -> Energies:
     stop = None if end is None else end.constant
     if end is not None and stop is None:
         raise NoReducedEnergy(NoEnergyReason.STOP_VARIES)
-    used = frozenset(v - FIRST for v in total.variables if v >= FIRST)
-    return _eliminated(total, range(3, size), len(part.middle))._replace(
-        used=used, stop=None if stop is None else _next_above(stop)
-    )
+    found = _eliminated(total, range(3, size), len(part.middle))
+    return found if stop is None else found._replace(stop=_next_above(stop))
 
 
 def _next_above(angle: Fraction) -> float:

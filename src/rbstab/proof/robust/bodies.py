@@ -66,9 +66,9 @@ class BodiesProof:
     @property
     def proved(self) -> bool | None:
         """Whether the claim is proved, or false; None if it is not decided."""
-        return (
-            True if self.outcome is BodiesOutcome.PROVED else None if self.false is None else False
-        )
+        if self.outcome is BodiesOutcome.PROVED:
+            return True
+        return None if self.false is None else False
 
 
 def prove_bodies(

@@ -253,17 +253,13 @@ class Over:
                 it is, ∇U = (0, -λ side, 0) with λ >= 0.
         """
         rise, at_centre, spread = self.along(y)
-        up, down = rise > spread, -rise > spread
-        if side:
-            up, down = up & (side * y[1] >= 0), down & (side * y[1] <= 0)
-        return up | down, np.abs(rise) > at_centre
+        seen = _seen(rise > spread, -rise > spread, side * y[1])
+        return seen, np.abs(rise) > at_centre
 
     def rises(self, side: int = 0) -> Array:
         """Return in which boxes a slope of U has one sign for all bodies by its terms alone."""
         up, down = self.plain.lo[1:] > 0, self.plain.hi[1:] < 0
-        if side:
-            up[1], down[1] = (up[1], False) if side > 0 else (False, down[1])
-        return np.asarray(np.any(up | down, axis=0))
+        return np.asarray(np.any(_seen(up, down, side * np.eye(3)[1][:, None]), axis=0))
 
     def curvature(self) -> Sums:
         """Return ∇²U by Θ of all bodies at the first centre: H_0, all H_j, and a bound on the rest.
@@ -280,3 +276,12 @@ class Over:
         """Bounds on how ∇²U changes with Θ within the boxes, and on the remainder's Hessian."""
         moved = np.einsum("ijkm,km->ijm", self.third[:, :3, :3], self.radius[:3])
         return np.asarray((moved + self.remainder[2]) * UP)
+
+
+def _seen(up: Array, down: Array, outwards: Array) -> Array:
+    """Return where no body rests, as its slope along y rises or falls.
+
+    On the face of a stop, where `outwards` is y2 times the side, only slopes say so that are not
+    those of a body that presses against it.
+    """
+    return np.asarray((up & (outwards >= 0)) | (down & (outwards <= 0)))

@@ -22,7 +22,7 @@ from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.boxes import PART_LIMIT, BoxProof, _Boxes, prove_boxes
 from rbstab.sweep.proofs.convergence import ProvedConvergence
-from rbstab.sweep.sweep import Sweep, prove_members
+from rbstab.sweep.sweep import prove_members
 
 SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
 K_R, L_R = "controller.K_r", "controller.L_r"
@@ -164,26 +164,6 @@ def test_after_an_interrupt_or_without_time_no_box_is_begun(tmp_path):
     stop.set()
     assert prove_boxes(plan, tmp_path, 60.0, stop) == []
     assert not (tmp_path / "proofs").exists()
-
-
-@pytest.fixture
-def many(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Any, Sweep]:
-    """A sweep of more bodies than the budget is for."""
-    monkeypatch.setattr("rbstab.sweep.sweep.FEW", 4)
-    plan = plan_of({K_R: {"scale": {"linspace": [0.9, 1.1, 5]}}, SPIN: {"values": [1.0, 11.0]}})
-    return plan, run_sweep(tmp_path / "sweep", plan, threads=1, factory=factory_for("scipy"))
-
-
-def test_members_get_what_the_box_says(many, tmp_path):
-    plan, sweep = many
-    proofs = prove_members(plan, sweep, budget=0.0)
-    (box,) = proofs.boxes
-    table = rbstab.open_sweep(tmp_path / "sweep")
-    below = table["lyapunov_start"] < box.record.level
-    assert below.tolist() == [True, False] * 5
-    # Outside of the region of all bodies, the own one of a body may say more: it was not tried.
-    assert table.words("convergence").tolist() == ["proved", "unknown"] * 5
-    assert [path.name[:7] for path in (tmp_path / "proofs").iterdir()] == ["within-"]
 
 
 def test_members_of_each_variant_get_what_their_box_says(tmp_path, monkeypatch):

@@ -6,9 +6,9 @@ x_0(Θ; z), with q = Hx_0 + b,
     U = min over x of Π = c + ½ x_0'(b + q) - ½ q'H⁻¹q.
 
 Here x_0 is the minimiser's Taylor polynomial in z, with few functions e of Θ. So q is of a higher
-order in z, and q'H⁻¹q of twice that order: what is left is bounded by F'F/μ >= H⁻¹. Then
+order in z, and q'H⁻¹q of twice that order: what is left is bounded by F'F >= H⁻¹. Then
 
-    U = Σ_μ (C_0 + Σ_j w_j C_j)_μ μ(Θ, z) - ½ q'Rq,    |w_j| <= 1,    0 <= R <= F'F/μ,
+    U = Σ_μ (C_0 + Σ_j w_j C_j)_μ μ(Θ, z) - ½ q'Rq,    |w_j| <= 1,    0 <= R <= F'F,
 
 where the functions μ are products of atoms, and the w_j products of Chebyshev polynomials of
 numbers z: z² = ½ + ½ c_2(z).
@@ -75,7 +75,7 @@ class Energies(NamedTuple):
         others: C_j, shape (forms, μ).
         linear: For each number of the box the coefficients of c_1 alone, shape (numbers, μ).
         entries: The functions e of Θ of which q consists.
-        left: Fq/√μ = Σ z^α L_α e, for each α a matrix L_α, shape (α, n, entries).
+        left: Fq = Σ z^α L_α e, for each α a matrix L_α, shape (α, n, entries).
         stop: The double next above the largest |θ2| that a stop allows, rad; None without one.
     """
 
@@ -250,7 +250,7 @@ def _not_zero(of: Matrices) -> Matrices:
 
 
 def _bounded(H: Matrices, q: Matrices) -> Array:
-    """Return the matrices L_α of Fq/√μ, where F'F/μ >= H(z)⁻¹ for all z, rounded."""
+    """Return the matrices L_α of Fq, where F'F >= H(z)⁻¹ for all z, rounded."""
     middle = _doubles(H[()])
     others = np.array([_doubles(one) for z, one in H.items() if z]).reshape(-1, *middle.shape)
     error = 2.0**-52 * (np.abs(middle) + np.abs(others).sum(axis=0))

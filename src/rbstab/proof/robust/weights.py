@@ -3,10 +3,11 @@
 Where z stands in a polynomial, it is a *weight*; inside a function it stays.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from functools import cache, reduce
 from itertools import product as pairs_of
+from math import prod
 from typing import Any
 
 from numpy.polynomial.chebyshev import poly2cheb
@@ -142,22 +143,23 @@ def _as_one(e: Expr) -> Expr:
     return e if e.is_polynomial else as_factor(e)
 
 
-def plus(*parts: Mapping[Monomial, Any]) -> Weighted:
-    """Return the sum of polynomials in z with coefficients of one kind."""
+def gathered(terms: Iterable[tuple[Monomial, Any]]) -> Weighted:
+    """Return the sum of terms in z with coefficients of one kind, such as matrices."""
     found: Weighted = {}
-    for part in parts:
-        for z, x in part.items():
-            found[z] = found[z] + x if z in found else x
+    for z, x in terms:
+        found[z] = found[z] + x if z in found else x
     return found
+
+
+def plus(one: Mapping[Monomial, Any], other: Mapping[Monomial, Any]) -> Weighted:
+    """Return the sum of two polynomials in z."""
+    return gathered([*one.items(), *other.items()])
 
 
 def multiplied(one: Mapping[Monomial, Any], other: Mapping[Monomial, Any]) -> Weighted:
-    """Return the product of polynomials in z, such as those of matrices."""
-    found: Weighted = {}
-    for (p, x), (q, y) in pairs_of(one.items(), other.items()):
-        z = times(p, q)
-        found[z] = found[z] + x * y if z in found else x * y
-    return found
+    """Return the product of two polynomials in z."""
+    pairs = pairs_of(one.items(), other.items())
+    return gathered((times(p, q), x * y) for (p, x), (q, y) in pairs)
 
 
 def in_chebyshev(of: Mapping[Monomial, Any]) -> Weighted:
@@ -167,14 +169,14 @@ def in_chebyshev(of: Mapping[Monomial, Any]) -> Weighted:
     """
     from flint import fmpq  # imported late: few commands make proofs
 
-    found: Weighted = {}
-    for z, x in of.items():
-        for chosen in pairs_of(*([(a, k, w) for k, w in _chebyshev(p)] for a, p in z)):
-            degrees = tuple((a, k) for a, k, _ in chosen if k)
-            weight = reduce(lambda c, one: c * one[2], chosen, Fraction(1))
-            term = x * fmpq(weight.numerator, weight.denominator)
-            found[degrees] = found[degrees] + term if degrees in found else term
-    return found
+    def terms() -> Iterator[tuple[Monomial, Any]]:
+        for z, x in of.items():
+            for chosen in pairs_of(*([(a, k, w) for k, w in _chebyshev(p)] for a, p in z)):
+                weight = prod((w for _, _, w in chosen), start=Fraction(1))
+                degrees = tuple((a, k) for a, k, _ in chosen if k)
+                yield degrees, x * fmpq(weight.numerator, weight.denominator)
+
+    return gathered(terms())
 
 
 @cache

@@ -11,7 +11,7 @@ from rbstab.config.schema import Config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust import covering
 from rbstab.experiment.robust.bodies import bodies_for
-from rbstab.experiment.robust.covering import one_state_of, valid_proofs
+from rbstab.experiment.robust.covering import known_of, valid_proofs
 
 K_T = ("controller", "K_t", 0)
 K_R = ("controller", "K_r", 0)
@@ -81,7 +81,8 @@ def test_the_highest_level_counts_and_only_of_proofs_of_these_equations(
     # Without a level, each body has one rest state all the same.
     wide.model_copy(update={"level": 0.0}).keep(tmp_path)
     assert robust_levels(tmp_path, config, varied, 2).tolist() == [narrow.level, 0.0]
-    states = one_state_of(valid_proofs(tmp_path, config), config, {K_T: np.array([4300, 9e3])}, 2)
+    members = {K_T: np.array([4300, 9e3])}
+    _, states = known_of(valid_proofs(tmp_path, config), config, members, 2)
     assert states.tolist() == [1, 0]
     monkeypatch.setattr(covering, "bodies_id", lambda *_: "that of other equations")
     assert not np.any(robust_levels(tmp_path, config, varied, 2))

@@ -125,17 +125,6 @@ def test_largest_tells_what_it_has_at_its_limit_of_time(record: BodiesRecord) ->
     assert "found by the time limit: ±2 %, proved. At ±4 % it is not decided" in first
 
 
-def test_a_proof_that_ended_by_time_is_made_again(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    config = config_of("permanent")
-    tolerances = tolerances_of(config, ["controller.K_r=±1%"])
-    late = bodies_for(tmp_path, config, tolerances, is_late=lambda: True)
-    assert (late.proved, late.brief) == (None, True)
-    assert "the time limit was reached" in within_sentences(["controller.K_r=±1%"], late)[0]
-    assert bodies_for(tmp_path, config, tolerances).proved
-
-
 def test_largest_ends_where_the_bounds_are_no_config(record: BodiesRecord) -> None:
     """Gains cannot be negative, so 101 % is not valid; here every valid percentage is "proved"."""
     config = config_of("permanent")

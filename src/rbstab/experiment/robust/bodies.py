@@ -27,7 +27,7 @@ from rbstab.store.errors import StoreError
 if TYPE_CHECKING:
     from rbstab.proof.robust.numbers import Members
 
-BODIES_VERSION = 2
+BODIES_VERSION = 3
 """To be increased when a change of the method changes its results; older proofs are then redone."""
 
 CODE_VARIES = (
@@ -35,9 +35,6 @@ CODE_VARIES = (
 )
 
 UNUSUAL_CODE = "code of a user has more than 6 switches, a stop of its own, or depends on the time"
-
-NOT_DECIDED = "not decided"
-"""The outcome of a proof whose hypotheses do not hold for each body."""
 
 
 def bodies_id(config: Config, tolerances: Iterable[StoredTolerance]) -> str:
@@ -52,23 +49,25 @@ def bodies_for(
     config: Config,
     tolerances: Sequence[Tolerance],
     is_late: Callable[[], bool] = lambda: False,
+    part_limit: int | None = None,
 ) -> BodiesRecord:
     """Return the stored proof for tolerances of a config; if there is none, make and store it.
 
-    A brief one that decided nothing is made again.
+    A brief one that decided nothing is made again, unless it examined as many parts as are allowed.
 
     Args:
         folder: The folder of results.
         config: The config.
         tolerances: Tolerances of body, gravity and controller.
         is_late: As for `prove_within`.
+        part_limit: As for `prove_within`.
 
     Raises:
         StoreError: The proof cannot be written, or the disk fails to read it.
     """
     found = BodiesRecord.kept(folder, bodies_id(config, bounds_of(tolerances)))
-    if found is None or found.brief:
-        found = prove_within(config, tolerances, is_late=is_late)
+    if found is None or (found.brief and not (part_limit and found.parts >= part_limit)):
+        found = prove_within(config, tolerances, part_limit, is_late)
         found.keep(folder)
     return found
 
@@ -108,41 +107,39 @@ def prove_within(
         is_late: Returns whether no further part is to be examined.
     """
     # Imported late: a stored proof is usually read, and none is made.
-    from rbstab.proof.robust.bodies import PART_LIMIT, BodiesOutcome, prove_bodies
+    from rbstab.proof.robust.bodies import PART_LIMIT, BodiesOutcome, BodiesProof, prove_bodies
     from rbstab.proof.robust.numbers import Part
 
     start, bounds = time.perf_counter(), bounds_of(tolerances)
     limit = PART_LIMIT if part_limit is None else part_limit
-    facts: dict[str, Any] = {"outcome": NOT_DECIDED, "proved": None, "level": 0.0}
-    facts |= {"parts": 0, "boxes": 0, "why": _why_not(config, tolerances)}
-    if not facts["why"]:
+    why = _why_not(config, tolerances)
+    if why:
+        found = BodiesProof(BodiesOutcome.NOT_PASSIVE, reason=why)
+    else:
         box = Part(tuple(one.middle for one in tolerances), tuple(one.radius for one in tolerances))
         with np.errstate(all="ignore"):
             found = prove_bodies(members_of(config, tolerances), box, limit, is_late)
-        ended = found.outcome
-        false = ended in {BodiesOutcome.SEVERAL, BodiesOutcome.NO_MINIMUM}
-        fewer = ended is BodiesOutcome.PART_LIMIT and limit < PART_LIMIT
-        facts |= {
-            "outcome": ended.value,
-            "proved": True if ended is BodiesOutcome.PROVED else False if false else None,
-            "level": float(found.level),
-            "parts": found.parts,
-            "boxes": found.boxes,
-            "why": found.reason,
-            "widest": None if found.axis is None else tolerances[found.axis].entry.key,
-            "brief": True if fewer or ended is BodiesOutcome.TIME_LIMIT else None,
-        }
-        if found.false is not None:
-            pairs = zip(tolerances, found.false.numbers, strict=True)
-            facts["body"] = {one.entry.key: decimal_text(number) for one, number in pairs}
-            facts["rest_states"] = found.false.rest_states.tolist()
+    fewer = found.outcome is BodiesOutcome.PART_LIMIT and limit < PART_LIMIT
+    keys = [one.entry.key for one in tolerances]
+    false = found.false
     return BodiesRecord(
         id=bodies_id(config, bounds),
         version=BODIES_VERSION,
         sections=acting_sections(config),
         tolerances=bounds,
+        outcome=found.outcome.value,
+        proved=found.proved,
+        level=float(found.level),
+        parts=found.parts,
+        boxes=found.boxes,
+        why=found.reason,
+        widest=None if found.axis is None else keys[found.axis],
+        brief=True if fewer or found.outcome is BodiesOutcome.TIME_LIMIT else None,
+        body=None
+        if false is None
+        else dict(zip(keys, map(decimal_text, false.numbers), strict=True)),
+        rest_states=() if false is None else false.rest_states.tolist(),
         seconds=time.perf_counter() - start,
-        **facts,
     )
 
 

@@ -18,9 +18,6 @@ from rbstab.experiment.robust.bodies import all_bodies, bodies_id
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.mechanics.numbers import Array
 
-Box = dict[str, tuple[Fraction, Fraction]]
-"""The bounds of numbers by their keys."""
-
 
 def valid_proofs(folder: Path, config: Config) -> list[BodiesRecord]:
     """Return the stored proofs and counterexamples that are about bodies like that of a config.
@@ -39,14 +36,10 @@ def valid_proofs(folder: Path, config: Config) -> list[BodiesRecord]:
     ]
 
 
-def levels_of(
+def known_of(
     records: Iterable[BodiesRecord], config: Config, varied: Mapping[Any, Array], count: int
-) -> Array:
-    """Return the highest level, J, that some proofs give for each of some members, (count,).
-
-    Each motion of a member with v(0) below its level converges to its only rest state. The level is
-    0 where no proof has the member's body, gravity and controller in its box. The comparison is one
-    of exact decimals.
+) -> tuple[Array, Array]:
+    """Return what some proofs say of each of some members, by comparing exact decimals.
 
     Args:
         records: The proofs, from `valid_proofs`.
@@ -55,26 +48,19 @@ def levels_of(
             of shape (count,). Numbers of other sections than body, gravity and controller have no
             effect. The numbers of a symmetric matrix are needed at both places.
         count: The number of members.
+
+    Returns:
+        The highest level, J, shape (count,): each motion of a member with v(0) below it converges
+        to its only rest state. It is 0 where no proof has the member's body, gravity and controller
+        in its box. And 1 where a proof shows that the member has one rest state, a minimum, -1
+        where its body is that of a counterexample, and else 0, shape (count,).
     """
-    levels = np.zeros(count)
-    for record in records:
-        inside = covered(record, config, varied, count)
-        levels[inside] = np.maximum(levels[inside], record.level)
-    return levels
-
-
-def one_state_of(
-    records: Iterable[BodiesRecord], config: Config, varied: Mapping[Any, Array], count: int
-) -> Array:
-    """Return whether the body of each member has one rest state, a minimum, shape (count,).
-
-    It is 1 where some proof shows it, -1 where the body is that of a counterexample, and else 0.
-    The arguments are those of `levels_of`.
-    """
-    found = np.zeros(count, dtype=np.int8)
+    levels, signs = np.zeros(count), np.zeros(count, dtype=np.int8)
     for record in sorted(records, key=lambda one: one.proved is False):
-        found[covered(record, config, varied, count)] = 1 if record.proved else -1
-    return found
+        inside = _covered(record, config, varied, count)
+        levels[inside] = np.maximum(levels[inside], record.level)
+        signs[inside] = 1 if record.proved else -1
+    return levels, signs
 
 
 def counterexample_between(
@@ -83,7 +69,7 @@ def counterexample_between(
     """Return a counterexample between the least and the greatest of each varied number, or None.
 
     Of several, it is that of the widest box: it stays the same when parts of the box are examined.
-    The arguments are those of `levels_of`.
+    The arguments are those of `known_of`.
     """
 
     def width(record: BodiesRecord) -> Fraction:
@@ -91,9 +77,9 @@ def counterexample_between(
         return sum((high - low for low, high in ends), Fraction(0))
 
     def lies_between(record: BodiesRecord) -> bool:
-        compared = _compared(record, config, varied, _box_of(record))
+        compared = _compared(record, config, varied)
         return compared is not None and all(
-            Fraction(repr(float(values.min()))) <= number <= Fraction(repr(float(values.max())))
+            values.max() >= _least_double(number) and values.min() <= -_least_double(-number)
             for values, number, _ in compared
         )
 
@@ -101,29 +87,27 @@ def counterexample_between(
     return max(false, key=width, default=None)
 
 
-def covered(record: BodiesRecord, config: Config, varied: Mapping[Any, Array], count: int) -> Array:
+def _covered(
+    record: BodiesRecord, config: Config, varied: Mapping[Any, Array], count: int
+) -> Array:
     """Return whether each member lies inside the box of a proof, shape (count,)."""
-    compared = _compared(record, config, varied, _box_of(record))
+    compared = _compared(record, config, varied)
     inside = np.full(count, compared is not None)
     for values, low, high in compared or ():
         inside &= (values >= _least_double(low)) & (values <= -_least_double(-high))
     return inside
 
 
-def _box_of(record: BodiesRecord) -> Box:
-    """Return the bounds of the numbers that have a tolerance; of a counterexample, its body."""
-    if record.proved is False:
-        return {key: (Fraction(number),) * 2 for key, number in (record.body or {}).items()}
-    return {one.key: (Fraction(one.low), Fraction(one.high)) for one in record.tolerances}
-
-
 def _compared(
-    record: BodiesRecord, config: Config, varied: Mapping[Any, Array], box: Box
+    record: BodiesRecord, config: Config, varied: Mapping[Any, Array]
 ) -> list[tuple[Array, Fraction, Fraction]] | None:
-    """Return the numbers of members beside their bounds in a box; None if anything else differs.
+    """Return the numbers of members beside their bounds in a proof; None if anything else differs.
 
-    The bounds of an entry of a matrix hold for its mirror image.
+    These are the bounds of its box, or the numbers of the body of a counterexample. The bounds of
+    an entry of a matrix hold for its mirror image.
     """
+    box = {one.key: (Fraction(one.low), Fraction(one.high)) for one in record.tolerances}
+    box |= {key: (Fraction(number),) * 2 for key, number in (record.body or {}).items()}
     own, others = dict(_leaves(record.sections)), dict(_leaves(acting_sections(config)))
     acting = {
         path for path in varied if path[0] in record.sections and not is_of_initial_state(path)

@@ -4,24 +4,21 @@ Where the bounds of a box of bodies decide nothing, it is halved along the numbe
 most. The proof is complete when it holds for all parts.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
-from functools import cached_property
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy
-from rbstab.proof.robust.counterexample import (
-    Counterexample,
-    counterexample,
-    proved_rest_states,
-)
+from rbstab.proof.robust.counterexample import Counterexample, counterexample
+from rbstab.proof.robust.energies import energies_of
 from rbstab.proof.robust.family import Family
-from rbstab.proof.robust.forms import forms_of
+from rbstab.proof.robust.halving import IsLate
 from rbstab.proof.robust.numbers import Members, Part
-from rbstab.proof.robust.part import IsLate, PartProof, lowest_near, prove_part
+from rbstab.proof.robust.part import prove_part
 
 PART_LIMIT = 32
 """The number of parts that are examined at most."""
@@ -32,7 +29,10 @@ OF_WIDE_BOXES = frozenset({NoEnergyReason.NOT_HELD, NoEnergyReason.DIVISOR})
 
 
 class BodiesOutcome(Enum):
-    """How the proof for a box of bodies ended; the value is the text to show."""
+    """How the proof for a box of bodies ended; the value is the text to show.
+
+    NOT_PASSIVE says that its hypotheses do not hold for each body: it was not begun.
+    """
 
     PROVED = "each body has one rest state, a minimum"
     SEVERAL = "a body in the box has several rest states"
@@ -41,6 +41,7 @@ class BodiesOutcome(Enum):
     TIME_LIMIT = "the time limit was reached"
     UNDECIDED = "the bounds of the one energy of all bodies decide nothing"
     NO_ENERGY = "the energy has no form that can be bounded"
+    NOT_PASSIVE = "not decided"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,12 +56,19 @@ class BodiesProof:
     """
 
     outcome: BodiesOutcome
-    level: float
-    parts: int
-    boxes: int
+    level: float = 0.0
+    parts: int = 0
+    boxes: int = 0
     reason: str = ""
     false: Counterexample | None = None
     axis: int | None = None
+
+    @property
+    def proved(self) -> bool | None:
+        """Whether the claim is proved, or false; None if it is not decided."""
+        if self.outcome is BodiesOutcome.PROVED:
+            return True
+        return None if self.false is None else False
 
 
 def prove_bodies(
@@ -77,98 +85,74 @@ def prove_bodies(
         part_limit: The number of parts that are examined at most.
         is_late: Returns whether no further part is to be examined.
     """
-    pending, proved, examined, boxes = [box], 0, 0, 0
-    level, share, first_axis = np.inf, Fraction(0), None
+    pending, level, examined, boxes = [(box, Fraction(1))], np.inf, 0, 0
+    done, share, first_axis = 0, Fraction(0), None
 
     def ended(
         outcome: BodiesOutcome, reason: str = "", false: Counterexample | None = None
     ) -> BodiesProof:
         if outcome in {BodiesOutcome.PART_LIMIT, BodiesOutcome.TIME_LIMIT}:
-            reason = f"{len(pending)} of {len(pending) + proved} parts are not proved"
-            if proved:
+            reason = f"{len(pending)} of {len(pending) + done} parts are not proved"
+            if done:
                 percent = 100 * float(share)
                 reason += f"; the claim is proved for {percent:.4g} % of the tolerances"
         lowest = level if outcome is BodiesOutcome.PROVED else 0.0
         return BodiesProof(outcome, lowest, examined, boxes, reason, false, first_axis)
 
-    try:
-        # If the body in the middle has no energy of the right form, smaller boxes do not help.
-        known = _Known(members, box, Family(forms_of(members, box.without_width())))
-    except NoReducedEnergy as error:
-        return ended(BodiesOutcome.NO_ENERGY, str(error))
     while pending:
         if examined == part_limit or is_late():
             late = examined < part_limit
             return ended(BodiesOutcome.TIME_LIMIT if late else BodiesOutcome.PART_LIMIT)
-        part, examined, false = pending.pop(), examined + 1, None
+        part, size = pending.pop()
+        examined, false = examined + 1, None
         try:
-            family = Family(forms_of(members, part))
+            family = Family(energies_of(members, part))
         except NoReducedEnergy as error:
-            if error.reason not in OF_WIDE_BOXES:
+            if not _may_have_energies(members, part, error):
                 return ended(BodiesOutcome.NO_ENERGY, str(error))
             axis: int | None = _widest(part)
         else:
-            found = prove_part(family, known.near, is_late)
+            found = prove_part(family, is_late)
             boxes += found.examined
             if found.proved:
-                level, proved = min(level, found.level), proved + 1
-                share += part.share_of(box)
+                level, done, share = min(level, found.level), done + 1, share + size
                 continue
             if is_late():
-                pending.append(part)
+                pending.append((part, size))
                 return ended(BodiesOutcome.TIME_LIMIT)
-            starts = np.concatenate([known.zeros, found.doubtful])
-            false = counterexample(members, part, starts, family)
-            axis = _axis(family, part, found)
+            false = counterexample(members, part, found.doubtful, family)
+            axis = _axis(family, found.doubtful)
         first_axis = axis if examined == 1 else first_axis
-        if false is not None or axis is None:
-            outcome = BodiesOutcome.UNDECIDED
-            if false is not None:
-                several = len(false.rest_states) > 1
-                outcome = BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM
+        if false is not None:
+            several = len(false.rest_states) > 1
+            outcome = BodiesOutcome.SEVERAL if several else BodiesOutcome.NO_MINIMUM
             return ended(outcome, false=false)
-        pending += part.halves(axis)
+        if axis is None:
+            return ended(BodiesOutcome.UNDECIDED)
+        pending += [(half, size / 2) for half in part.halves(axis)]
     return ended(BodiesOutcome.PROVED)
 
 
-@dataclass(frozen=True, eq=False)
-class _Known:
-    """What is known of the body in the middle of a box."""
-
-    members: Members
-    box: Part
-    middle: Family
-
-    @cached_property
-    def zeros(self) -> Array:
-        """Its proved rest states, from a grid of starts, shape (n, 3), rad."""
-        zeros = proved_rest_states(self.members, self.box.middle, _grid())
-        return np.array([zero.point for zero in zeros]).reshape(-1, 3)
-
-    @cached_property
-    def near(self) -> Array:
-        """Its rest state, or a point from where it is looked for."""
-        found = lowest_near(self.middle, np.zeros(3))
-        return np.vstack([self.zeros, np.zeros(3)])[0] if found is None else found
+def _may_have_energies(members: Members, part: Part, error: NoReducedEnergy) -> bool:
+    """Return whether the energies of smaller boxes may have a form that those of a box have not."""
+    if error.reason in OF_WIDE_BOXES:
+        with suppress(NoReducedEnergy):
+            energies_of(members, part.without_width())
+            return True
+    return False
 
 
-def _grid() -> Array:
-    """Return points from which the rest states of the body in the middle are looked for."""
-    lines = [np.linspace(-a, a, n) for a, n in ((2.8, 5), (1.3, 3), (2.8, 5))]
-    return np.stack([x.ravel() for x in np.meshgrid(*lines, indexing="ij")], axis=1)
-
-
-def _axis(family: Family, part: Part, proof: PartProof) -> int | None:
-    """Return the index of the number along which a part is halved; None if it does not matter.
+def _axis(family: Family, doubtful: Array) -> int | None:
+    """Return the index of the number along which a box is halved; None if it does not matter.
 
     If only inertia and damping vary, all bodies have one energy U, and those of halves have too.
     """
-    _, slopes, bends = family.gradients(proof.doubtful[:4].T)
-    sizes = np.abs(np.concatenate([slopes, bends], axis=1))
+    points = doubtful[:4].T
+    changes, bends = family.over(points, points).by_number()
+    sizes = np.abs(np.concatenate([changes, bends.reshape(len(bends), 9, -1)], axis=1))
     total = sizes.sum(axis=0)
     scores = np.nan_to_num(sizes / np.where(total > 0, total, 1.0)).sum(axis=(1, 2))
-    moved = [k in family.forms.used and bool(r) for k, r in enumerate(part.radius)]
-    return int(np.where(moved, scores, -1).argmax()) if any(moved) else None
+    return int(scores.argmax()) if scores.any() else None
 
 
 def _widest(part: Part) -> int:

@@ -9,6 +9,7 @@ same weight w_j in all components. Whatever is proved from these bounds holds fo
 """
 
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
@@ -17,12 +18,11 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.bounds import UP
 from rbstab.proof.enclosures.compiled import Compiled, derivatives
 from rbstab.proof.enclosures.intervals import Intervals, product
-from rbstab.proof.enclosures.points import AtPoints, variables_at
 from rbstab.proof.enclosures.taylor import Values, variables_over
 from rbstab.proof.exact.expr import Expr
 from rbstab.proof.model import COSINE, HALVES, THETA
-from rbstab.proof.robust.forms import Forms
-from rbstab.proof.robust.numbers import FIRST, ONE, REMAINDERS
+from rbstab.proof.robust.energies import Energies
+from rbstab.proof.robust.numbers import FIRST
 
 ROUNDING = 2.0**-52
 
@@ -32,11 +32,18 @@ LEAST = {COSINE: 0.0, **dict.fromkeys(HALVES.values(), 0.0)}
 
 @dataclass(frozen=True, eq=False)
 class Sums:
-    """A derivative of all bodies: that of f_0, those of all forms, and a bound on the errors."""
+    """Derivatives of all bodies: of f_0, of all forms, and bounds on the errors.
+
+    Their shapes are (..., boxes), (forms, ..., boxes) and (..., boxes).
+    """
 
     middle: Array
     others: Array
     error: Array
+
+    def __getitem__(self, place: int | slice) -> "Sums":
+        """Return some of them."""
+        return Sums(self.middle[place], self.others[:, place], self.error[place])
 
     @property
     def size(self) -> Array:
@@ -44,116 +51,65 @@ class Sums:
         return np.asarray((np.abs(self.middle) + np.abs(self.others).sum(axis=0) + self.error) * UP)
 
 
+class Rows:
+    """The coefficients of functions μ for all bodies: C_0 + Σ w_j C_j.
+
+    Args:
+        middle: C_0, shape (..., μ).
+        others: C_j, shape (forms, ..., μ).
+    """
+
+    def __init__(self, middle: Array, others: Array) -> None:
+        self.middle, self.others = middle, others
+        # Those of each body are within `spread` of C_0.
+        self.spread = np.abs(others).sum(axis=0) * UP + ROUNDING * np.abs(middle)
+        self.size = np.abs(middle) + self.spread
+        # Coefficients are rounded, and then sums over functions, forms and axes.
+        self.epsilon = (2 * middle.shape[-1] + 60) * ROUNDING
+
+    @np.errstate(all="ignore")
+    def sums(self, of: Intervals) -> Sums:
+        """Return Σ C_0 μ and all Σ C_j μ of derivatives of μ, shape (μ, derivatives, boxes)."""
+        error = np.tensordot(self.size, of.rad + self.epsilon * np.abs(of.mid), 1) * UP + 1e-290
+        middle, others = (np.tensordot(C, of.mid, 1) for C in (self.middle, self.others))
+        return Sums(middle, others, error)
+
+
 class Family:
     """The energies of all bodies in a box, with proved bounds.
 
     Args:
-        forms: The energies.
+        energies: The energies.
     """
 
-    def __init__(self, forms: Forms) -> None:
-        self.forms, self.n = forms, 3 + len(forms.inner)
-        self.count = len(forms.functions)
-        results = [*forms.functions, *(Expr({m: ONE}) for m in forms.left.entries)]
-        self.variables = (*THETA, *forms.inner)
+    def __init__(self, energies: Energies) -> None:
+        self.energies, self.n = energies, 3 + len(energies.inner)
+        self.count = len(energies.functions)
+        self.results = [Expr({m: Fraction(1)}) for m in (*energies.functions, *energies.entries)]
+        self.variables = (*THETA, *energies.inner)
         leaves = {v: (i,) for i, v in enumerate(self.variables)}
-        self.compiled = Compiled(results, self.n, leaves, 3, LEAST)
-        self.points = Compiled(results, self.n, leaves, 2, LEAST)
-        places = derivatives(self.n, 3)
-        self.first, self.second, self.third = places.first, places.second, places.third[:3]
-        self.size = np.abs(forms.middle) + np.abs(forms.others).sum(axis=0)
-        # Coefficients are rounded, and then sums over functions, forms and axes.
-        self.epsilon = (2 * self.count + 60) * ROUNDING
+        self.compiled = Compiled(self.results, self.n, leaves, 3, LEAST)
+        self.first, self.second, self.third, _ = derivatives(self.n, 3)
+        self.U = Rows(energies.middle, energies.others)
+        self.left = Rows(energies.left[0], energies.left[1:])
 
     @property
     def batch(self) -> int:
         """How many boxes are worth bounding at once."""
-        return int(min(1024, max(64, 200_000 // max(1, len(self.forms.others)))))
-
-    def _derivatives(self, values: Values, boxes: int) -> Intervals:
-        """Return the derivatives of all functions, shape (functions, coefficients, boxes)."""
-        places = range(len(values.compiled.results))
-        with np.errstate(all="ignore"):
-            each = [values.derivatives(k, boxes) for k in places]
-        return Intervals(np.stack([one.lo for one in each]), np.stack([one.hi for one in each]))
+        return int(min(1024, max(64, 200_000 // max(1, len(self.U.others)))))
 
     def sums(self, of: Intervals, places: Array) -> Sums:
-        """Return Σ C_0 μ and all Σ C_j μ of the derivatives at some places."""
-        with np.errstate(all="ignore"):
-            mid, rad = of.mid[: self.count, places], of.rad[: self.count, places]
-            middle = np.tensordot(self.forms.middle, mid, 1)
-            others = np.tensordot(self.forms.others, mid, 1)
-            error = np.tensordot(self.size, rad + self.epsilon * np.abs(mid), 1) * UP + 1e-290
-        return Sums(middle, others, error)
+        """Return some derivatives of U for all bodies, from those of all functions."""
+        return self.U.sums(of[: self.count, places])
 
     def sizes(self, of: Intervals, places: Array) -> Array:
-        """Return bounds on the magnitudes of the derivatives at some places, for all bodies."""
+        """Return bounds on their magnitudes; places that occur twice are computed once."""
         rows, back = np.unique(places, return_inverse=True)
-        with np.errstate(all="ignore"):
-            return np.asarray(self.sums(of, rows).size[back.reshape(places.shape)])
+        return np.asarray(self.sums(of, rows).size[back.reshape(places.shape)])
 
     def over(self, lo: Array, hi: Array) -> "Over":
         """Return bounds over boxes from lo to hi, both of shape (3, boxes)."""
-        ends = np.ones((self.n - 3, lo.shape[1]))
-        centre = 0.5 * lo + 0.5 * hi
-        middle = np.vstack([centre, 0 * ends])
-        wide = np.nextafter(np.maximum(hi - centre, centre - lo), np.inf)
-        radius = np.vstack([wide, ends])
-        low, high = np.vstack([lo, -ends]), np.vstack([hi, ends])
-        tightened = bool(self.compiled.tightened)
-        compiled = self.compiled if tightened else self.points
-        at = Values(compiled, variables_over(self.variables, middle, middle))
-        of_boxes = variables_over(self.variables, low, high)
-        over = Values(self.compiled, of_boxes, at if tightened else None, radius)
-        c, o = (self._derivatives(one, lo.shape[1]) for one in (at, over))
-        return Over(self, centre, radius, c, o)
-
-    def remainder(self, o: Intervals) -> tuple[Array, Array, Array]:
-        """Bound ½ q'Rq with 0 <= R <= F'F, its gradient and Hessian by Θ over boxes."""
-        left, m = self.forms.left, o.lo.shape[-1]
-        if not left.left.size:
-            return np.zeros(m), np.zeros((3, m)), np.zeros((3, 3, m))
-        e = slice(self.count, None)
-        places = np.concatenate([[0], self.first[:3], self.second[:3, :3].ravel()])
-        mid, rad = o.mid[e, places], o.rad[e, places]
-        found = np.abs(np.einsum("ajk,kcm->ajcm", left.left, mid)).sum(axis=0)
-        found = found + np.einsum("jk,kcm->jcm", np.abs(left.left).sum(axis=0), rad)
-        found = found + np.einsum("jk,kcm->jcm", left.rounding, np.abs(mid) + rad)
-        norm = np.sqrt((found**2).sum(axis=0)) * UP
-        N0, N1, N2 = norm[0], norm[1:4], norm[4:].reshape(3, 3, m)
-        return 0.5 * N0**2 * UP, N0 * N1 * UP, (N0 * N2 + N1[:, None] * N1[None]) * UP
-
-    def at(self, points: Array) -> tuple[Array, Array]:
-        """Return ∇U and ∇²U by Θ of the body in the middle at points (3, m), to round-off."""
-        _, slopes, bends = self._at_points(points)
-        return slopes, bends[:, :3]
-
-    def gradients(self, points: Array) -> tuple[Array, Array, Array]:
-        """Return ∇U of the body in the middle at points, and how each number of the box changes it.
-
-        The change of ∇²U follows, but for numbers inside of functions. Shapes (3, points),
-        (numbers, 3, points) and (numbers, 9, points), to round-off.
-        """
-        mid, slopes, bends = self._at_points(points)
-        changes, bent = (
-            np.tensordot(self.forms.linear, mid[:, places], 1)
-            for places in (self.first[:3], self.second[:3, :3].ravel())
-        )
-        for k, v in enumerate(self.forms.inner):
-            if v < REMAINDERS:
-                changes[v - FIRST] += bends[:, 3 + k]
-        return slopes, changes, bent
-
-    def _at_points(self, points: Array) -> tuple[Array, Array, Array]:
-        """Return the derivatives of all functions, ∇U, and the rows of ∇²U by Θ."""
-        count = points.shape[1]
-        middle = np.vstack([points, np.zeros((self.n - 3, count))])
-        with np.errstate(all="ignore"):
-            at = AtPoints(self.points, variables_at(self.variables, middle))
-            each = [at.derivatives(k, count) for k in range(self.count)]
-        mid = np.array(each).reshape(self.count, -1, count)
-        f = np.tensordot(self.forms.middle, mid, 1)
-        return mid, f[self.first[:3]], f[self.second[:3]]
+        return Over(self, lo, hi)
 
 
 class Over:
@@ -161,21 +117,64 @@ class Over:
 
     Args:
         family: The energies.
-        centre: The centres, shape (3, boxes).
-        radius: The radii r of δ, shape (n, boxes).
-        c: The derivatives of all functions at the centres, with all z at 0.
-        o: Those over the boxes.
+        lo: The lower ends of the boxes, shape (3, boxes).
+        hi: The upper ends.
     """
 
-    def __init__(
-        self, family: Family, centre: Array, radius: Array, c: Intervals, o: Intervals
-    ) -> None:
-        self.family, self.centre, self.radius, self.c, self.o = family, centre, radius, c, o
+    def __init__(self, family: Family, lo: Array, hi: Array) -> None:
+        self.family, self.lo, self.hi = family, lo, hi
+        self.centre, self.ends = 0.5 * lo + 0.5 * hi, np.ones((family.n - 3, lo.shape[1]))
+        wide = np.nextafter(np.maximum(hi - self.centre, self.centre - lo), np.inf)
+        # The radii r of δ, shape (n, boxes).
+        self.radius = np.vstack([wide, self.ends])
+
+    def _values(self, lo: Array, hi: Array, z: Array, about: Values | None = None) -> Values:
+        leaf = variables_over(self.family.variables, np.vstack([lo, -z]), np.vstack([hi, z]))
+        return Values(self.family.compiled, leaf, about, self.radius)
+
+    def _derivatives(self, of: Values) -> Intervals:
+        """Return the derivatives of all functions, shape (functions, coefficients, boxes)."""
+        count = self.lo.shape[1]
+        with np.errstate(all="ignore"):
+            each = [of.derivatives(k, count) for k in range(len(self.family.results))]
+        return Intervals(np.stack([one.lo for one in each]), np.stack([one.hi for one in each]))
+
+    @cached_property
+    def _at_centre(self) -> Values:
+        return self._values(self.centre, self.centre, 0 * self.ends)
+
+    @cached_property
+    def c(self) -> Intervals:
+        """The derivatives of all functions at the centres, with all z at 0."""
+        return self._derivatives(self._at_centre)
+
+    @cached_property
+    def o(self) -> Intervals:
+        """The derivatives of all functions over the boxes."""
+        return self._derivatives(self._values(self.lo, self.hi, self.ends, self._at_centre))
+
+    def by_number(self) -> tuple[Array, Array]:
+        """Return how each number of the box changes ∇U and ∇²U at the centres, to first order.
+
+        That of ∇²U is without the numbers inside of functions. Their shapes are
+        (numbers, 3, boxes) and (numbers, 3, 3, boxes).
+        """
+        f = self.family
+        found = np.tensordot(f.energies.linear, self.c.mid[: f.count], 1)
+        changes = found[:, f.first[:3]]
+        for k, v in enumerate(f.energies.inner):
+            changes[v - FIRST] += self.bend.middle[:, 3 + k]
+        return changes, found[:, f.second[:3, :3]]
+
+    @cached_property
+    def linear(self) -> Sums:
+        """U and its slopes by δ at the centres, shape (1 + n, boxes)."""
+        return self.family.sums(self.c, np.append(0, self.family.first))
 
     @cached_property
     def slope(self) -> Sums:
         """∇U by Θ at the centres: g_0 and g_j."""
-        return self.family.sums(self.c, self.family.first[:3])
+        return self.linear[1:4]
 
     @cached_property
     def bend(self) -> Sums:
@@ -185,13 +184,18 @@ class Over:
     @cached_property
     def third(self) -> Array:
         """Bounds on the third derivatives over the boxes, the first by Θ, (3, n, n, boxes)."""
-        return self.family.sizes(self.o, self.family.third)
+        return self.family.sizes(self.o, self.family.third[:3])
 
     @cached_property
     def remainder(self) -> tuple[Array, Array, Array]:
-        """Bounds on what elimination leaves, its gradient and Hessian by Θ."""
+        """Bounds on ½ q'Rq over the boxes, which elimination leaves, its gradient and Hessian."""
+        f = self.family
+        places = np.concatenate([[0], f.first[:3], f.second[:3, :3].ravel()])
         with np.errstate(all="ignore"):
-            return self.family.remainder(self.o)
+            sizes = f.left.sums(self.o[f.count :, places]).size
+            norm = np.sqrt((sizes**2).sum(axis=0)) * UP
+            N0, N1, N2 = norm[0], norm[1:4], norm[4:].reshape(3, 3, -1)
+            return 0.5 * N0**2 * UP, N0 * N1 * UP, (N0 * N2 + N1[:, None] * N1[None]) * UP
 
     @cached_property
     def rest(self) -> Array:
@@ -202,87 +206,82 @@ class Over:
             # |(∇²U(ξ) - ∇²U(m)) δ| from the second derivatives over the boxes.
             low, high = self.c[: f.count, places], self.o[: f.count, places]
             away = np.maximum(high.hi - low.lo, low.hi - high.lo)
-            by_second = np.einsum("ijm,jm->im", np.tensordot(f.size, away, 1) * UP, r)
+            by_second = np.einsum("ijm,jm->im", np.tensordot(f.U.size, away, 1) * UP, r)
             found = self.slope.error + np.einsum("ijm,jm->im", self.bend.error, r)
             return np.asarray((found + np.fmin(by_third, by_second) * UP + self.remainder[1]) * UP)
 
     @cached_property
     def plain(self) -> Intervals:
-        """∇U over the boxes by intervals, with infinite ends where a function has a pole."""
-        return self._plain(self.family.first[:3], self.remainder[1])
-
-    @cached_property
-    def plain_value(self) -> Intervals:
-        """U over the boxes, likewise."""
-        return self._plain(np.array([0]), self.remainder[0])[0]
-
-    def _plain(self, places: Array, remainder: Array) -> Intervals:
+        """U and ∇U over the boxes by intervals, with infinite ends where a function has a pole."""
         f = self.family
-        size = np.abs(f.forms.middle) * ROUNDING + (f.size - np.abs(f.forms.middle)) * UP
-        mine = self.o[: f.count, places]
-        coefficients = [
-            np.broadcast_to(x[:, None, None], np.shape(mine.lo))
-            for x in (f.forms.middle - size, f.forms.middle + size)
-        ]
+        mine = self.o[: f.count, np.append(0, f.first[:3])]
+        ends = (f.U.middle + side * f.U.spread for side in (-1, 1))
+        C = Intervals(*(np.broadcast_to(x[:, None, None], mine.lo.shape) for x in ends))
+        left = np.vstack([self.remainder[0], self.remainder[1]])
         with np.errstate(all="ignore"):
-            terms = product(Intervals(*coefficients), mine)
+            terms = product(C, mine)
             low, high = (
-                end.sum(axis=0) + side * (f.epsilon * np.abs(end).sum(axis=0) + remainder)
+                end.sum(axis=0) + side * (f.U.epsilon * np.abs(end).sum(axis=0) + left)
                 for side, end in ((-1, terms.lo), (1, terms.hi))
             )
         return Intervals(low, high)
 
-    def along(self, y: Array, *, at_centre: bool = False) -> tuple[Array, Array]:
-        """Return y'g_0 and a bound on the rest of y'∇U, both of shape (boxes,).
+    def along(self, y: Array) -> tuple[Array, Array, Array]:
+        """Return y'g_0 and bounds on the rest of y'∇U, each of shape (boxes,).
+
+        The first bound is for Θ = m alone, and the second over the boxes.
 
         Args:
             y: The directions, shape (3, boxes).
-            at_centre: Whether only Θ = m counts, but all bodies.
         """
-        g, H, r = self.slope, self.bend, self.radius.copy()
+        g, H, r = self.slope, self.bend, self.radius
         turned = np.abs(np.einsum("ijm,im->jm", H.middle, y))
         turned = turned + np.abs(np.einsum("fijm,im->fjm", H.others, y)).sum(axis=0)
-        if at_centre:
-            r[:3] = 0.0
-        spread = np.abs(np.einsum("fim,im->fm", g.others, y)).sum(axis=0)
-        spread = spread + np.einsum("jm,jm->m", turned, r)
-        if not at_centre:
-            spread = spread + np.einsum("im,im->m", np.abs(y), self.rest)
-        return np.einsum("im,im->m", g.middle, y), spread * UP
+        centre = np.abs(np.einsum("fim,im->fm", g.others, y)).sum(axis=0)
+        centre = centre + np.einsum("jm,jm->m", turned[3:], r[3:])
+        over = centre + np.einsum("jm,jm->m", turned[:3], r[:3])
+        over = over + np.einsum("im,im->m", np.abs(y), self.rest)
+        # Tiny y round to zero.
+        return np.einsum("im,im->m", g.middle, y), centre * UP + 1e-290, over * UP + 1e-290
 
-    def excluded(self, y: Array, side: int = 0) -> Array:
-        """Return in which boxes y'∇U has one sign for all bodies, shape (boxes,).
+    def excluded(self, y: Array, side: int = 0) -> tuple[Array, Array]:
+        """Return in which boxes y'∇U has one sign for all bodies, and at which centres.
 
         Args:
             y: The directions, shape (3, boxes).
-            side: 0, or the sign of θ2 at a stop. Then no body is held there either: where it is,
-                ∇U = (0, -λ side, 0) with λ >= 0.
+            side: 0, or the sign of θ2 at a stop. Then no body is held in these boxes either: where
+                it is, ∇U = (0, -λ side, 0) with λ >= 0.
         """
-        rise, spread = self.along(y)
-        up, down = rise > spread, -rise > spread
-        if side:
-            up, down = up & (side * y[1] >= 0), down & (side * y[1] <= 0)
-        return np.asarray(up | down)
+        rise, at_centre, spread = self.along(y)
+        seen = _seen(rise > spread, -rise > spread, side * y[1])
+        return seen, np.abs(rise) > at_centre
 
     def rises(self, side: int = 0) -> Array:
         """Return in which boxes a slope of U has one sign for all bodies by its terms alone."""
-        up, down = self.plain.lo > 0, self.plain.hi < 0
-        if side:
-            up[1], down[1] = (up[1], False) if side > 0 else (False, down[1])
-        return np.asarray(np.any(up | down, axis=0))
+        up, down = self.plain.lo[1:] > 0, self.plain.hi[1:] < 0
+        return np.asarray(np.any(_seen(up, down, side * np.eye(3)[1][:, None]), axis=0))
 
-    def curvature(self) -> tuple[Array, Array, Array]:
+    def curvature(self) -> Sums:
         """Return ∇²U by Θ of all bodies at the first centre: H_0, all H_j, and a bound on the rest.
 
         That a number inside of functions changes is one more H_j: half of its range times ∂∇²U.
         """
-        H, t = self.bend, self.family.sums(self.o, self.family.third[:, :3, 3:])
+        H, t = self.bend, self.family.sums(self.o, self.family.third[:3, :3, 3:])
         left = (np.abs(t.others[..., 0]).sum(axis=0) + t.error[..., 0]).sum(axis=2) * UP
         others = np.concatenate([H.others[:, :, :3, 0], np.moveaxis(t.middle[..., 0], 2, 0)])
-        return H.middle[:, :3, 0], others, H.error[:, :3, 0] + left
+        return Sums(H.middle[:, :3, 0], others, H.error[:, :3, 0] + left)
 
     @property
     def change(self) -> Array:
         """Bounds on how ∇²U changes with Θ within the boxes, and on the remainder's Hessian."""
         moved = np.einsum("ijkm,km->ijm", self.third[:, :3, :3], self.radius[:3])
         return np.asarray((moved + self.remainder[2]) * UP)
+
+
+def _seen(up: Array, down: Array, outwards: Array) -> Array:
+    """Return where no body rests, as its slope along y rises or falls.
+
+    On the face of a stop, where `outwards` is y2 times the side, only slopes say so that are not
+    those of a body that presses against it.
+    """
+    return np.asarray((up & (outwards >= 0)) | (down & (outwards <= 0)))

@@ -24,8 +24,8 @@ from rbstab.config.numbers import (
 from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.config.tolerances import Tolerance
-from rbstab.experiment.robust.bodies import bodies_id, prove_within
-from rbstab.experiment.robust.record import BodiesRecord, bounds_of
+from rbstab.experiment.robust.bodies import bodies_for
+from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers
@@ -138,9 +138,10 @@ class _Boxes:
             config, tolerances = self.box(rows)
             if not tolerances:
                 continue  # one body, whose own proof says more
-            record = _examined(results, config, tolerances)
-            if record is None:
-                continue
+            try:
+                record = bodies_for(results, config, tolerances, part_limit=PART_LIMIT)
+            except (ArithmeticError, ValueError, LookupError, TypeError):
+                continue  # as with proofs of one body, what raises such an error is not decided
             whole = len(rows) == len(self.members)
             if record.proved or (whole and record.proved is False):
                 yield BoxProof(self.variant, self.members[rows], whole, record)
@@ -162,30 +163,6 @@ class _Boxes:
             if low < high:
                 tolerances.append(_tolerance(entry, low, middle, high))
         return replaced(self.base, middles), tuple(tolerances)
-
-
-def _examined(
-    results: FilePath, config: Config, tolerances: tuple[Tolerance, ...]
-) -> BodiesRecord | None:
-    """Return what is proved of a box, or that it is not decided, and store it; None if it failed.
-
-    Raises:
-        StoreError: A proof cannot be written or read.
-    """
-    known = BodiesRecord.kept(results, bodies_id(config, bounds_of(tolerances)))
-    keys = {one.entry.key for one in tolerances}
-    if known is not None and (known.proved or known.widest in keys):
-        more = known.brief and known.parts < PART_LIMIT
-        if not more:
-            return known
-    try:
-        made = prove_within(config, tolerances, PART_LIMIT)
-    except (ArithmeticError, ValueError, LookupError, TypeError):
-        return known  # as with proofs of one body, what raises such an error is not decided
-    # What another command has not decided is not replaced: it examined more parts.
-    if known is None or known.brief or made.proved is not None:
-        made.keep(results)
-    return made
 
 
 def _tolerance(entry: Entry, low: float, middle: float, high: float) -> Tolerance:

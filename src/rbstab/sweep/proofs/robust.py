@@ -16,8 +16,7 @@ from rbstab.elements.inputs.loads import ConstantForce
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.experiment.robust.covering import (
     counterexample_between,
-    levels_of,
-    one_state_of,
+    known_of,
     valid_proofs,
 )
 from rbstab.experiment.robust.record import BodiesRecord
@@ -63,10 +62,8 @@ class RobustProofs:
             The level of v, J, below which it converges, 0 where no proof covers it; and whether its
             body has one rest state, by its code in `ONE_STATE_WORDS`; both of shape (count,).
         """
-        numbers = self._numbers(values)
-        codes = np.array([STATES_UNDECIDED, ONE_STATE, NOT_ONE_STATE], np.int8)
-        signs = one_state_of(self._records, *numbers, count)
-        return levels_of(self._records, *numbers, count), codes[signs]
+        levels, signs = known_of(self._records, *self._numbers(values), count)
+        return levels, np.array([STATES_UNDECIDED, ONE_STATE, NOT_ONE_STATE], np.int8)[signs]
 
     @property
     def has_counterexamples(self) -> bool:

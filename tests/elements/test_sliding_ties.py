@@ -107,23 +107,9 @@ def test_power_balances(made):
         assert lost == 0
 
 
-def test_energy_and_force_are_continuous_at_the_border_of_a_layer(rng):
-    element = random_tie(rng, LayeredTie, POSITION)
-    body, Z = random_body(rng), np.zeros(12)
-    border = np.full(3, element.layer_width)
-    Z[6:9] = border + element.anchor - element.point
-    motion = motion_from_centre(body, np.zeros(3), Z)
-    found = []
-    for modes in (np.zeros(6), np.array([1.0, 1, 1, 0, 0, 0])):
-        at = LayeredTie(**(vars(element) | {"mode": modes}))
-        found.append((at.stored(motion, np.zeros(0)), *at.wrench(motion, np.zeros(0)).force))
-        np.testing.assert_allclose(at.guards(motion, np.zeros(0))[:3], 0, atol=1e-12)
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
-
-
 def test_event_functions_of_a_sliding_tie(rng):
-    """s and -1 on a free axis; 1 - λ/K_s and 1 + λ/K_s on a held one."""
-    element = random_tie(rng, FilippovTie, SLOPE)
+    """s and -1 on a free axis; 1 - λ/K_s and 1 + λ/K_s on a held one; ±s - δ beside a layer."""
+    element, layered = random_tie(rng, FilippovTie, SLOPE), random_tie(rng, LayeredTie, POSITION)
     Z = random_Z(rng)
     motion = motion_from_centre(random_body(rng), np.zeros(3), Z)
     A = attitude(Z[:3])
@@ -134,3 +120,6 @@ def test_event_functions_of_a_sliding_tie(rng):
     g = element.guards(motion, load * element.K_s)
     np.testing.assert_allclose(g[:3], np.where(held, 1 - load, s), rtol=1e-12)
     np.testing.assert_allclose(g[3:], np.where(held, 1 + load, -1.0), rtol=1e-12)
+    E = displacement(layered, Z[6:9], A)
+    beside = np.concatenate([E, -E]) - layered.layer_width
+    np.testing.assert_allclose(layered.guards(motion, np.zeros(0)), beside, rtol=1e-12)

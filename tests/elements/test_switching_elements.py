@@ -8,48 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.path import random_path
 from support.switching import random_guard, random_ligament
 from support.systems import random_body, random_Z
 
 from rbstab.elements.element import NO_STATE
 from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
-from rbstab.elements.registry import NAMED_ELEMENTS
 from rbstab.mechanics.attitude import rotation
 from rbstab.mechanics.motion import motion_from_centre
-
-MODES = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)]
-GUARD_MODES = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]
-
-MAKERS = [
-    *((lambda rng, mode=mode: random_ligament(rng, mode)) for mode in MODES),
-    *(
-        (lambda rng, kind=kind, mode=mode: random_guard(rng, kind, mode))
-        for kind in (StiffGuard, RepellingGuard)
-        for mode in GUARD_MODES
-    ),
-]
-EACH = pytest.mark.parametrize("make", MAKERS, ids=range(len(MAKERS)))
-
-
-def power(wrench, motion):
-    return wrench.force @ motion.V + wrench.couple @ motion.Omega + wrench.contact_force @ motion.F
-
-
-@EACH
-def test_energy_changes_by_the_power_along_a_path(rng, make):
-    """The same with velocities and spins by finite differences of a path."""
-    element, path = make(rng), random_path(rng, random_body(rng))
-    motion = motion_from_centre(path.body, np.zeros(3), path.Z())
-
-    def stored(t):
-        return element.stored(motion_from_centre(path.body, np.zeros(3), path.Z(t)), NO_STATE)
-
-    h = 1e-4
-    rate = (stored(h) - stored(-h)) / (2 * h)
-    taken = -power(element.wrench(motion, NO_STATE), motion)
-    lost = element.dissipated(motion, NO_STATE)
-    assert abs(rate - taken + lost) < 1e-5 * (abs(taken) + abs(lost) + 1.0)
 
 
 def stretched(rng, strain, mode):
@@ -124,11 +89,3 @@ def test_couple_of_a_guard_turns_theta2_back(rng, kind, side):
     energy = 0.5 * size * beyond if kind is StiffGuard else size * beyond
     assert abs(element.stored(motion, NO_STATE) - energy) < 1e-12
     assert wrench.force.tolist() == wrench.contact_force.tolist() == [0, 0, 0]
-
-
-def test_elements_without_modes_have_no_event_functions(rng):
-    motion = motion_from_centre(random_body(rng), np.zeros(3), random_Z(rng))
-    plain = [kind for kind in NAMED_ELEMENTS if not kind.mode_count]
-    assert plain
-    for kind in plain:
-        assert kind.guards(object.__new__(kind), motion, NO_STATE).shape == (0,)

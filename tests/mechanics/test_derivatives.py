@@ -20,8 +20,3 @@ def test_nothing_is_subtracted(rng):
     # The value is 1e30 times the slope: a difference of floats would lose the slope.
     slope = jacobian(lambda p: 1e30 + np.sin(p[0]), np.array([0.7]))
     np.testing.assert_allclose(slope, [np.cos(0.7)], rtol=1e-15)
-
-
-def test_steps_are_in_the_entries_not_in_the_whole():
-    gradient = jacobian(lambda p: p[0] * p[1] * p[2], np.array([2.0, 3.0, 5.0]))
-    np.testing.assert_allclose(gradient, [15, 10, 6], rtol=1e-15)

@@ -20,14 +20,6 @@ def test_position_and_velocity_along_a_path(rng):
     assert relative_error(point.velocity(motion, p), derivative(place)) < 1e-10
 
 
-def test_contact_point_is_one_of_them(rng):
-    """E = X + AR - (R + X_a), and F is its velocity."""
-    body, anchor = random_body(rng), rng.normal(size=3)
-    motion, R = motion_from_centre(body, anchor, random_Z(rng)), body.contact_point
-    np.testing.assert_allclose(point.position(motion, R) - R - anchor, motion.E, atol=1e-14)
-    np.testing.assert_allclose(point.velocity(motion, R), motion.F, atol=1e-14)
-
-
 def test_force_has_the_power_of_its_point_and_no_other(rng):
     motion = motion_from_centre(random_body(rng), rng.normal(size=3), random_Z(rng))
     for _ in range(5):

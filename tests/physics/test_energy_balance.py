@@ -8,7 +8,6 @@ from support.paper_runs import (
     LOOSE_TOLERANCES,
     loose_run,
     paper_config,
-    paper_matrix,
     paper_run,
 )
 from support.problems import ENGINES, problem, solve
@@ -27,7 +26,7 @@ each_engine = pytest.mark.parametrize("engine", ENGINES)
 
 @each_engine
 @each_case
-def test_residual_is_small_at_the_default_tolerances(variant, with_gravity, engine):
+def test_v_falls_and_its_residual_is_small_at_the_default_tolerances(variant, with_gravity, engine):
     result = paper_run(variant, with_gravity, engine)
     v = result["lyapunov"]
     residual = v - v[0] - result["lyapunov_change"]
@@ -35,6 +34,8 @@ def test_residual_is_small_at_the_default_tolerances(variant, with_gravity, engi
     np.testing.assert_allclose(result["energy_residual"], residual, rtol=0, atol=1e-9)
     # The balance means something only if v changes.
     assert v[-1] < 0.01 * v[0]
+    assert (np.diff(v) < 0).all()
+    assert v[-1] > 0
 
 
 @pytest.mark.parametrize("drift_control", ["none", "projection", {"baumgarte": 20.0}], ids=str)
@@ -62,13 +63,6 @@ def test_residual_falls_with_the_tolerance(engine):
     # About 100 each time; less where heyoka's order, a whole number, stayed the same.
     ratios = np.array(residuals[:-1]) / np.array(residuals[1:])
     assert (ratios > 5).all(), residuals
-
-
-@each_case
-def test_v_falls_wherever_the_body_moves(variant, with_gravity):
-    result = paper_run(variant, with_gravity, "scipy")
-    assert (np.diff(result["lyapunov"]) < 0).all()
-    assert (result["lyapunov"] > 0).all()
 
 
 @each_engine
@@ -151,19 +145,3 @@ def test_work_and_dissipation_balance_for_full_gains(variant, engine):
     assert trajectory.lyapunov_change[-1] == pytest.approx(
         gauss_integral(rate, duration), rel=0, abs=1e-10 * scale
     )
-
-
-@pytest.mark.parametrize("variant", ["visco-elastic", "embedded"])
-@pytest.mark.parametrize("with_gravity", [False, True])
-def test_balance_holds_at_every_sample_of_the_papers_runs(variant, with_gravity):
-    result = paper_run(variant, with_gravity, "scipy")
-    V, Omega = result["velocity"], result["angular_velocity"]
-    lost = np.einsum("ti,ij,tj->t", V, paper_matrix(variant, "Lt"), V)
-    lost += np.einsum("ti,ij,tj->t", Omega, paper_matrix(variant, "Lr"), Omega)
-    kinetic, gravity, translational, rotational, _ = result["energy"].T
-    balance = kinetic + gravity + translational + rotational - result["contact_work"]
-    # Central differences of fourth order over steps of 5 ms; the fastest time constant of the
-    # connector is 3 ms. They are good to a few thousandths of the largest power.
-    h = result["time"][1]
-    slope = (balance[:-4] - 8 * balance[1:-3] + 8 * balance[3:-1] - balance[4:]) / (12 * h)
-    np.testing.assert_allclose(slope, -lost[2:-2], rtol=0, atol=5e-3 * lost.max())

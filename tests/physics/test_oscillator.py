@@ -6,7 +6,7 @@ By eq. 1 with Λ = 0 the centre moves independently of the rotation.
 import numpy as np
 import pytest
 from scipy.linalg import expm
-from support.problems import ENGINES, bare_system, problem, solve
+from support.problems import bare_system, problem, solve
 
 from rbstab.mechanics.body import Body
 from rbstab.systems.coordinates import ContactCoordinates
@@ -37,34 +37,6 @@ def centre(engine, K_t, L_t, coordinates=None):
     assert trajectory.status == "completed"
     motions = [system.motion(state) for state in trajectory.states]
     return np.array([m.X for m in motions]), np.array([m.V for m in motions])
-
-
-def damped(stiffness, damping, offset, speed, t):
-    """Return the textbook solution of m ẍ + l ẋ + k x = 0, by the sign of its discriminant."""
-    decay = damping / (2 * MASS)
-    discriminant = decay**2 - stiffness / MASS
-    if discriminant < 0:
-        pace = np.sqrt(-discriminant)
-        swing = offset * np.cos(pace * t) + (speed + decay * offset) / pace * np.sin(pace * t)
-    elif discriminant == 0:
-        swing = offset + (speed + decay * offset) * t
-    else:
-        pace = np.sqrt(discriminant)
-        swing = offset * np.cosh(pace * t) + (speed + decay * offset) / pace * np.sinh(pace * t)
-    return np.exp(-decay * t) * swing
-
-
-@pytest.mark.parametrize("engine", ENGINES)
-def test_diagonal_gains_give_three_textbook_oscillators(engine):
-    stiffness = np.array([100.0, 16.0, 64.0])
-    damping = np.array([5.0, 20.0, 32.0])  # oscillating, overdamped, critical
-    X, _ = centre(engine, np.diag(stiffness), np.diag(damping))
-    rest = WEIGHT / stiffness
-    for axis in range(3):
-        swing = damped(
-            stiffness[axis], damping[axis], POSITION[axis] - rest[axis], VELOCITY[axis], TIMES
-        )
-        np.testing.assert_allclose(X[:, axis], rest[axis] + swing, rtol=0, atol=ERROR)
 
 
 @pytest.mark.parametrize(

@@ -31,16 +31,6 @@ def test_coordinates_of_a_motion_stand_for_that_motion(rng, coordinates):
         assert relative_error(getattr(again, name), getattr(motion, name), 10.0) < 1e-13
 
 
-def test_names_sizes_and_restrictions():
-    stated = {c.name: (c.size, c.holds_contact) for c in (*FREE, *HELD)}
-    assert stated == {
-        "Z": (12, False),
-        "W": (12, False),
-        "reduced": (6, True),
-        "manifold": (12, True),
-    }
-
-
 @pytest.mark.parametrize("coordinates", FREE, ids=lambda c: c.name)
 def test_contact_force_of_a_free_body_is_what_the_elements_exert(rng, coordinates):
     system = random_system(rng, "free", coordinates)

@@ -6,48 +6,12 @@ import numpy as np
 import pytest
 from support.systems import random_state, random_system
 
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.systems.coordinates import (
-    CentreCoordinates,
     ContactCoordinates,
     ManifoldCoordinates,
     ReducedCoordinates,
 )
 from rbstab.systems.parameters import map_parameters, parameters, structure
-
-BODY = ["body.mass", "body.inertia", "body.contact_point"]
-STABILIZERS = [
-    "gravity.weight",
-    "translational stabilizer.K_t",
-    "translational stabilizer.L_t",
-    "rotational stabilizer.K_r",
-    "rotational stabilizer.L_r",
-]
-EMBEDDED = ["connector.K_c", "connector.L_c", "connector.K_d", "connector.L_d"]
-VISCO_ELASTIC = ["connector.K_c", "connector.L_c"]
-
-
-@pytest.mark.parametrize(
-    ("variant", "coordinates", "own"),
-    [
-        ("free", CentreCoordinates(), []),
-        ("visco-elastic", ContactCoordinates(), VISCO_ELASTIC),
-        ("embedded", CentreCoordinates(), EMBEDDED),
-        ("permanent", ReducedCoordinates(), []),
-        ("permanent", ManifoldCoordinates(2.0), ["manifold.baumgarte_rate"]),
-    ],
-)
-def test_parameters_are_named_by_where_they_stand(rng, variant, coordinates, own):
-    system = random_system(rng, variant, coordinates)
-    found = parameters(system)
-    assert list(found) == [*BODY, *STABILIZERS, *own, "anchor"]
-    np.testing.assert_array_equal(found["body.inertia"], system.body.inertia)
-    rotational = system.elements[2]
-    assert isinstance(rotational, RotationalStabilizer)
-    np.testing.assert_array_equal(found["rotational stabilizer.L_r"], rotational.L_r)
-    np.testing.assert_array_equal(found["anchor"], system.anchor)
-    assert found["body.mass"].shape == ()
-    assert float(found["body.mass"]) == system.body.mass
 
 
 def test_parameters_of_another_system_give_its_equations(rng):

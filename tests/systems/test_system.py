@@ -1,19 +1,13 @@
 """A system adds up its elements: states, energies, dissipation, forces, in the order given."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from support.differences import relative_error
-from support.elements import random_spd
-from support.reading import read, stored_energy
+from support.reading import read
 from support.systems import VARIANTS, random_state, random_system
 
-from rbstab.elements.element import NO_STATE
-from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.inputs.loads import ForceInput
 from rbstab.elements.inputs.signals import Constant
-from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.algebra import ZERO
 from rbstab.systems.coordinates import (
     CentreCoordinates,
@@ -74,40 +68,3 @@ def test_observation_is_the_motion_by_geometry(rng, system):
         scale = max(np.abs(by_geometry).max(), 1.0)
         assert relative_error(getattr(observed.motion, name), by_geometry, scale) < 1e-11
     np.testing.assert_array_equal(observed.own_states, expected.D)
-
-
-def test_potential_energy_is_all_that_is_stored(rng, system):
-    y = random_state(rng, system)
-    expected = stored_energy(system, read(system, y))
-    assert system.potential_energy(y) == pytest.approx(expected, rel=1e-13)
-    assert system.observe(y).energy[1:].sum() == pytest.approx(expected, rel=1e-13)
-
-
-def test_each_element_reads_and_moves_its_own_states(rng):
-    tied = random_system(rng, "free")
-    first, second = (
-        EmbeddedConnector(*(random_spd(rng, scale) for scale in (2000, 90, 1500, 150)))
-        for _ in range(2)
-    )
-    plain = ViscoElasticConnector(random_spd(rng, 900), random_spd(rng, 40))
-    system = with_elements(tied, first, plain, second)
-    y = random_state(rng, system)
-    assert system.size == 18
-    observed, motion = system.observe(y), system.motion(y)
-    np.testing.assert_array_equal(system.rates(y)[12:15], first.rates(motion, y[12:15]))
-    np.testing.assert_array_equal(system.rates(y)[15:18], second.rates(motion, y[15:18]))
-    np.testing.assert_array_equal(system.audited_rates(y)[12:18], system.rates(y)[12:18])
-    stored = [first.stored(motion, y[12:15]), plain.stored(motion, NO_STATE)]
-    np.testing.assert_array_equal(observed.energy[1:3], stored)
-    assert observed.energy[3] == second.stored(motion, y[15:18])
-    pull = sum(wrench.contact_force for wrench in observed.wrenches)
-    assert relative_error(observed.contact_force, pull) < 1e-15
-    np.testing.assert_array_equal(observed.own_states, y[12:18])
-
-
-def test_a_body_without_elements_moves_by_itself(rng):
-    system = replace(random_system(rng, "free"), elements=())
-    y = random_state(rng, system)
-    Omega, J = y[3:6], system.body.inertia
-    assert system.rates(y)[3:6] == pytest.approx(np.linalg.solve(J, -np.cross(Omega, J @ Omega)))
-    assert system.audited_rates(y)[-2:].tolist() == [0.0, 0.0]

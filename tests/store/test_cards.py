@@ -12,7 +12,6 @@ from support.results import result
 
 import rbstab
 from rbstab.store.cards import optional_module
-from rbstab.store.result import Result
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
@@ -114,12 +113,6 @@ def test_names_of_the_package() -> None:
         rbstab.simulat  # noqa: B018 (the access is the test)
     # With these the interpreter asks "Did you mean: 'simulate'?".
     assert (raised.value.name, raised.value.obj) == ("simulat", rbstab)
-
-
-def test_a_bare_result() -> None:
-    bare = Result({}, {}, "")
-    assert repr(bare) == "<rbstab.Result: 0 arrays>"
-    Tags(bare._repr_html_())
 
 
 def test_texts_cannot_become_markup_and_control_no_terminal() -> None:

@@ -18,7 +18,7 @@ import pytest
 import xarray
 from support.results import AWKWARD, sealed
 
-from rbstab.store import dataset_file, hdf5_layout
+from rbstab.store import dataset_file
 from rbstab.store.dataset import Dataset
 from rbstab.store.dataset_file import checksum_of, read_dataset, write_dataset
 from rbstab.store.disk import seal
@@ -157,20 +157,6 @@ def test_a_file_does_not_depend_on_the_one_before(
     same(read_dataset(tmp_path / "1.h5", KIND), OTHERS[name])
 
 
-def test_files_of_one_sweep_share_a_layout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made, make = list[Dataset](), hdf5_layout.layout_of
-
-    def counted(one: Dataset, format_: int) -> Any:
-        made.append(one)
-        return make(one, format_)
-
-    monkeypatch.setattr(dataset_file, "_last", {})
-    monkeypatch.setattr(hdf5_layout, "layout_of", counted)
-    for first in range(3):
-        write_dataset(tmp_path / f"{first}.h5", dataset(first))
-    assert len(made) == 1
-
-
 def test_the_seal_is_the_digest_of_all_before_it(file: Path) -> None:
     content = file.read_bytes()
     digest = hashlib.sha256(content[:-SEAL_SIZE]).hexdigest()
@@ -199,31 +185,23 @@ def test_every_damage_is_noticed(file: Path) -> None:
     same(read_dataset(file, KIND), dataset())
 
 
+@pytest.mark.parametrize("age", ["old", "just written"])
 def test_a_file_is_compared_with_its_seal_again_when_it_changed(
-    file: Path, monkeypatch: pytest.MonkeyPatch
+    file: Path, monkeypatch: pytest.MonkeyPatch, age: str
 ) -> None:
-    monkeypatch.setattr(seal, "MIN_AGE", -1e9)
+    """Two changes of a new file within a tick of the system's clock look alike."""
     monkeypatch.setattr(seal, "_unchanged", set())
+    if age == "old":
+        monkeypatch.setattr(seal, "MIN_AGE", -1e9)
+    else:
+        monkeypatch.setattr(seal, "identity_of", lambda _: (1,))
     for _ in range(3):
         read_dataset(file, KIND)
-    assert len(seal._unchanged) == 1
-    with monkeypatch.context() as patch:
-        patch.setattr("rbstab.store.disk.seal.hashlib.sha256", bytearray)  # no digest
-        read_dataset(file, KIND)
-    content = bytearray(file.read_bytes())
-    content[content.index(NUMBERS.tobytes())] ^= 1
-    file.write_bytes(content)
-    with pytest.raises(NotAResultError, match="does not match its digest"):
-        read_dataset(file, KIND)
-
-
-def test_a_file_that_was_just_written_is_compared_each_time(
-    file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Two changes within a tick of the system's clock look alike."""
-    monkeypatch.setattr(seal, "identity_of", lambda _: (1,))
-    monkeypatch.setattr(seal, "_unchanged", set())
-    read_dataset(file, KIND)
+    assert len(seal._unchanged) == (age == "old")
+    if age == "old":
+        with monkeypatch.context() as patch:
+            patch.setattr("rbstab.store.disk.seal.hashlib.sha256", bytearray)  # no digest
+            read_dataset(file, KIND)
     content = bytearray(file.read_bytes())
     content[content.index(NUMBERS.tobytes())] ^= 1
     file.write_bytes(content)
@@ -261,48 +239,50 @@ def test_what_is_no_such_file(file: Path, tmp_path: Path) -> None:
     assert refused(file / "b") == (StoreError, f"{file / 'b'} cannot be read: Not a directory")
 
 
-def with_entries(name: str, **entries: Any) -> Callable[[dict[str, Any]], Any]:
-    def change(index: dict[str, Any]) -> dict[str, Any]:
-        index["arrays"][name] |= entries
-        return index
-
-    return change
-
-
-def without(*keys: str) -> Callable[[dict[str, Any]], Any]:
-    def change(index: dict[str, Any]) -> dict[str, Any]:
-        inner = index
-        for key in keys[:-1]:
-            inner = inner[key]
-        del inner[keys[-1]]
-        return index
-
-    return change
+def write_index(path: Path, change: Callable[[Any], Any]) -> int:
+    """Give a file another index under a right seal, which anybody can make; return its place."""
+    content = path.read_bytes()[:-SEAL_SIZE]
+    start = content.rindex(b"\n")
+    index = change(json.loads(content[start:]))
+    text = index if isinstance(index, bytes) else json.dumps(index).encode()
+    path.write_bytes(sealed(content[:start] + b"\n" + text))
+    return start
 
 
-HOSTILE: dict[str, Callable[[dict[str, Any]], Any]] = {
-    "larger than the file": with_entries("energy", shape=[4, 10**6]),
-    "larger than any memory": with_entries("energy", shape=[2**40, 2**40]),
-    "a negative length": with_entries("energy", shape=[-4, -2]),
-    "a negative offset": with_entries("energy", offset=-8),
-    "no offset": without("arrays", "energy", "offset"),
-    "pickled objects": with_entries("energy", type="|O8"),
-    "records": with_entries("energy", type="<f8,<i4"),
-    "too few texts": with_entries("part", texts=["a"]),
-    "an array that is no mapping": lambda index: index | {"arrays": {"energy": 1}},
+ENERGY = {"energy": 1}
+
+# Entries of the index of the array `energy`, or another index.
+HOSTILE: dict[str, Any] = {
+    "larger than the file": {"shape": [4, 10**6]},
+    "larger than any memory": {"shape": [2**40, 2**40]},
+    "a negative length": {"shape": [-4, -2]},
+    "a negative offset": {"offset": -8},
+    "no offset": {"offset": None},
+    "pickled objects": {"type": "|O8"},
+    "records": {"type": "<f8,<i4"},
+    "too few texts": {"texts": ["a"]},
+    "an array that is no mapping": lambda index: index | {"arrays": ENERGY},
     "arrays that are a list": lambda index: index | {"arrays": [1]},
     "an attribute that is a list": lambda index: index | {"attributes": {"a": [1]}},
     "a list": lambda _: [1, 2],
+    "nothing": lambda _: b"",
+    "deep nesting": lambda _: b"[" * 100_000,
+    "no text": lambda _: b"\xff\xfe",
+    "no JSON": lambda _: b"NaN",
 }
 
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_files_with_a_right_seal_are_refused(file: Path, name: str) -> None:
-    """Anybody can make a seal. What a file says of its arrays is checked before memory is used."""
-    content = file.read_bytes()[:-SEAL_SIZE]
-    start = content.rindex(b"\n")
-    index = HOSTILE[name](json.loads(content[start:]))
-    file.write_bytes(sealed(content[:start] + b"\n" + json.dumps(index).encode()))
+    """What a file says of its arrays is checked before memory is used."""
+    change = HOSTILE[name]
+
+    def changed_entries(index: Any) -> Any:
+        entries = index["arrays"]["part" if "texts" in change else "energy"]
+        entries |= change
+        return index
+
+    write_index(file, change if callable(change) else changed_entries)
     kind, text = refused(file)
     assert kind is NotAResultError
     assert text.startswith(f"{file} is damaged")
@@ -310,26 +290,21 @@ def test_hostile_files_with_a_right_seal_are_refused(file: Path, name: str) -> N
 
 def test_the_index_is_not_read_as_numbers(file: Path) -> None:
     """What lies in the file, but behind the arrays, is no array."""
-    content = file.read_bytes()[:-SEAL_SIZE]
-    start = content.rindex(b"\n")
-    index = json.loads(content[start:])
-    for offset, is_read in ((start - 64, True), (start - 63, False), (start, False)):
-        index["arrays"]["energy"]["offset"] = offset
-        file.write_bytes(sealed(content[:start] + b"\n" + json.dumps(index).encode()))
-        if is_read:
-            assert read_dataset(file, KIND).variables["energy"].data.shape == (4, 2)
-        else:
-            assert refused(file) == (
-                NotAResultError,
-                f"{file} is damaged: its index is wrong (an array is larger than the file)",
-            )
 
+    def at(offset: int) -> Callable[[Any], Any]:
+        def change(index: Any) -> Any:
+            index["arrays"]["energy"]["offset"] = offset
+            return index
 
-@pytest.mark.parametrize("index", [b"", b"[" * 100_000, b"\xff\xfe", b"NaN"])
-def test_an_index_that_is_no_json_is_refused(file: Path, index: bytes) -> None:
-    content = file.read_bytes()[:-SEAL_SIZE]
-    file.write_bytes(sealed(content[: content.rindex(b"\n")] + b"\n" + index))
-    assert refused(file)[0] is NotAResultError
+        return change
+
+    start = write_index(file, lambda index: index)
+    write_index(file, at(start - 64))
+    assert read_dataset(file, KIND).variables["energy"].data.shape == (4, 2)
+    for offset in (start - 63, start):
+        write_index(file, at(offset))
+        reason = "its index is wrong (an array is larger than the file)"
+        assert refused(file) == (NotAResultError, f"{file} is damaged: {reason}")
 
 
 def test_a_long_index_is_read(tmp_path: Path) -> None:

@@ -39,7 +39,7 @@ class Tags(HTMLParser):
         assert self.open.pop() == tag
 
 
-def test_a_run() -> None:
+def test_a_run():
     opened = rbstab.open_result(STORED / "runs/embedded.h5")
     shown = repr(opened)
     assert shown.startswith('<rbstab.Result "Stored": outcome ')
@@ -51,7 +51,7 @@ def test_a_run() -> None:
     assert "consistent" not in shown + page
 
 
-def test_a_sweep() -> None:
+def test_a_sweep():
     table = rbstab.open_sweep(STORED / "sweeps/finished_map")
     title = "A map over spin, stored by rbstab 0.1.0"
     assert repr(table) == f'<rbstab.Table "{title}": 30 members, 30 returns, 30 columns>'
@@ -60,7 +60,7 @@ def test_a_sweep() -> None:
     assert "30 returns" in page
 
 
-def test_traces_and_motions() -> None:
+def test_traces_and_motions():
     traces = rbstab.open_traces(STORED / "sweeps/finished_variants")
     assert ": 7 members with traces, " in repr(traces)
     assert re.fullmatch(r"<rbstab.Motions: 6 samples, \d+ arrays>", repr(traces.of(0)))
@@ -68,7 +68,7 @@ def test_traces_and_motions() -> None:
     assert re.fullmatch(several, repr(next(iter(traces))))
 
 
-def test_names_of_arrays() -> None:
+def test_names_of_arrays():
     """A misspelt name is an error that says which one was meant; all names can be listed."""
     run = rbstab.open_result(STORED / "runs/embedded.h5")
     table = rbstab.open_sweep(STORED / "sweeps/finished_map")
@@ -94,7 +94,7 @@ def test_names_of_arrays() -> None:
         table.shaped("settling_tim")
 
 
-def test_what_is_not_decided_says_why() -> None:
+def test_what_is_not_decided_says_why():
     undecided = result()
     undecided.attributes.update(
         {"convergence": "not decided", "convergence_reason": "no proof is stored; run it again"}
@@ -106,7 +106,7 @@ def test_what_is_not_decided_says_why() -> None:
     assert "convergence proved," in repr(proved)
 
 
-def test_names_of_the_package() -> None:
+def test_names_of_the_package():
     assert set(rbstab.__all__) <= set(dir(rbstab))
     assert not {"Any", "import_module", "_MODULES"} & set(dir(rbstab))
     with pytest.raises(AttributeError) as raised:
@@ -115,7 +115,7 @@ def test_names_of_the_package() -> None:
     assert (raised.value.name, raised.value.obj) == ("simulat", rbstab)
 
 
-def test_texts_cannot_become_markup_and_control_no_terminal() -> None:
+def test_texts_cannot_become_markup_and_control_no_terminal():
     odd = result()
     odd.attributes.update({"title": EVIL, "verdict": EVIL})
     assert repr(odd).isprintable()
@@ -125,7 +125,7 @@ def test_texts_cannot_become_markup_and_control_no_terminal() -> None:
     assert "<script" not in page
 
 
-def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
     message = r'needs the package xarray. Run: pip install "rbstab\[xarray\]"'
     with pytest.raises(ImportError, match=message):

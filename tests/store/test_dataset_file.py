@@ -74,17 +74,17 @@ def same(found: Dataset, expected: Dataset) -> None:
 
 
 @pytest.fixture
-def file(tmp_path: Path) -> Path:
+def file(tmp_path):
     path = tmp_path / "a.h5"
     write_dataset(path, dataset())
     return path
 
 
-def test_what_is_written_is_read(file: Path) -> None:
+def test_what_is_written_is_read(file):
     same(read_dataset(file, KIND), dataset())
 
 
-def test_some_arrays_of_some_runs(file: Path) -> None:
+def test_some_arrays_of_some_runs(file):
     """Arrays that are not along `run` are always read."""
     found: Dataset = read_dataset(file, KIND, ["energy"])
     assert set(dataset()) - set(found) == {"position", "status", "id", "count"}
@@ -96,7 +96,7 @@ def test_some_arrays_of_some_runs(file: Path) -> None:
     assert one["part"].dimensions == ("part",)
 
 
-def test_other_readers(file: Path) -> None:
+def test_other_readers(file):
     expected = dataset().variables
     with xarray.open_dataset(file, engine="h5netcdf") as data:
         assert data["position"].dims == ("run", "axis")
@@ -124,7 +124,7 @@ def test_other_readers(file: Path) -> None:
         assert orders == [TRACKED] * len(expected)
 
 
-def test_reading_needs_no_hdf5(file: Path) -> None:
+def test_reading_needs_no_hdf5(file):
     """On a damaged file it may hang, crash, or fill the memory."""
     code = (
         "import sys; from pathlib import Path; from rbstab.store.dataset_file import read_dataset\n"
@@ -144,9 +144,7 @@ OTHERS = {
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_a_file_does_not_depend_on_the_one_before(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
-) -> None:
+def test_a_file_does_not_depend_on_the_one_before(tmp_path, monkeypatch, name):
     """The layout is kept for the next file; all bytes are those of a new layout."""
     monkeypatch.setattr(dataset_file, "_last", {})
     write_dataset(tmp_path / "0.h5", dataset(x=1.0) if name.startswith("1 ") else dataset())
@@ -157,7 +155,7 @@ def test_a_file_does_not_depend_on_the_one_before(
     same(read_dataset(tmp_path / "1.h5", KIND), OTHERS[name])
 
 
-def test_the_seal_is_the_digest_of_all_before_it(file: Path) -> None:
+def test_the_seal_is_the_digest_of_all_before_it(file):
     content = file.read_bytes()
     digest = hashlib.sha256(content[:-SEAL_SIZE]).hexdigest()
     assert checksum_of(file) == checksum_of(file, check=True) == (digest, len(content))
@@ -165,7 +163,7 @@ def test_the_seal_is_the_digest_of_all_before_it(file: Path) -> None:
     assert re.fullmatch(rb"\nrbstab format 001 sha256 [0-9a-f]{64}\n", content[-SEAL_SIZE:])
 
 
-def test_every_damage_is_noticed(file: Path) -> None:
+def test_every_damage_is_noticed(file):
     content = file.read_bytes()
     for at in range(0, len(content), len(content) // 200):
         file.write_bytes(content[:at] + bytes([content[at] ^ 4]) + content[at + 1 :])
@@ -186,9 +184,7 @@ def test_every_damage_is_noticed(file: Path) -> None:
 
 
 @pytest.mark.parametrize("age", ["old", "just written"])
-def test_a_file_is_compared_with_its_seal_again_when_it_changed(
-    file: Path, monkeypatch: pytest.MonkeyPatch, age: str
-) -> None:
+def test_a_file_is_compared_with_its_seal_again_when_it_changed(file, monkeypatch, age):
     """Two changes of a new file within a tick of the system's clock look alike."""
     monkeypatch.setattr(seal, "_unchanged", set())
     if age == "old":
@@ -215,7 +211,7 @@ def refused(path: Path, kind: str = KIND) -> tuple[type, str]:
     return caught.type, str(caught.value)
 
 
-def test_what_is_no_such_file(file: Path, tmp_path: Path) -> None:
+def test_what_is_no_such_file(file, tmp_path):
     assert refused(file, "a run") == (NotAResultError, f"{file} is a test, not a run")
     content = file.read_bytes()
     bare = content[:-SEAL_SIZE]
@@ -273,7 +269,7 @@ HOSTILE: dict[str, Any] = {
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_hostile_files_with_a_right_seal_are_refused(file: Path, name: str) -> None:
+def test_hostile_files_with_a_right_seal_are_refused(file, name):
     """What a file says of its arrays is checked before memory is used."""
     change = HOSTILE[name]
 
@@ -288,7 +284,7 @@ def test_hostile_files_with_a_right_seal_are_refused(file: Path, name: str) -> N
     assert text.startswith(f"{file} is damaged")
 
 
-def test_the_index_is_not_read_as_numbers(file: Path) -> None:
+def test_the_index_is_not_read_as_numbers(file):
     """What lies in the file, but behind the arrays, is no array."""
 
     def at(offset: int) -> Callable[[Any], Any]:
@@ -307,7 +303,7 @@ def test_the_index_is_not_read_as_numbers(file: Path) -> None:
         assert refused(file) == (NotAResultError, f"{file} is damaged: {reason}")
 
 
-def test_a_long_index_is_read(tmp_path: Path) -> None:
+def test_a_long_index_is_read(tmp_path):
     """Its begin is looked for from the end of the file, in ever longer parts."""
     for length in (10, 2**15 - 400, 2**15, 2**17, 10**6):
         long = Dataset({}, {"text": "é" * length}, kind=KIND)
@@ -316,16 +312,14 @@ def test_a_long_index_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("shape", [(4, 1), (3, 2), (4,), (1, 2), (4, 2, 1)])
-def test_arrays_that_do_not_fit_their_dimensions_are_refused(
-    tmp_path: Path, shape: tuple[int, ...]
-) -> None:
+def test_arrays_that_do_not_fit_their_dimensions_are_refused(tmp_path, shape):
     """HDF5 and numpy stretch some."""
     with pytest.raises(StoreError, match="energy has"):
         write_dataset(tmp_path / "a.h5", changed("energy", data=np.zeros(shape)))
     assert not list(tmp_path.iterdir())
 
 
-def test_files_that_cannot_be_written(file: Path, tmp_path: Path) -> None:
+def test_files_that_cannot_be_written(file, tmp_path):
     before = file.read_bytes()
 
     def message(path: Path, *, replace: bool = False) -> str:
@@ -345,9 +339,7 @@ def test_files_that_cannot_be_written(file: Path, tmp_path: Path) -> None:
     assert file.read_bytes() == before
 
 
-def test_a_spoiled_block_cannot_make_a_file_that_passes_for_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_spoiled_block_cannot_make_a_file_that_passes_for_whole(tmp_path, monkeypatch):
     """The seal is that of the arrays in memory, and not of what the disk has made of them."""
     path = tmp_path / "a.h5"
     monkeypatch.setattr(seal, "_BLOCK", 700)

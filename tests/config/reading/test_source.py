@@ -81,12 +81,12 @@ def check(node: Any, value: Any, path: tuple[Any, ...], found: Source) -> int:
 FILES = sorted(CONFIGS.rglob("*.yaml"))
 
 
-def test_there_are_shipped_files() -> None:
+def test_there_are_shipped_files():
     assert len(FILES) > 50
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(CONFIGS)))
-def test_each_value_of_a_shipped_file_has_its_place(file: Path) -> None:
+def test_each_value_of_a_shipped_file_has_its_place(file):
     found = read_source(file)
     assert found.problems == []
     node = yaml.compose(file.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)

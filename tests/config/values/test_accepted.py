@@ -187,7 +187,7 @@ def test_a_full_matrix_stays_as_it_is(load):
         assert all(type(x) is float for row in config.controller.L_r for x in row)
 
 
-def test_a_matrix_of_numpy_is_symmetric_to_round_off() -> None:
+def test_a_matrix_of_numpy_is_symmetric_to_round_off():
     R = rotation(np.array([0.3, 0.5, -0.7]))
     J = R @ np.diag([3.0, 2.0, 1.5]) @ R.T
     J[0, 1] += 1e-13
@@ -199,7 +199,7 @@ def test_a_matrix_of_numpy_is_symmetric_to_round_off() -> None:
     assert np.abs(read - J).max() < 1e-12
 
 
-def test_whole_floats_are_whole_numbers(load) -> None:
+def test_whole_floats_are_whole_numbers(load):
     found = load(VISCO_ELASTIC, "integration.samples=1e3").integration
     assert repr(found.samples) == "1000"
     plan: dict[str, Any] = {"base": plain(), "design": "random", "members": 1e1, "seed": 3.0}

@@ -30,7 +30,7 @@ ROTATIONS = [
 
 
 @pytest.mark.parametrize(("given", "degrees"), ROTATIONS)
-def test_an_attitude_as_a_rotation(given: dict[str, Any], degrees: tuple[float, ...]) -> None:
+def test_an_attitude_as_a_rotation(given, degrees):
     found = load_config({**plain(PERMANENT), "initial": {"orientation": given}})
     assert found.initial.orientation == pytest.approx([radians(x) for x in degrees], abs=1e-7)
     A = rotation(np.array(found.initial.orientation))
@@ -47,7 +47,7 @@ def base_in_degrees(**elements: Any) -> dict[str, Any]:
     }
 
 
-def test_a_result_has_its_rotations() -> None:
+def test_a_result_has_its_rotations():
     given = {"orientation": {"quaternion": [0.5**0.5, 0, 0, 0.5**0.5]}}
     result = simulate({**base_in_degrees(), "initial": given})
     expected = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
@@ -55,7 +55,7 @@ def test_a_result_has_its_rotations() -> None:
     assert abs(result.quaternion[0] @ given["orientation"]["quaternion"]) == pytest.approx(1)
 
 
-def test_quaternions_of_a_motion_do_not_jump() -> None:
+def test_quaternions_of_a_motion_do_not_jump():
     """A body that turns about x: half the angle, through more than a turn."""
     angle = np.linspace(0, 9, 200)
     Theta = np.stack([angle, 0 * angle, 0 * angle], axis=1)
@@ -65,7 +65,7 @@ def test_quaternions_of_a_motion_do_not_jump() -> None:
 
 
 @pytest.mark.parametrize("variant", BY_VARIANT)
-def test_degrees_are_the_same_config_as_their_radians(variant: str) -> None:
+def test_degrees_are_the_same_config_as_their_radians(variant):
     data = plain(BY_VARIANT[variant]) | {"schema_version": 2}
     guard = {"kind": "guard", "method": "stiff", "stiffness": 1000}
 
@@ -90,7 +90,7 @@ def plan_of(key: str, distribution: dict[str, Any], base: Any = None) -> dict[st
     return {"base": base or base_in_degrees(), "vary": {key: distribution}}
 
 
-def test_one_key_has_one_unit() -> None:
+def test_one_key_has_one_unit():
     """Wherever numbers are named, a key in radians of a value in degrees is refused."""
     values = {"values": [0, 0.45]}
     config = load_config(base_in_degrees())
@@ -119,7 +119,7 @@ def test_one_key_has_one_unit() -> None:
 
 
 @pytest.mark.parametrize("initial", [base_in_degrees()["initial"], {}])
-def test_a_key_in_degrees_means_degrees(initial: Any) -> None:
+def test_a_key_in_degrees_means_degrees(initial):
     """Also where the base is in radians, such as that of a stored plan."""
     base = base_in_degrees() | {"initial": initial}
     plan = load_plan(plan_of(RIGHT, {"values": [0, 45, 90]}, base))
@@ -155,7 +155,7 @@ def in_quaternions(text: str = VISCO_ELASTIC, elements: Any = None, K_r: Any = 0
         (in_quaternions(PERMANENT, K_r=[1, 1, 1]), "controller.K_r"),
     ],
 )
-def test_quaternions_are_refused_where_an_element_reads_angles(data: Any, what: str) -> None:
+def test_quaternions_are_refused_where_an_element_reads_angles(data, what):
     with pytest.raises(ConfigError) as error:
         load_config(data)
     assert str(error.value).endswith(
@@ -163,13 +163,13 @@ def test_quaternions_are_refused_where_an_element_reads_angles(data: Any, what: 
     )
 
 
-def test_a_sweep_of_what_reads_angles_is_refused() -> None:
+def test_a_sweep_of_what_reads_angles_is_refused():
     vary = {"controller.K_r[0]": {"linspace": [0, 1, 3]}}
     with pytest.raises(ConfigError, match="K_r may read Euler angles"):
         load_plan({"base": in_quaternions(), "vary": vary})
 
 
-def test_in_quaternions_a_start_at_the_pole_is_one_as_any_other() -> None:
+def test_in_quaternions_a_start_at_the_pole_is_one_as_any_other():
     data = in_quaternions(PERMANENT)
     data["initial"]["orientation"] = [0.1, 1.5707963267948, 0.2]
     found = load_config(data)

@@ -53,18 +53,16 @@ SPIN = {
         ("gravity[2]=±1", {"gravity[2]": (Fraction(-1), Fraction(1))}),
     ],
 )
-def test_a_tolerance_gives_bounds(
-    text: str, expected: dict[str, tuple[Fraction, Fraction]]
-) -> None:
+def test_a_tolerance_gives_bounds(text, expected):
     assert bounds(text) == expected
 
 
-def test_a_section_stands_for_all_its_numbers() -> None:
+def test_a_section_stands_for_all_its_numbers():
     names = {key.partition("[")[0] for key in bounds("controller=±20%")}
     assert names == {f"controller.{name}" for name in ("K_t", "L_t", "K_r", "L_r")}
 
 
-def test_a_matrix_stays_symmetric() -> None:
+def test_a_matrix_stays_symmetric():
     (one,) = tolerances_of(CONFIG, ["body.inertia[1][0]=±0.1"])
     assert one.entry.paths == (("body", "inertia", 0, 1), ("body", "inertia", 1, 0))
 
@@ -89,13 +87,13 @@ def test_a_matrix_stays_symmetric() -> None:
         ("body.inertia[0][1]=±20", "is not positive definite"),
     ],
 )
-def test_a_wrong_text_says_what_is_wrong(text: str, expected: str) -> None:
+def test_a_wrong_text_says_what_is_wrong(text, expected):
     found = problems(text)
     assert found[0].startswith(f"--within {text}:1:1: ")
     assert any(expected in line for line in found)
 
 
-def test_all_wrong_texts_are_named_at_once() -> None:
+def test_all_wrong_texts_are_named_at_once():
     found = problems("body.mass=±1", "body.mass=3", "body=±1%", "foo=±1")
     assert len(found) == 3
     assert any("gives a second tolerance of body.mass" in line for line in found)
@@ -110,6 +108,6 @@ def test_all_wrong_texts_are_named_at_once() -> None:
         ("gravity[1]=±0.05", ("-0.05", "0.05")),
     ],
 )
-def test_bounds_are_written_as_exact_decimals(text: str, expected: tuple[str, str]) -> None:
+def test_bounds_are_written_as_exact_decimals(text, expected):
     (one,) = tolerances_of(CONFIG, [text])
     assert one.bounds == expected

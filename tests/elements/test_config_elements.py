@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.differences import derivative, relative_error
+from support.differences import derivative, jacobian, relative_error
 from support.elements import SMOOTH, random_element, random_spd
 from support.pose import angles, attitude, turned
 from support.systems import random_body, random_Z
@@ -77,49 +77,44 @@ def test_stored_energy_is_that_of_the_pose(element, rng):
         )
 
 
-def test_damping_adds_what_the_rate_of_the_displacement_says(rng):
-    """For each kind, from the rates of its own displacement by differences of the pose."""
-    Z = random_Z(rng)
-    body, anchor = random_body(rng), rng.normal(size=3)
-    motion = motion_from_centre(body, anchor, Z)
-    resting = motion_from_centre(body, anchor, Z * np.repeat([1.0, 0.0, 1.0, 0.0], 3))
-    Omega, X, V = Z[3:6], Z[6:9], Z[9:12]
-    A = attitude(Z[:3])
+def loss(element, Z):
+    """Return the dissipated power from the rates of the element's own displacement."""
+    Omega, V, A = Z[3:6], Z[9:12], attitude(Z[:3])
+    if isinstance(element, AttitudeSpring):
+        return Omega @ element.L @ Omega
+    if isinstance(element, Barrier):
+        return 0.0
 
-    def lever(element):
-        def place(t):
-            return X + t * V + turned(A, Omega, t) @ element.point - element.anchor
+    def place(t):
+        return Z[6:9] + t * V + turned(A, Omega, t) @ element.point - element.anchor
 
-        return place
+    if isinstance(element, Spring):
+        return element.damping * derivative(lambda t: np.linalg.norm(place(t)), 1e-3) ** 2
+    speed = derivative(place, 1e-3)
+    return speed @ element.L_c @ speed
 
-    def added(element):
-        moving, at_rest = (element.wrench(one, NO_STATE) for one in (motion, resting))
-        return moving.force - at_rest.force, moving.couple - at_rest.couple
 
-    spring = random_element(rng, Spring)
-    e = lever(spring)(0.0)
-    rate = derivative(lambda t: np.linalg.norm(lever(spring)(t)), 1e-3)
-    force, couple = added(spring)
-    expected = -spring.damping * rate * e / np.linalg.norm(e)
-    assert relative_error(force, expected) < 1e-9
-    assert relative_error(couple, np.cross(spring.point, A.T @ expected)) < 1e-9
-    assert spring.dissipated(motion, NO_STATE) == pytest.approx(spring.damping * rate**2, rel=1e-9)
+@pytest.mark.parametrize("kind", [Spring, ViscoElasticTie, AttitudeSpring, Barrier])
+def test_damping_is_the_slope_of_half_the_loss(kind, rng):
+    """In the three velocities, inertial, and in the three spins, body coordinates."""
+    element, body, Z = random_element(rng, kind), random_body(rng), random_Z(rng)
+    spins_and_speeds = [9, 10, 11, 3, 4, 5]
 
-    tie = random_element(rng, ViscoElasticTie)
-    speed = derivative(lever(tie), 1e-3)
-    force, couple = added(tie)
-    assert relative_error(force, -tie.L_c @ speed) < 1e-9
-    assert relative_error(couple, np.cross(tie.point, A.T @ (-tie.L_c @ speed))) < 1e-9
-    assert tie.dissipated(motion, NO_STATE) == pytest.approx(speed @ tie.L_c @ speed, rel=1e-9)
+    def moving(velocities):
+        moved = Z.copy()
+        moved[spins_and_speeds] = velocities
+        return moved
 
-    upright = random_element(rng, AttitudeSpring)
-    force, couple = added(upright)
-    assert relative_error(couple, -upright.L @ Omega) < 1e-12
-    assert upright.dissipated(motion, NO_STATE) == pytest.approx(Omega @ upright.L @ Omega)
+    def wrench(velocities):
+        found = element.wrench(motion_from_centre(body, NO_MOTION, moving(velocities)), NO_STATE)
+        return np.concatenate([found.force, found.couple])
 
-    barrier = random_element(rng, Barrier)
-    np.testing.assert_array_equal(added(barrier), 0)
-    assert barrier.dissipated(motion, NO_STATE) == 0
+    velocities = Z[spins_and_speeds]
+    dissipated = element.dissipated(motion_from_centre(body, NO_MOTION, Z), NO_STATE)
+    assert dissipated == pytest.approx(loss(element, Z), rel=1e-9)
+    slope = jacobian(lambda v: 0.5 * loss(element, moving(v)), velocities)
+    damping = wrench(velocities) - wrench(0 * velocities)
+    np.testing.assert_allclose(damping, -slope, rtol=0, atol=1e-8 * (1 + np.abs(slope).max()))
 
 
 def at_attitude(rng, A):

@@ -204,28 +204,3 @@ def test_what_rests_with_an_energy_in_one_new_file_is_proved(rbstab):
     text = json.dumps(json.loads(rbstab("stability", "band.yaml", "--json")), ensure_ascii=False)
     assert "2 rest states in the range: 1 stable, 1 unstable; proved to be all" in text
     assert "convergence to rest state 1 is proved" in text
-
-
-def test_its_sensitivities_are_exact(folder, rbstab):
-    """The derivative of the final own states by c_m, against a difference of two whole runs."""
-    # Short, so that the final state is far from rest and the difference well above round-off.
-    short = ("--set", "integration.duration=0.2")
-    data = json.loads(rbstab("sensitivities", "maxwell.yaml", "--json", *short))
-    (row,) = [row for row in data["parameters"] if row["key"] == "controller.c_m"]
-    found = [row["derivatives"][f"final.dashpot_length[{index}]"] for index in (0, 1)]
-    ends = []
-    for c_m in (299.9, 300.1):
-        name = f"c_{c_m}"
-        rbstab(
-            "run",
-            "--no-prove",
-            "maxwell.yaml",
-            *short,
-            "--set",
-            f"controller.c_m={c_m}",
-            "-o",
-            name,
-        )
-        with h5py.File(folder / name / "maxwell.h5") as file:
-            ends.append(file["dashpot_length"][-1])
-    assert found == pytest.approx((ends[1] - ends[0]) / 0.2, rel=1e-5)

@@ -9,15 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from rbstab.config.errors import ConfigError
 from rbstab.experiment.robust.bodies import all_bodies
 from rbstab.files.existence import exists, is_dir, is_file
 from rbstab.listing.kinds import kind_of
 from rbstab.report.reading.untrusted import file_of
 from rbstab.store.disk.paths import check_folder, path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import StoreError
-from rbstab.sweep.plan.load import load_plan
-from rbstab_cli.arguments.results import results_among
 
 ROOT = Path(__file__).parents[2]
 
@@ -114,37 +111,3 @@ def test_no_path_of_a_user_is_tested_without_the_errors_of_its_disk():
         if tests.search(file.read_text(encoding="utf-8"))
     }
     assert found == OWN_FILES
-
-
-def broken(monkeypatch, name):
-    """Let the disk report an error at all paths with a name, as Python 3.14 would hide it."""
-    stat = os.stat
-
-    def failing_there(path, *arguments, **options):
-        if os.fspath(path).endswith(name):
-            raise OSError(errno.EIO, os.strerror(errno.EIO), os.fspath(path))
-        return stat(path, *arguments, **options)
-
-    monkeypatch.setattr(os, "stat", failing_there)
-
-
-def test_a_base_on_a_disk_with_errors_is_not_called_missing(tmp_path, monkeypatch):
-    """What reads it says what is wrong; here it can be read."""
-    (tmp_path / "base.yaml").write_text("title: t\n")
-    plan = tmp_path / "plan.yaml"
-    plan.write_text("base: base.yaml\nvary: {body.mass: {values: [40, 41]}}\n")
-    with monkeypatch.context() as patch:
-        broken(patch, "base.yaml")
-        with pytest.raises(ConfigError) as caught:
-            load_plan(plan)
-    assert "which is not a file" not in str(caught.value)
-
-
-def test_results_on_a_disk_with_errors_are_not_left_out(tmp_path, monkeypatch):
-    paths = [tmp_path / "a.h5", tmp_path / "b.html"]
-    for path in paths:
-        path.write_text("")
-    assert results_among(paths, quiet=True) == (paths[0],)
-    with monkeypatch.context() as patch:
-        broken(patch, "b.html")
-        assert results_among(paths, quiet=True) == tuple(paths)

@@ -56,13 +56,6 @@ def test_holding_force_works_on_an_offence_that_lasts():
 
 
 @each_engine
-def test_without_control_a_start_on_the_sub_manifold_hardly_drifts(engine):
-    E, F = drift(engine, held_system(0.0), np.zeros(3), np.zeros(3))
-    assert np.abs(E).max() < 1e-12
-    assert np.abs(F).max() < 1e-12
-
-
-@each_engine
 @pytest.mark.parametrize("rate", [3.0, 10.0])
 def test_baumgarte_damps_the_offence_critically(engine, rate):
     E, F = drift(engine, held_system(rate), E0, F0)

@@ -204,18 +204,3 @@ def test_a_missed_breakpoint_is_seen_by_the_certificate_and_not_by_the_audit(nam
     assert run.attributes["verdict"] == "violated"
     values = dict(zip(run["certificate/check"], run["certificate/value"], strict=True))
     assert values["breakpoints"] == 2
-
-
-@pytest.mark.parametrize("size", [1e4, 1e-4])
-@pytest.mark.parametrize("start", [0.0, 300.0])
-def test_energies_of_any_size(start, size):
-    """The compiled engine measures its errors in an energy; that of the start may not fit."""
-    elements = {"push": force(LEGS["pulse"], amplitude=size)}
-    sections = {"controller": OSCILLATOR, "initial": {"position": [start, 0, 0]}}
-    runs = [simulate(driven(elements, name, **sections)) for name in ENGINES]
-    for run in runs:
-        energy = max(np.abs(run["energy"]).max(), np.abs(run["supplied_energy"]).max())
-        # Some move by hundreds of metres, and an error is relative to the largest state.
-        assert np.abs(run["energy_residual"]).max() < 10 * AUDIT * energy
-    farthest = np.abs(runs[0]["position"]).max()
-    np.testing.assert_allclose(runs[0]["position"], runs[1]["position"], atol=1e-11 * farthest)

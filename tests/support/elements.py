@@ -20,7 +20,7 @@ from rbstab.elements.inputs.loads import Input
 from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.registry import ELEMENTS, NAMED_ELEMENTS
-from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.sliding import CrossingTie, LayeredTie, SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.elements.visco_elastic import ViscoElasticTie
 
@@ -110,6 +110,13 @@ INPUT_FORMS = (
 """The forms of an input: one for each formula of a signal."""
 
 
+def _tie(*modes: int) -> Form:
+    """Return a form of a sliding tie on s = E, with its axes on each side and in a layer."""
+    surface = {"rate_weight": 0.0, "slope": 1.0, "layer_width": 0.7}
+    fields = {"name": "one", "mode": np.array(modes, dtype=float)} | surface
+    return Form(fields=lambda _: fields)
+
+
 def _in_modes(step: float, *modes: int) -> Form:
     """Return a form of an element that switches: in given modes, and undamped in the first."""
     fields = {"name": "one", "mode": np.array(modes, dtype=float)}
@@ -130,6 +137,8 @@ FORMS: dict[type[Element], tuple[Form, ...]] = {
     AttitudeSpring: (Form(fields=_named),),
     Barrier: (Form(fields=_named, step=0.1),),
     **dict.fromkeys(INPUTS, INPUT_FORMS),
+    CrossingTie: (_tie(1, 0, 1),),
+    LayeredTie: (_tie(1, 0, 0, 0, 1, 0),),
     Ligament: tuple(_in_modes(0.1, *modes) for modes in [(0, 0), (1, 0), (1, 1)]),
     StiffGuard: tuple(_in_modes(1.0, *modes) for modes in [(0, 0), (1, 0), (0, 1)]),
     RepellingGuard: tuple(_in_modes(1.0, *modes) for modes in [(0, 0), (1, 0), (0, 1)]),
@@ -149,7 +158,9 @@ CASES = [(kind, form) for kind in (*ELEMENTS, *SMOOTH) for form in forms_of(kind
 """Every passive smooth element in each of its forms."""
 
 SWITCHING_CASES = [
-    (kind, form) for kind in (Ligament, StiffGuard, RepellingGuard) for form in forms_of(kind)
+    (kind, form)
+    for kind in (CrossingTie, LayeredTie, Ligament, StiffGuard, RepellingGuard)
+    for form in forms_of(kind)
 ]
 """Elements that switch, in each of their modes."""
 

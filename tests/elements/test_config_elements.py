@@ -8,7 +8,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 from support.differences import derivative, jacobian, relative_error
 from support.elements import SMOOTH, random_element, random_spd
 from support.pose import angles, attitude, turned
@@ -115,28 +114,6 @@ def test_damping_is_the_slope_of_half_the_loss(kind, rng):
     slope = jacobian(lambda v: 0.5 * loss(element, moving(v)), velocities)
     damping = wrench(velocities) - wrench(0 * velocities)
     np.testing.assert_allclose(damping, -slope, rtol=0, atol=1e-8 * (1 + np.abs(slope).max()))
-
-
-def at_attitude(rng, A):
-    return motion_from_centre(
-        random_body(rng), np.zeros(3), np.concatenate([angles(A), np.zeros(9)])
-    )
-
-
-def test_attitude_spring_of_a_rotation_about_an_axis(rng):
-    """By Rodrigues' formula A = cos φ I + sin φ ň + (1 - cos φ) nn'."""
-    upright = random_element(rng, AttitudeSpring)
-    for angle in rng.uniform(-3, 3, size=20):
-        n = rng.normal(size=3)
-        n /= np.linalg.norm(n)
-        motion = at_attitude(rng, Rotation.from_rotvec(angle * n).as_matrix())
-        around = n @ upright.K @ n
-        expected = (1 - np.cos(angle)) * (np.trace(upright.K) - around) / 2
-        assert upright.stored(motion, NO_STATE) == pytest.approx(expected, rel=1e-10)
-        # The couple about the axis is -dU/dφ.
-        couple = upright.wrench(motion, NO_STATE).couple @ n
-        slope = np.sin(angle) * (np.trace(upright.K) - around) / 2
-        assert couple == pytest.approx(-slope, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 from importlib.metadata import version
 
 import h5py
-import netCDF4
 import numpy as np
 import pytest
 import xarray
@@ -126,35 +125,6 @@ def test_status(run, kind, tmp_path):
             number = stored.attributes[name]
             assert isinstance(number, int | float)
             assert number > 0
-
-
-def datasets(file):
-    """Return every array of a file by name, with those in groups."""
-    found = {}
-    file.visititems(lambda name, entry: found.update({name: entry}))
-    return {name: entry for name, entry in found.items() if isinstance(entry, h5py.Dataset)}
-
-
-SCALES = ("time", "axis", "part", "certificate/check")
-
-
-def test_layout(run):
-    """Every reader can map the arrays: no unlimited dimension, no compression, no chunks."""
-    _, path = run
-    with h5py.File(path) as file:
-        for name, dataset in datasets(file).items():
-            assert isinstance(file.get(name, getlink=True), h5py.HardLink)
-            assert dataset.maxshape == dataset.shape, name
-            assert (dataset.compression, dataset.shuffle, dataset.chunks) == (None, False, None)
-            assert dataset.id.get_create_plist().get_nfilters() == 0
-            assert dataset.is_scale == (name in SCALES), name
-            if dataset.is_scale:
-                assert dataset.attrs["NAME"] == name.rpartition("/")[2].encode()
-            if dataset.dtype.kind == "f":
-                assert dataset.dtype == np.dtype("<f8")
-    with netCDF4.Dataset(path) as file:
-        assert not any(dimension.isunlimited() for dimension in file.dimensions.values())
-        assert set(file.groups) == {"certificate"}
 
 
 def test_xarray_finds_in_the_file_what_it_gets_from_memory(run):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.linalg import eigh
-from support.differences import derivative, jacobian, relative_error
+from support.differences import derivative, relative_error
 from support.elements import random_spd
 from support.systems import random_body, random_Z
 
@@ -50,26 +50,6 @@ def test_eq_22_connector_at_rest_is_two_springs_in_series(motion, embedded):
     compliance = np.linalg.inv(embedded.K_c) + np.linalg.inv(embedded.K_d)
     expected = -np.linalg.solve(compliance, motion.E)
     assert relative_error(embedded.wrench(at_rest, D).contact_force, expected) < 1e-14
-
-
-@pytest.mark.parametrize("kind", [EmbeddedConnector, ViscoElasticConnector])
-def test_eq_22_40_41_44_force_is_the_slope_of_the_energy_and_of_half_the_power(rng, motion, kind):
-    """The energies are those of one spring or of two, by the square roots of the stiffnesses."""
-    connector = kind(*(random_spd(rng, 900) for _ in kind.gains))
-    D = rng.normal(size=3) if kind.states else np.zeros(3)
-
-    def energy(E):
-        upper = np.linalg.cholesky(connector.K_c).T @ (E - D)
-        lower = np.linalg.cholesky(connector.K_d).T @ D if kind.states else D
-        return (upper @ upper + lower @ lower) / 2
-
-    own = D if kind.states else NO_STATE
-    assert connector.stored(motion, own) == pytest.approx(energy(motion.E), rel=1e-13)
-    damping = jacobian(lambda F: 0.5 * F @ connector.L_c @ F, motion.F)
-    wrench = connector.wrench(motion, own)
-    spring = jacobian(energy, motion.E)
-    assert relative_error(wrench.contact_force, -spring - damping) < 1e-11
-    np.testing.assert_array_equal([wrench.couple, wrench.force], 0)
 
 
 def test_eq_40_is_the_limit_of_eq_22_for_a_node_held_stiffly(rng, motion, embedded):

@@ -112,6 +112,9 @@ def test_other_readers(file):
         assert data["certificate"]["check"][:].tolist() == ["Feder µ\nb", "kinetic"]
     with h5py.File(file) as data:
         for name, v in expected.items():
+            # Every reader can map the arrays: no unlimited dimension, no compression, no chunks.
+            assert data[name].maxshape == data[name].shape
+            assert data[name].chunks is None
             if not v.is_text:
                 assert data[name][()].tobytes() == v.data.tobytes(), name
             for axis, length in zip(data[name].dims, v.data.shape, strict=True):

@@ -39,16 +39,3 @@ def test_contact_force_of_a_free_body_is_what_the_elements_exert(rng, coordinate
     motion = system.motion(rng.normal(size=12))
     _, Lambda_ = coordinates.dynamics(system.body, motion, wrench)
     np.testing.assert_array_equal(Lambda_, wrench.contact_force)
-
-
-def test_both_held_coordinates_move_alike(rng):
-    body, anchor = random_body(rng), rng.normal(size=3)
-    motion = motion_from_centre(body, anchor, held_path(rng, body, anchor).Z())
-    force, couple = rng.normal(size=(2, 3))
-    wrench = Wrench(force, couple, np.zeros(3))
-    (six, holding), (twelve, constraining) = (
-        coordinates.dynamics(body, motion, wrench) for coordinates in HELD[:2]
-    )
-    assert relative_error(twelve[:6], six) < 1e-13
-    assert relative_error(constraining, holding) < 1e-13
-    np.testing.assert_array_equal(twelve[6:9], motion.V)

@@ -165,16 +165,6 @@ def test_the_file_of_a_run_has_the_own_states_in_their_size(run):
         assert (np.diff(v) < 0).all()
 
 
-def test_both_engines_agree(folder, run, rbstab):
-    rbstab(
-        "run", "--no-prove", "maxwell.yaml", "--set", "integration.engine=heyoka", "-o", "compiled"
-    )
-    with h5py.File(run) as scipy, h5py.File(folder / "compiled" / "maxwell.h5") as heyoka:
-        for name in ("orientation", "dashpot_length", "contact_force", "lyapunov"):
-            scale = np.abs(scipy[name][()]).max()
-            assert np.abs(scipy[name][()] - heyoka[name][()]).max() < 1e-9 * scale, name
-
-
 def test_a_sweep_varies_its_gains_and_states(folder, rbstab):
     # One thread, for a worker process of another Python could not find the copy.
     rbstab("sweep", "--no-prove", "plan.yaml", "--threads", "1")

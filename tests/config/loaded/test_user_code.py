@@ -196,6 +196,10 @@ def test_parameters_of_every_shape(code):
     assert element.copy.tolist() == [[4, 0, 0], [0, 5, 0], [0, 0, 6]]
     keys = [entry.key for entry in entries_of(config) if entry.key.startswith("elements")]
     assert keys[:4] == [f"elements.mine.parameters.{key}" for key in ("a", "b[0]", "b[1]", "b[2]")]
+    kind = Kind("python", None, SHAPED, "Mine")
+    units = [unit_of(f"{keys[0][:-1]}{name}", {kind}) for name in ("a", "f", "point", "gone")]
+    assert units == ["N", "1", "m", ""]
+    assert unit_of(keys[0], {kind._replace(source="(")}) == ""
     full = VALUES | {"copy": [[4, 1, 0], [1, 5, 0], [0, 0, 6]]}
     element = system_of(allowed(config=data({"mine": mine(**full)}))).elements[-1]
     assert element.copy[0, 1] == 1.0
@@ -206,21 +210,6 @@ def test_parameters_of_every_shape(code):
         "elements.mine.parameters.copy",
         "elements.mine.parameters.f",
     ]
-
-
-@pytest.mark.parametrize(
-    ("key", "source", "unit"),
-    [
-        ("parameters.point", SHAPED, "m"),
-        ("parameters.a", SHAPED, "N"),
-        ("parameters.f", SHAPED, "1"),
-        ("parameters.gone", SHAPED, ""),
-        ("class", SHAPED, ""),
-        ("parameters.a", "(", ""),
-    ],
-)
-def test_units_are_those_that_the_code_declares(key, source, unit):
-    assert unit_of(f"elements.mine.{key}", {Kind("python", None, source, "Mine")}) == unit
 
 
 def test_the_permission_is_that_of_the_loaded_config(code):

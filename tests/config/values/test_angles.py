@@ -163,12 +163,6 @@ def test_quaternions_are_refused_where_an_element_reads_angles(data, what):
     )
 
 
-def test_a_sweep_of_what_reads_angles_is_refused():
-    vary = {"controller.K_r[0]": {"linspace": [0, 1, 3]}}
-    with pytest.raises(ConfigError, match="K_r may read Euler angles"):
-        load_plan({"base": in_quaternions(), "vary": vary})
-
-
 def test_in_quaternions_a_start_at_the_pole_is_one_as_any_other():
     data = in_quaternions(PERMANENT)
     data["initial"]["orientation"] = [0.1, 1.5707963267948, 0.2]

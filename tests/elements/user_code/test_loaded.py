@@ -58,12 +58,6 @@ def test_a_dataclass_of_the_user():
         loaded(text.replace("k: Any", "k: Any\n    c: Any"))
 
 
-def test_annotations_as_texts():
-    text = "from __future__ import annotations\nfrom dataclasses import dataclass\n" + SPRING
-    text = text.replace("class Mine", "@dataclass\nclass Other:\n    x: int\n\n\nclass Mine")
-    assert loaded(text)(name="mine", k=2.0).k == 2.0
-
-
 def test_classes_of_a_file_with_a_base():
     text = SPRING + "\n\nclass Twice(Mine):\n    def stored(self, motion, own):\n        return 2\n"
     text += "\n\nclass NoWrench(Element):\n    pass\n"

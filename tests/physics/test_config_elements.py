@@ -8,8 +8,6 @@ from support.problems import ENGINES
 
 import rbstab
 
-MASS, STIFFNESS, FALL = 400.0, 2500.0, 9.81
-
 
 def random_data(seed, count, **integration):
     """Return a config of a random physical body with some random elements, thrown."""

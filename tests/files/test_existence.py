@@ -9,12 +9,15 @@ from pathlib import Path
 
 import pytest
 
+from rbstab.config.errors import ConfigError
 from rbstab.experiment.robust.bodies import all_bodies
 from rbstab.files.existence import exists, is_dir, is_file
 from rbstab.listing.kinds import kind_of
 from rbstab.report.reading.untrusted import file_of
 from rbstab.store.disk.paths import check_folder, path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import StoreError
+from rbstab.sweep.plan.load import load_plan
+from rbstab_cli.arguments.results import results_among
 
 ROOT = Path(__file__).parents[2]
 
@@ -111,3 +114,27 @@ def test_no_path_of_a_user_is_tested_without_the_errors_of_its_disk():
         if tests.search(file.read_text(encoding="utf-8"))
     }
     assert found == OWN_FILES
+
+
+def test_what_a_disk_cannot_tell_is_neither_missing_nor_left_out(tmp_path, monkeypatch):
+    """What reads a base says what is wrong with it; here it can be read."""
+    stat = os.stat
+    (tmp_path / "base.yaml").write_text("title: t\n")
+    plan = tmp_path / "plan.yaml"
+    plan.write_text("base: base.yaml\nvary: {body.mass: {values: [40, 41]}}\n")
+    results = (tmp_path / "a.h5", tmp_path / "b.html")
+    for path in results:
+        path.write_text("")
+    assert results_among(results, quiet=True) == results[:1]
+
+    def failing_there(path, *arguments, **options):
+        if os.fspath(path).endswith(("base.yaml", "b.html")):
+            raise OSError(errno.EIO, os.strerror(errno.EIO), os.fspath(path))
+        return stat(path, *arguments, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "stat", failing_there)
+        assert results_among(results, quiet=True) == results
+        with pytest.raises(ConfigError) as caught:
+            load_plan(plan)
+    assert "which is not a file" not in str(caught.value)

@@ -192,3 +192,17 @@ def test_a_missed_breakpoint_is_seen_by_the_certificate_and_not_by_the_audit(nam
     assert run.attributes["verdict"] == "violated"
     values = dict(zip(run["certificate/check"], run["certificate/value"], strict=True))
     assert values["breakpoints"] == 2
+
+
+@pytest.mark.parametrize(("size", "start"), [(1e4, 0.0), (1e-4, 300.0)])
+def test_energies_of_any_size(size, start):
+    """The compiled engine measures its errors in an energy; that of the start may not fit."""
+    elements = {"push": force(LEGS["pulse"], amplitude=size)}
+    sections = {"controller": OSCILLATOR, "initial": {"position": [start, 0, 0]}}
+    one, two = (simulate(driven(elements, name, **sections)) for name in ENGINES)
+    for run in (one, two):
+        energy = max(np.abs(run["energy"]).max(), np.abs(run["supplied_energy"]).max())
+        # Some move by hundreds of metres, and an error is relative to the largest state.
+        assert np.abs(run["energy_residual"]).max() < 10 * AUDIT * energy
+    farthest = np.abs(one["position"]).max()
+    np.testing.assert_allclose(one["position"], two["position"], atol=1e-11 * farthest)

@@ -19,7 +19,7 @@ from rbstab.elements.inputs.signals import Leg, Sine
 from rbstab.elements.registry import ELEMENTS, NAMED_ELEMENTS
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import motion_from_centre
-from rbstab.systems.schedule import schedule_of
+from rbstab.systems.schedule import leg_at, schedule_of
 
 
 def load_along(element, path, t):
@@ -32,14 +32,11 @@ def load_along(element, path, t):
 
 
 @pytest.mark.parametrize("case", INPUT_CASES, ids=case_id)
-def test_the_supplied_power_is_the_work_along_a_path(rng, case):
+def test_a_load_acts_at_its_point_and_supplies_its_work_along_a_path(rng, case):
     """A force works along the path of its point; a couple along the turning A(t + τ) A(t)'."""
     for _ in range(5):
-        element, path, t = (
-            random_element(rng, *case),
-            random_path(rng, random_body(rng)),
-            float(rng.normal()),
-        )
+        element, path = random_element(rng, *case), random_path(rng, random_body(rng))
+        t = float(rng.normal())
         force, couple = load_along(element, path, t)
         point = getattr(element, "point", np.zeros(3))
         speed = derivative(lambda s, p=path, r=point, t=t: p.X(t + s) + p.A(t + s) @ r)
@@ -51,18 +48,10 @@ def test_the_supplied_power_is_the_work_along_a_path(rng, case):
         assert abs(element.supplied(motion, NO_STATE) - expected) < 1e-8 * scale
         # It is neither stored nor dissipated.
         assert element.stored(motion, NO_STATE) == element.dissipated(motion, NO_STATE) == 0
-
-
-@pytest.mark.parametrize("case", INPUT_CASES, ids=case_id)
-def test_a_force_of_an_input_acts_at_its_point(rng, case):
-    """The couple about the centre is p × f, here from the virtual work of a turn."""
-    element, path, t = random_element(rng, *case), random_path(rng, random_body(rng)), 0.3
-    motion = motion_from_centre(path.body, np.zeros(3), path.Z(t))._replace(time=t)
-    wrench, A = element.wrench(motion, NO_STATE), path.A(t)
-    force, couple = load_along(element, path, t)
-    arm = A @ getattr(element, "point", np.zeros(3))
-    np.testing.assert_allclose(wrench.force, force, atol=1e-12)
-    np.testing.assert_allclose(A @ wrench.couple, np.cross(arm, force) + couple, atol=1e-9)
+        wrench, A = element.wrench(motion, NO_STATE), path.A(t)
+        np.testing.assert_allclose(wrench.force, force, atol=1e-12)
+        moment = np.cross(A @ point, force) + couple
+        np.testing.assert_allclose(A @ wrench.couple, moment, atol=1e-9)
 
 
 def test_only_inputs_supply():
@@ -120,14 +109,20 @@ def test_a_table_with_rows_at_one_time():
 def test_a_schedule_of_several_inputs(rng):
     """Each input keeps its own legs at the breakpoints of the others."""
     made = {kind: make(LEGS[kind]) for kind, make in MADE.items()}
+    for one in made.values():
+        for leg in one[1:]:
+            np.testing.assert_array_equal(leg_at(one, leg[2]), leg)
+            assert (leg_at(one, np.nextafter(leg[2], -1)) != leg).any()
     together = schedule_of(made)
     assert together is not None
     expected = sorted({t for one in made.values() for t in one[1:, 2].tolist()})
     assert together.breakpoints.tolist() == expected
-    for t in rng.uniform(-0.2, 1.2, 100).tolist() + expected:
+    before = np.nextafter(expected, -1).tolist()
+    for t in [*rng.uniform(-0.2, 1.2, 100).tolist(), *expected, *before]:
         values = [Leg(*leg).value(t) for leg in together.legs_at(t).tolist()]
-        np.testing.assert_allclose(values, [value_of_legs(one, t) for one in made.values()])
+        np.testing.assert_array_equal(values, [value_of_legs(one, t) for one in made.values()])
     assert together.between(expected[0], expected[-1]) == expected[1:-1]
+    assert together.between(-1.0, 9.0) == expected
 
 
 def test_noise_is_the_process_that_it_says():

@@ -134,13 +134,9 @@ def test_a_config_is_checked_by_what_the_element_declares(folder, rbstab):
     said = rbstab("check", "wrong.yaml", exit_code=2)
     assert "controller.k_m: is -1 (expected a number greater than 0)" in said
     assert "initial.dashpot_length: has 1 entry (expected 2)" in said
-
-
-def test_the_schema_has_the_variant_with_its_gains_and_units(rbstab):
     definitions = json.loads(rbstab("schema"))["$defs"]
-    assert definitions["MaxwellController"]["properties"]["c_m"]["description"] == (
-        "viscosity of the arms, N s/m"
-    )
+    described = definitions["MaxwellController"]["properties"]["c_m"]["description"]
+    assert described == "viscosity of the arms, N s/m"
     assert "dashpot_length" in definitions["MaxwellInitial"]["properties"]
 
 
@@ -167,16 +163,6 @@ def test_the_file_of_a_run_has_the_own_states_in_their_size(run):
         assert np.allclose(file["energy"][:, -1], stored, rtol=1e-12, atol=1e-12)
         v = file["lyapunov"][()]
         assert (np.diff(v) < 0).all()
-
-
-def test_both_engines_agree(folder, run, rbstab):
-    rbstab(
-        "run", "--no-prove", "maxwell.yaml", "--set", "integration.engine=heyoka", "-o", "compiled"
-    )
-    with h5py.File(run) as scipy, h5py.File(folder / "compiled" / "maxwell.h5") as heyoka:
-        for name in ("orientation", "dashpot_length", "contact_force", "lyapunov"):
-            scale = np.abs(scipy[name][()]).max()
-            assert np.abs(scipy[name][()] - heyoka[name][()]).max() < 1e-9 * scale, name
 
 
 def test_a_sweep_varies_its_gains_and_states(folder, rbstab):
@@ -208,33 +194,3 @@ def test_what_rests_with_an_energy_in_one_new_file_is_proved(rbstab):
     text = json.dumps(json.loads(rbstab("stability", "band.yaml", "--json")), ensure_ascii=False)
     assert "2 rest states in the range: 1 stable, 1 unstable; proved to be all" in text
     assert "convergence to rest state 1 is proved" in text
-
-
-def test_its_sensitivities_are_exact(folder, rbstab):
-    """The derivative of the final own states by c_m, against a difference of two whole runs."""
-    # Short, so that the final state is far from rest and the difference well above round-off.
-    short = ("--set", "integration.duration=0.2")
-    data = json.loads(rbstab("sensitivities", "maxwell.yaml", "--json", *short))
-    (row,) = [row for row in data["parameters"] if row["key"] == "controller.c_m"]
-    found = [row["derivatives"][f"final.dashpot_length[{index}]"] for index in (0, 1)]
-    ends = []
-    for c_m in (299.9, 300.1):
-        name = f"c_{c_m}"
-        rbstab(
-            "run",
-            "--no-prove",
-            "maxwell.yaml",
-            *short,
-            "--set",
-            f"controller.c_m={c_m}",
-            "-o",
-            name,
-        )
-        with h5py.File(folder / name / "maxwell.h5") as file:
-            ends.append(file["dashpot_length"][-1])
-    assert found == pytest.approx((ends[1] - ends[0]) / 0.2, rel=1e-5)
-
-
-def test_a_report_shows_it(run, folder, rbstab):
-    rbstab("report", run, "-o", "report.txt", "--format", "text")
-    assert "Two Maxwell arms" in (folder / "report.txt").read_text()

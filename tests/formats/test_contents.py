@@ -3,9 +3,10 @@
 from importlib.metadata import version
 
 import h5py
-import netCDF4
 import numpy as np
 import pytest
+import xarray
+from support.results import assert_equal
 
 from rbstab.config.load import load_config, run_id
 from rbstab.store.result import open_result
@@ -39,7 +40,10 @@ MANIFOLD = {
 
 
 def test_variables(run, kind):
-    _, path = run
+    result, path = run
+    assert_equal(open_result(path), result)
+    # A file with five samples consists mostly of names and units: in HDF5, and in its index.
+    assert path.stat().st_size < 60_000
     stored = open_result(path).variables
     required = dict(REQUIRED)
     if kind == "embedded":
@@ -50,13 +54,16 @@ def test_variables(run, kind):
         assert (stored[name].dimensions, stored[name].unit) == (dimensions, unit), name
     others = {"connector_state", *MANIFOLD} - set(required)
     assert not others & set(stored)
-
-
-def test_every_variable_says_what_it_is(run):
-    _, path = run
-    for name, variable in open_result(path).variables.items():
-        assert variable.unit, name
+    for name, variable in stored.items():
         assert len(variable.long_name) > 5, name
+        # A run that does not settle has no time at which it does.
+        may_be_none = name.startswith(("certificate/", "settling_time"))
+        if variable.data.dtype.kind == "f" and not may_be_none:
+            assert np.isfinite(variable.data).all(), name
+    parts = ["kinetic", "gravity", "translational stabilizer", "rotational stabilizer"]
+    tied = kind not in {"free", "permanent", "manifold"}
+    assert stored["part"].data.tolist() == parts + ["connector"] * tied
+    assert stored["axis"].data.tolist() == [1, 2, 3]
 
 
 ATTRIBUTES = {
@@ -96,9 +103,12 @@ def test_attributes(run, kind):
         assert isinstance(file.attrs["format"], np.integer)
 
 
-def test_status(run, kind):
+def test_status(run, kind, tmp_path):
     _, path = run
     stored = open_result(path)
+    copy = tmp_path / "again.yaml"
+    copy.write_text(stored.config, encoding="utf-8")
+    assert run_id(load_config(copy)) == stored.run_id
     if kind == "stopped":
         assert stored.status == "range left"
         detail = stored.attributes["status_detail"]
@@ -117,63 +127,29 @@ def test_status(run, kind):
             assert number > 0
 
 
-def test_the_stored_config_is_the_run(run, tmp_path):
-    _, path = run
-    stored = open_result(path)
-    copy = tmp_path / "again.yaml"
-    copy.write_text(stored.config, encoding="utf-8")
-    assert run_id(load_config(copy)) == stored.run_id
-    assert len(stored.run_id) == 32
+def test_xarray_finds_in_the_file_what_it_gets_from_memory(run):
+    """In the file the config is an array; in memory it is an attribute."""
+    result, path = run
+    ours = result.to_xarray()
+    assert ours.attrs == result.attributes | {"config": result.config}
+    for engine in ("h5netcdf", "netcdf4"):
+        with xarray.open_dataset(path, engine=engine) as dataset:
+            assert dataset["config"].item() == result.config
+            assert dataset.drop_vars("config").equals(ours)
+        with xarray.open_dataset(path, engine=engine, group="certificate") as group:
+            names = {f"certificate/{name}" for name in group.variables}
+            assert names == {name for name in result.variables if "/" in name}
+            for name, found in group.data_vars.items():
+                assert found.values.tolist() == pytest.approx(
+                    result[f"certificate/{name}"].tolist(), nan_ok=True
+                )
 
 
-def test_parts(runs):
-    common = ["kinetic", "gravity", "translational stabilizer", "rotational stabilizer"]
-    for kind, (_, path) in runs.items():
-        tied = kind not in ("free", "permanent", "manifold")
-        assert open_result(path)["part"].tolist() == common + ["connector"] * tied
-
-
-def test_axes_and_finite_numbers(run):
-    _, path = run
-    stored = open_result(path)
-    assert stored["axis"].tolist() == [1, 2, 3]
-    for name, variable in stored.variables.items():
-        # A run that does not settle has no time at which it does.
-        may_be_none = name.startswith(("certificate/", "settling_time"))
-        if variable.data.dtype.kind == "f" and not may_be_none:
-            assert np.isfinite(variable.data).all(), name
-
-
-def datasets(file):
-    """Return every array of a file by name, with those in groups."""
-    found = {}
-    file.visititems(lambda name, entry: found.update({name: entry}))
-    return {name: entry for name, entry in found.items() if isinstance(entry, h5py.Dataset)}
-
-
-SCALES = ("time", "axis", "part", "certificate/check")
-
-
-def test_layout(run):
-    """Every reader can map the arrays: no unlimited dimension, no compression, no chunks."""
-    _, path = run
-    with h5py.File(path) as file:
-        for name, dataset in datasets(file).items():
-            assert isinstance(file.get(name, getlink=True), h5py.HardLink)
-            assert dataset.maxshape == dataset.shape, name
-            assert (dataset.compression, dataset.shuffle, dataset.chunks) == (None, False, None)
-            assert dataset.id.get_create_plist().get_nfilters() == 0
-            assert dataset.is_scale == (name in SCALES), name
-            if dataset.is_scale:
-                assert dataset.attrs["NAME"] == name.rpartition("/")[2].encode()
-            if dataset.dtype.kind == "f":
-                assert dataset.dtype == np.dtype("<f8")
-    with netCDF4.Dataset(path) as file:
-        assert not any(dimension.isunlimited() for dimension in file.dimensions.values())
-        assert set(file.groups) == {"certificate"}
-
-
-def test_small(run):
-    """A file with five samples consists mostly of names and units: in HDF5, and in its index."""
-    _, path = run
-    assert path.stat().st_size < 60_000
+def test_words_of_the_certificate_are_codes_in_memory(run):
+    """The CF conventions write words without blanks."""
+    result, _ = run
+    for name, codes in result.to_xarray("certificate").data_vars.items():
+        if result[f"certificate/{name}"].dtype == object:
+            words = np.array(codes.attrs["flag_meanings"].split())[codes.values]
+            expected = [word.replace(" ", "_") for word in result[f"certificate/{name}"]]
+            assert words.tolist() == expected, name

@@ -3,21 +3,16 @@ values of varied keys and stored again; one row a member; and arrays that nobody
 """
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray
 from support.configs import EMBEDDED, edited, plain
-from support.made_runs import made_result
 from support.sweeping import run_sweep
 from support.sweeps import SHORT, FakeEngine
 
 import rbstab
-from rbstab.store.result import write_result
-from rbstab.store.table import Table
-from rbstab.sweep.folder.stored_traces import SweepTraces
 
 pytestmark = pytest.mark.slow
 
@@ -53,7 +48,7 @@ VARIED: dict[str, dict[str, Any]] = {
 
 
 @pytest.fixture(scope="module")
-def sweeps(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def sweeps(tmp_path_factory):
     """The folders of finished sweeps of each kind of plan, with traces; member 1 diverged."""
     found = {}
     for name, plan in VARIED.items():
@@ -65,17 +60,17 @@ def sweeps(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 @pytest.fixture(scope="module")
-def tables(sweeps: dict[str, Path]) -> dict[str, Table]:
+def tables(sweeps):
     return {name: rbstab.open_sweep(folder) for name, folder in sweeps.items()}
 
 
 @pytest.fixture(scope="module")
-def traces(sweeps: dict[str, Path]) -> dict[str, SweepTraces]:
+def traces(sweeps):
     return {name: rbstab.open_traces(folder) for name, folder in sweeps.items()}
 
 
 @pytest.fixture(scope="module")
-def run() -> rbstab.Result:
+def run():
     """A run with switches or impacts has more dimensions; this one has texts in its certificate."""
     text = edited("orientation: [0, 0, 0]", "orientation: [0.1, 0.2, 0]")
     return rbstab.simulate({**plain(text), "integration": SHORT})
@@ -86,11 +81,11 @@ KINDS = ("run", "certificate", "motions", "traces", *VARIED)
 
 @pytest.fixture(params=KINDS)
 def dataset(
-    request: pytest.FixtureRequest,
-    run: rbstab.Result,
-    tables: dict[str, Table],
-    traces: dict[str, SweepTraces],
-) -> xarray.Dataset:
+    request,
+    run,
+    tables,
+    traces,
+):
     others: dict[str, Callable[[], xarray.Dataset]] = {
         "run": run.to_xarray,
         "certificate": lambda: run.to_xarray("certificate"),
@@ -101,7 +96,7 @@ def dataset(
     return others[kind]() if kind in others else tables[kind].to_xarray()
 
 
-def test_a_dataset_holds_numbers(dataset: xarray.Dataset) -> None:
+def test_a_dataset_holds_numbers(dataset):
     """Only coordinates along one dimension may be words: its labels."""
     assert dataset.data_vars
     for name, array in dataset.variables.items():
@@ -121,9 +116,7 @@ def test_a_dataset_holds_numbers(dataset: xarray.Dataset) -> None:
         ("variants", {"controller_variant": "visco-elastic"}, [3, 4, 5]),
     ],
 )
-def test_values_of_varied_keys_select(
-    kind: str, selection: dict[str, Any], members: list[int], tables: dict[str, Table]
-) -> None:
+def test_values_of_varied_keys_select(kind, selection, members, tables):
     """The members are counted by the last key of the plan first."""
     table = tables[kind]
     # Without an index only newer versions of xarray select.
@@ -135,9 +128,7 @@ def test_values_of_varied_keys_select(
     assert np.array_equal(vectors, table["final_position"][members], equal_nan=True)
 
 
-def test_drawn_values_select_their_member(
-    tables: dict[str, Table], traces: dict[str, SweepTraces]
-) -> None:
+def test_drawn_values_select_their_member(tables, traces):
     third = {X: tables["drawn"][X][3]}
     assert tables["drawn"].to_xarray().sel(third)["run"].item() == 3
     # Each variant has the same points.
@@ -148,7 +139,7 @@ def test_drawn_values_select_their_member(
 
 
 @pytest.mark.parametrize("kind", VARIED)
-def test_pandas_has_one_row_a_member(kind: str, tables: dict[str, Table]) -> None:
+def test_pandas_has_one_row_a_member(kind, tables):
     table = tables[kind]
     frame = table.to_pandas()
     assert frame.index.tolist() == table["run"].tolist()
@@ -165,36 +156,10 @@ def test_pandas_has_one_row_a_member(kind: str, tables: dict[str, Table]) -> Non
     assert numbers.mean()[X] == pytest.approx(table[X].mean())
 
 
-def test_pandas_has_one_row_a_sample(run: rbstab.Result) -> None:
+def test_pandas_has_one_row_a_sample(run):
     frame = run.to_pandas()
     assert frame.index.tolist() == run["time"].tolist()
     assert frame["orientation_1"].tolist() == run["orientation"][:, 1].tolist()
     kinetic = run["energy"][:, run["part"].tolist().index("kinetic")]
     assert frame["energy_kinetic"].tolist() == kinetic.tolist()
     assert frame.attrs["units"]["energy_kinetic"] == "J"
-
-
-def test_no_array_can_be_changed(
-    run: rbstab.Result,
-    tables: dict[str, Table],
-    traces: dict[str, SweepTraces],
-    tmp_path: Path,
-) -> None:
-    write_result(tmp_path / "r.h5", made_result())
-    grid, trace = tables["grid"], traces["grid"]
-    opened = rbstab.open_result(tmp_path / "r.h5")
-    # v falls by exp(-8 t), so it is a thousandth of v(0) at ln(1000)/8.
-    assert opened.settling_time == pytest.approx(np.log(1000) / 8, rel=0.02)
-    holders: list[Any] = [
-        *(run, opened, grid, trace.of(0), next(iter(trace))),
-        *(run.to_xarray("certificate"), grid.to_xarray(), trace.to_xarray([0, 1])),
-    ]
-    for holder in holders:
-        assert len(list(holder)) > 3
-        for name in holder:
-            data = getattr(holder[name], "values", holder[name])
-            with pytest.raises(ValueError, match="read-only"):
-                data[...] = data
-    for array in (grid.shaped("final_position"), trace.members, trace.times):
-        with pytest.raises(ValueError, match="read-only"):
-            array[0] = 1

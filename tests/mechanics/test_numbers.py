@@ -1,71 +1,34 @@
-"""The functions of one number for each kind: by numpy, by registered functions, by methods."""
+"""Vectors, matrices, derivatives, and the functions of each kind of number."""
 
-from dataclasses import dataclass
+from fractions import Fraction
+from types import SimpleNamespace
 
 import flint
 import numpy as np
 import pytest
+from support.differences import relative_error
 
 from rbstab.mechanics import numbers
-from rbstab.mechanics.numbers import FUNCTIONS, cos, cos_of, sin, sin_of, sqrt
+from rbstab.mechanics.algebra import (
+    cross,
+    cross_matrix,
+    inverse,
+    quadratic_form,
+    squared_norm,
+)
+from rbstab.mechanics.derivatives import jacobian
+from rbstab.mechanics.numbers import FUNCTIONS, sin, sin_of
 
 
-@dataclass
-class Angle:
-    """A kind of number with its own functions, like an interval."""
-
-    name: str
-
-    def sin(self):
-        return f"sin {self.name}"
-
-    def cos(self):
-        return f"cos {self.name}"
-
-    def sqrt(self):
-        return f"sqrt {self.name}"
-
-
-class Unknown:
-    """A kind of number without these functions."""
-
-
-def test_floats_and_complex_numbers_go_to_numpy():
-    for x in (np.array([0.1, 0.2]), np.array([0.1 + 1e-3j, 2.0])):
-        np.testing.assert_array_equal(sin(x), np.sin(x))
-        np.testing.assert_array_equal(cos(x), np.cos(x))
-
-
-def test_other_kinds_use_their_own_functions():
-    x = np.array([Angle("a"), Angle("b")], dtype=object)
-    assert sin(x).tolist() == ["sin a", "sin b"]
-    assert cos(x).tolist() == ["cos a", "cos b"]
-
-
-def test_registered_functions_come_before_methods():
-    class Registered(Angle):
+def test_a_registered_function_comes_before_a_method_and_one_of_them_must_be_there():
+    class Registered(SimpleNamespace):
         pass
 
-    sin_of.register(Registered, lambda x: f"registered sin {x.name}")
-    cos_of.register(Registered, lambda x: f"registered cos {x.name}")
-    x = np.array([Registered("a")], dtype=object)
-    assert sin(x).tolist() == ["registered sin a"]
-    assert cos(x).tolist() == ["registered cos a"]
-
-
-def test_kind_without_functions_is_refused():
-    x = np.array([Unknown()], dtype=object)
+    sin_of.register(Registered, lambda _: "registered")
+    own = [SimpleNamespace(sin=lambda: "method"), Registered(sin=lambda: "method")]
+    assert sin(np.array(own, dtype=object)).tolist() == ["method", "registered"]
     with pytest.raises(AttributeError, match="sin"):
-        sin(x)
-    with pytest.raises(AttributeError, match="cos"):
-        cos(x)
-
-
-def test_square_root_has_the_derivative_of_a_complex_step():
-    """√(4 + ih) = 2 + ih/4, and no branch is taken for a negative imaginary part."""
-    for h in (1e-30, -1e-30):
-        root = sqrt(np.complex128(4.0 + 1j * h))
-        assert (root.real, root.imag) == (2.0, pytest.approx(h / 4, rel=1e-15))
+        sin(np.array([SimpleNamespace()], dtype=object))
 
 
 NAMED_BY_NUMPY = {name: {"atan": "arctan"}.get(name, name) for name in FUNCTIONS}
@@ -88,3 +51,41 @@ def test_every_function_for_every_kind_of_number(name):
     symbol = heyoka.make_vars("x")
     compiled = heyoka.cfunc([function(symbol)], vars=[symbol])
     assert compiled([x])[0] == pytest.approx(expected, rel=1e-15)
+
+
+def test_the_cross_product_and_its_matrix_are_numpy_s(rng):
+    a, b = rng.normal(size=(2, 3))
+    np.testing.assert_array_equal(cross(a, b), np.cross(a, b))
+    assert relative_error(cross_matrix(a) @ b, np.cross(a, b)) < 1e-15
+
+
+def test_inverse_is_exact_in_fractions_and_needs_no_symmetry():
+    matrix = np.array([[2, -1, 3], [5, 4, -2], [1, 7, 6]]) * Fraction(1, 3)
+    np.testing.assert_array_equal(inverse(matrix) @ matrix, np.eye(3))
+    np.testing.assert_array_equal(matrix @ inverse(matrix), np.eye(3))
+
+
+def test_quadratic_form_in_integers():
+    matrix = np.array([[1, 2, 3], [4, 5, 6], [7, 8, 10]])
+    # 1·1·1 + 2·(2 + 4) - (3 + 7) + 4·5 - 2·(6 + 8) + 10
+    assert quadratic_form(matrix, np.array([1, 2, -1])) == 5
+
+
+def test_squared_norm_of_a_pythagorean_quadruple():
+    assert squared_norm(np.array([2, 3, -6])) == 7**2
+
+
+def test_jacobian_of_products_and_sines(rng):
+    x, y, z = point = rng.normal(size=3)
+
+    def function(p):
+        return np.array([p[0] * p[1], np.sin(p[2]), p[0] / p[2], p[1] ** 3])
+
+    expected = [[y, x, 0], [0, 0, np.cos(z)], [1 / z, 0, -x / z**2], [0, 3 * y**2, 0]]
+    assert relative_error(jacobian(function, point), expected) < 1e-15
+
+
+def test_nothing_is_subtracted(rng):
+    # The value is 1e30 times the slope: a difference of floats would lose the slope.
+    slope = jacobian(lambda p: 1e30 + np.sin(p[0]), np.array([0.7]))
+    np.testing.assert_allclose(slope, [np.cos(0.7)], rtol=1e-15)

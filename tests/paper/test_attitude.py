@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.differences import derivative, relative_error
 from support.pose import angles, attitude, turned
-from support.systems import random_body, random_Z
+from support.systems import random_Z
 
 from rbstab.mechanics.attitude import (
     angle_rates,
@@ -15,7 +15,6 @@ from rbstab.mechanics.attitude import (
     regularity,
     rotation,
 )
-from rbstab.mechanics.contact import displacement, velocity
 
 
 def skew(Omega):
@@ -32,30 +31,13 @@ def test_eq_02_rotation_is_roll_pitch_yaw_about_carried_axes(rng):
     assert relative_error(rotation(Theta), attitude(Theta)) < 1e-14
 
 
-def test_eq_02_rotation_is_orthonormal_and_right_handed(rng):
-    A = rotation(random_Z(rng)[:3])
-    assert relative_error(A.T @ A, np.eye(3)) < 1e-15
-    assert np.linalg.det(A) == pytest.approx(1, abs=1e-14)
-
-
-def test_eq_02_rotation_takes_body_to_inertial_coordinates():
-    # A quarter roll takes the body's y axis to the inertial z axis.
-    np.testing.assert_allclose(
-        rotation(np.array([np.pi / 2, 0, 0])) @ [0, 1, 0], [0, 0, 1], 0, 1e-15
-    )
-
-
 def test_eq_01_angle_rates_follow_the_turning_body(rng):
     Theta, Omega = np.split(random_Z(rng)[:6], 2)
     A = attitude(Theta)
     expected = derivative(lambda t: angles(turned(A, Omega, t)), 1e-3)
     assert relative_error(rate_matrix(Theta) @ Omega, expected) < 1e-11
-
-
-def test_eq_01_angle_rates_of_many_attitudes(rng):
-    Theta, Omega = np.split(np.array([random_Z(rng)[:6] for _ in range(5)]), 2, axis=1)
-    expected = [rate_matrix(angles) @ spin for angles, spin in zip(Theta, Omega, strict=True)]
-    assert relative_error(angle_rates(Theta, Omega), np.array(expected)) < 1e-14
+    for found in angle_rates(np.tile(Theta, (4, 1)), np.tile(Omega, (4, 1))):
+        assert relative_error(found, expected) < 1e-11
 
 
 def test_eq_01_rotation_rate_is_A_times_spin(rng):
@@ -69,41 +51,11 @@ def test_eq_01_rotation_rate_is_A_times_spin(rng):
     assert relative_error(rotation_rate(printed_rate_matrix(Theta)), expected) > 1e-2
 
 
-def test_eq_01_printed_rate_matrix_does_not_keep_the_contact_point_at_F(rng):
-    Theta, Omega, X, V = np.split(random_Z(rng), 4)
-    body, anchor = random_body(rng), rng.normal(size=3)
-
-    def E_rate(B):
-        def E(t):
-            return displacement(body, rotation(Theta + t * (B @ Omega)), X + t * V, anchor)
-
-        return derivative(E, 1e-3)
-
-    F = velocity(body, rotation(Theta), Omega, V)
-    assert relative_error(E_rate(rate_matrix(Theta)), F) < 1e-11
-    assert relative_error(E_rate(printed_rate_matrix(Theta)), F) > 1e-2
-
-
-def test_eq_01_rate_matrix_and_its_inverse(rng):
+def test_eq_01_rate_matrix_its_inverse_and_its_determinant(rng):
     Theta = random_Z(rng)[:3]
     B, B_inverse = rate_matrix(Theta), rate_matrix_inverse(Theta)
     assert relative_error(B @ B_inverse, np.eye(3)) < 1e-14
-    assert relative_error(B_inverse @ B, np.eye(3)) < 1e-14
-
-
-def test_eq_01_determinant_of_rate_matrix_is_one_over_cos_pitch(rng):
-    Theta = random_Z(rng)[:3]
-    assert np.linalg.det(rate_matrix(Theta)) * np.cos(Theta[1]) == pytest.approx(1, rel=1e-14)
-
-
-def test_eq_05_angles_inside_the_range_are_the_only_ones(rng):
-    Theta = random_Z(rng)[:3]
-    assert relative_error(angles(rotation(Theta)), Theta) < 1e-14
-
-
-def test_eq_05_regularity_is_one_over_the_determinant_of_B(rng):
-    Theta = random_Z(rng)[:3]
-    assert regularity(Theta) * np.linalg.det(rate_matrix(Theta)) == pytest.approx(1, rel=1e-14)
+    assert regularity(Theta) * np.linalg.det(B) == pytest.approx(1, rel=1e-14)
 
 
 @pytest.mark.parametrize("end", [-1, 1])
@@ -114,14 +66,6 @@ def test_eq_05_regularity_changes_sign_at_the_end_of_the_range(end):
     # θ2 is rounded to 1e-16, so a cosine of 1e-6 has ten correct digits.
     assert inside == pytest.approx(1e-6, rel=1e-9)
     assert outside == pytest.approx(-1e-6, rel=1e-9)
-
-
-def test_eq_05_inverse_of_rate_matrix_is_finite_at_the_end_of_the_range():
-    Theta, Omega = np.array([0.3, np.pi / 2, -0.4]), np.array([1.0, 2.0, 3.0])
-    A, Theta_rate = attitude(Theta), np.array([0.5, -1.0, 2.0])
-    Omega = rate_matrix_inverse(Theta) @ Theta_rate
-    expected = derivative(lambda t: attitude(Theta + t * Theta_rate))
-    assert relative_error(A @ skew(Omega), expected) < 1e-12
 
 
 def test_eq_05_range_of_the_angles():

@@ -3,13 +3,10 @@
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
-from support.differences import along, derivative, relative_error
-from support.particles import particles
+from support.differences import relative_error
 from support.path import random_path
-from support.pose import attitude, turned
-from support.systems import random_body, random_Z
+from support.systems import random_body
 
-from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import (
     Wrench,
     applied_forces,
@@ -43,45 +40,14 @@ def test_eq_01_accelerations_are_those_of_the_path(carried):
         assert relative_error(actual, expected) < 1e-9
 
 
-def test_eq_01_contact_force_has_a_moment_about_the_centre(carried):
-    path, motion, wrench = carried
-    ignoring = Wrench(wrench.force + wrench.contact_force, wrench.couple, ZERO)
-    actual = free_rates(path.body, motion, ignoring)
-    assert relative_error(actual[3:6], path.Z_rates()[3:6]) > 1e-2
-
-
-def test_eq_01_free_body_keeps_angular_momentum_and_energy(rng):
-    body, Z = random_body(rng), random_Z(rng)
-    masses, places = particles(body)
-    rates = free_rates(body, motion_from_centre(body, ZERO, Z), Wrench(ZERO, ZERO, ZERO))
-
-    def velocities(y):
-        return derivative(lambda t: places @ turned(attitude(y[:3]), y[3:6], t).T)
-
-    def momentum(y):
-        return masses @ np.cross(places @ attitude(y[:3]).T, velocities(y))
-
-    def energy(y):
-        return 0.5 * masses @ (velocities(y) ** 2).sum(axis=1)
-
-    pace = np.abs(rates).max()
-    # The scale is the rate of the fastest state times the value.
-    assert np.abs(along(momentum, Z, rates)).max() < 1e-10 * pace * np.abs(momentum(Z)).max()
-    assert abs(along(energy, Z, rates)) < 1e-10 * pace * abs(energy(Z))
-
-
-def test_eq_03_mass_matrix_has_blocks_I_J_I_M(rng):
-    body = random_body(rng)
-    mass_matrix = block_diag(np.eye(3), body.inertia, np.eye(3), body.mass * np.eye(3))
-    assert relative_error(body.mass_matrix_inverse @ mass_matrix, np.eye(12)) < 1e-14
-
-
-def test_eq_09_applied_and_contact_forces_give_the_rates_of_the_path(carried):
+def test_eq_03_and_09_applied_and_contact_forces_give_the_rates_of_the_path(carried):
     path, motion, wrench = carried
     forces = applied_forces(path.body, motion, wrench.force, wrench.couple)
     forces = forces + contact_directions(path.body, motion) @ wrench.contact_force
+    # Eq. 3: the mass matrix has the blocks I, J, I, M.
     mass_matrix = block_diag(np.eye(3), path.body.inertia, np.eye(3), path.body.mass * np.eye(3))
     assert relative_error(forces, mass_matrix @ path.Z_rates()) < 1e-10
+    assert relative_error(path.body.mass_matrix_inverse @ mass_matrix, np.eye(12)) < 1e-14
 
 
 def test_eq_09_printed_order_of_blocks_is_not_that_of_Z(carried):

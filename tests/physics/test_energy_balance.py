@@ -8,18 +8,12 @@ from support.paper_runs import (
     LOOSE_TOLERANCES,
     loose_run,
     paper_config,
-    paper_matrix,
     paper_run,
 )
 from support.problems import ENGINES, problem, solve
 from support.systems import random_system
 
 import rbstab
-from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.gravity import Gravity
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.elements.visco_elastic import ViscoElasticConnector
 
 each_case = pytest.mark.parametrize(("variant", "with_gravity"), CASES, ids=CASE_NAMES)
 each_engine = pytest.mark.parametrize("engine", ENGINES)
@@ -27,7 +21,7 @@ each_engine = pytest.mark.parametrize("engine", ENGINES)
 
 @each_engine
 @each_case
-def test_residual_is_small_at_the_default_tolerances(variant, with_gravity, engine):
+def test_v_falls_and_its_residual_is_small_at_the_default_tolerances(variant, with_gravity, engine):
     result = paper_run(variant, with_gravity, engine)
     v = result["lyapunov"]
     residual = v - v[0] - result["lyapunov_change"]
@@ -35,6 +29,8 @@ def test_residual_is_small_at_the_default_tolerances(variant, with_gravity, engi
     np.testing.assert_allclose(result["energy_residual"], residual, rtol=0, atol=1e-9)
     # The balance means something only if v changes.
     assert v[-1] < 0.01 * v[0]
+    assert (np.diff(v) < 0).all()
+    assert v[-1] > 0
 
 
 @pytest.mark.parametrize("drift_control", ["none", "projection", {"baumgarte": 20.0}], ids=str)
@@ -64,13 +60,6 @@ def test_residual_falls_with_the_tolerance(engine):
     assert (ratios > 5).all(), residuals
 
 
-@each_case
-def test_v_falls_wherever_the_body_moves(variant, with_gravity):
-    result = paper_run(variant, with_gravity, "scipy")
-    assert (np.diff(result["lyapunov"]) < 0).all()
-    assert (result["lyapunov"] > 0).all()
-
-
 @each_engine
 @pytest.mark.parametrize("with_gravity", [False, True])
 def test_contact_force_does_no_work_on_a_held_body(with_gravity, engine):
@@ -79,91 +68,29 @@ def test_contact_force_does_no_work_on_a_held_body(with_gravity, engine):
     np.testing.assert_array_equal(result["contact_work"], 0.0)
 
 
-PANELS, NODES = 40, 10
-
-
-def gauss_nodes(duration):
-    """Return 0, Gauss nodes in panels, and the end: integrals are exact to round-off."""
-    nodes, _ = np.polynomial.legendre.leggauss(NODES)
-    edges = np.linspace(0.0, duration, PANELS + 1)
-    middles, half = (edges[1:] + edges[:-1]) / 2, duration / PANELS / 2
-    return np.concatenate([[0.0], (middles[:, None] + half * nodes).ravel(), [duration]])
-
-
-def gauss_integral(values, duration):
-    _, weights = np.polynomial.legendre.leggauss(NODES)
-    return (values[1:-1].reshape(PANELS, NODES) @ weights).sum() * duration / PANELS / 2
+def gauss_nodes(duration, panels=40):
+    """Return the times of Gauss's rule in panels, and its weights: exact to round-off here."""
+    nodes, weights = np.polynomial.legendre.leggauss(10)
+    half = duration / panels / 2
+    middles = half * np.arange(1, 2 * panels, 2)
+    return (middles[:, None] + half * nodes).ravel(), half * np.tile(weights, panels)
 
 
 @each_engine
 @pytest.mark.parametrize("variant", ["visco-elastic", "embedded"])
-def test_work_and_dissipation_balance_for_full_gains(variant, engine):
-    # v_t + v_r + p - ε of eq. 28 has the rate -V'L_tV - Ω'L_rΩ of eq. 29, for any Λ. The integrals
-    # ε of eq. 26 and ∫v'dt are compared with quadratures over the trace.
+def test_work_and_dissipation_are_the_integrals_of_their_powers(variant, engine):
+    """ε of eq. 26 and ∫v'dt of eq. 43 and 46, with full gains, against quadrature."""
     rng = np.random.default_rng(5)
     system = random_system(rng, variant)
     Z = np.concatenate([[0.2, -0.3, 0.1], [2.0, -3.0, 1.0], rng.normal(size=6) * 0.1])
     start = np.concatenate([Z, rng.normal(size=system.size - 12) * 0.05])
-    duration = 1.0
-    trajectory = solve(engine, problem(system, start, gauss_nodes(duration)))
+    times, weights = gauss_nodes(1.0)
+    trajectory = solve(engine, problem(system, start, [0.0, *times, 1.0]))
     assert trajectory.status == "completed"
     seen = [system.observe(state) for state in trajectory.states]
-    V, Omega, X, Theta, F = (
-        np.array([getattr(o.motion, symbol) for o in seen])
-        for symbol in ("V", "Omega", "X", "Theta", "F")
-    )
-    force = np.array([o.contact_force for o in seen])
-    gravity, translational, rotational = system.elements[:3]
-    assert isinstance(gravity, Gravity)
-    assert isinstance(translational, TranslationalStabilizer)
-    assert isinstance(rotational, RotationalStabilizer)
-
-    def form(matrix, x):
-        return np.einsum("ti,ij,tj->t", x, matrix, x)
-
-    body = system.body
-    stored = 0.5 * (
-        body.mass * (V**2).sum(axis=1)
-        + form(body.inertia, Omega)
-        + form(translational.K_t, X)
-        + form(rotational.K_r, Theta)
-    )
-    p = -X @ gravity.weight
-    lost = form(translational.L_t, V) + form(rotational.L_r, Omega)
-    work = gauss_integral((F * force).sum(axis=1), duration)
-    scale = stored[0]
-    assert abs(work) > 1e-3 * scale
-    assert trajectory.contact_work[0] == 0
-    assert trajectory.contact_work[-1] == pytest.approx(work, rel=0, abs=1e-10 * scale)
-    gained = (stored + p)[-1] - (stored + p)[0] - trajectory.contact_work[-1]
-    assert gained == pytest.approx(-gauss_integral(lost, duration), rel=0, abs=1e-10 * scale)
-
-    connector = system.elements[3]
-    assert isinstance(connector, ViscoElasticConnector | EmbeddedConnector)
-    at_connector = form(connector.L_c, F)
-    if isinstance(connector, EmbeddedConnector):
-        D = np.array([o.own_states for o in seen])
-        E = np.array([o.motion.E for o in seen])
-        pull = (E - D) @ connector.K_c - D @ connector.K_d  # = L_d Ḋ
-        at_connector = at_connector + form(np.linalg.inv(connector.L_d), pull)
-    rate = -lost - at_connector
-    assert trajectory.lyapunov_change[0] == 0
-    assert trajectory.lyapunov_change[-1] == pytest.approx(
-        gauss_integral(rate, duration), rel=0, abs=1e-10 * scale
-    )
-
-
-@pytest.mark.parametrize("variant", ["visco-elastic", "embedded"])
-@pytest.mark.parametrize("with_gravity", [False, True])
-def test_balance_holds_at_every_sample_of_the_papers_runs(variant, with_gravity):
-    result = paper_run(variant, with_gravity, "scipy")
-    V, Omega = result["velocity"], result["angular_velocity"]
-    lost = np.einsum("ti,ij,tj->t", V, paper_matrix(variant, "Lt"), V)
-    lost += np.einsum("ti,ij,tj->t", Omega, paper_matrix(variant, "Lr"), Omega)
-    kinetic, gravity, translational, rotational, _ = result["energy"].T
-    balance = kinetic + gravity + translational + rotational - result["contact_work"]
-    # Central differences of fourth order over steps of 5 ms; the fastest time constant of the
-    # connector is 3 ms. They are good to a few thousandths of the largest power.
-    h = result["time"][1]
-    slope = (balance[:-4] - 8 * balance[1:-3] + 8 * balance[3:-1] - balance[4:]) / (12 * h)
-    np.testing.assert_allclose(slope, -lost[2:-2], rtol=0, atol=5e-3 * lost.max())
+    scale = seen[0].energy.sum()
+    powers = np.array([(o.motion.F @ o.contact_force, -o.dissipation.sum()) for o in seen])
+    integrals = np.array([trajectory.contact_work, trajectory.lyapunov_change]).T
+    assert (integrals[0] == 0).all()
+    assert (np.abs(integrals[-1]) > 1e-3 * scale).all()
+    np.testing.assert_allclose(integrals[-1], weights @ powers[1:-1], rtol=0, atol=1e-10 * scale)

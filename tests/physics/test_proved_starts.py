@@ -23,6 +23,8 @@ from rbstab.sweep.plan.load import load_plan
 STARTS = 260
 """Starts of each body."""
 
+VARIANTS = ("permanent", "visco-elastic", "free", "embedded")
+
 KINDS = ("soft", "stiff", "heavy", "nearly degenerate", "several minima")
 
 
@@ -39,21 +41,22 @@ def random_base(seed: int) -> dict[str, Any]:
     K_t = 4000.0 * rng.uniform(0.5, 1.5, 3)
     inertia = rng.uniform(2.0, 4.0, 3)
     mass = float(rng.uniform(5.0, 60.0))
-    held = seed % 2 == 0
+    variant = VARIANTS[seed % len(VARIANTS)]
     lever = rng.uniform(-0.4, 0.4, 3)
     gravity = [0.0, 0.0, -float(rng.uniform(5, 30))] if kind == "heavy" else [0.0, 0.0, 0.0]
     damping = np.sqrt(K_r * inertia)
     slowest = float((damping / K_r).max())
-    variant = {"variant": "permanent"}
-    if not held:
-        K_c = 3000.0 * rng.uniform(0.5, 1.5, 3)
-        L_c = 0.8 * np.sqrt(K_c * mass)
-        variant = {"variant": "visco-elastic", "K_c": K_c.tolist(), "L_c": L_c.tolist()}
+    K_c = 3000.0 * rng.uniform(0.5, 1.5, 3)
+    L_c = 0.8 * np.sqrt(K_c * mass)
+    connector = {"K_c": K_c.tolist(), "L_c": L_c.tolist()}
+    own_state = {"K_d": K_c.tolist(), "L_d": L_c.tolist()}
+    connectors = {"visco-elastic": connector, "embedded": connector | own_state}
     return {
         "body": {"mass": mass, "inertia": inertia.tolist(), "contact_point": lever.tolist()},
         "gravity": gravity,
         "controller": {
-            **variant,
+            "variant": variant,
+            **connectors.get(variant, {}),
             "K_t": K_t.tolist(),
             "L_t": (0.8 * np.sqrt(K_t * mass)).tolist(),
             "K_r": K_r.tolist(),

@@ -11,7 +11,7 @@ COUNT = 40
 
 
 @pytest.fixture
-def two_processors(monkeypatch: pytest.MonkeyPatch) -> None:
+def two_processors(monkeypatch):
     monkeypatch.setattr(module, "processor_count", lambda: 2)
     monkeypatch.setattr(module, "PER_WORKER", COUNT // 2)
 
@@ -33,24 +33,24 @@ def refused(number: int) -> int:
     return number
 
 
-def test_many_items_are_shared(two_processors: None) -> None:
+def test_many_items_are_shared(two_processors):
     numbers, processes = zip(*mapped(with_process, range(COUNT)), strict=True)
     assert numbers == tuple(range(COUNT))
     assert os.getpid() not in processes
 
 
 @pytest.mark.parametrize("count", [0, 1, COUNT - 1])
-def test_few_items_need_no_process(two_processors: None, count: int) -> None:
+def test_few_items_need_no_process(two_processors, count):
     assert list(mapped(with_process, range(count))) == [(n, os.getpid()) for n in range(count)]
 
 
 @pytest.mark.parametrize("last", [0, COUNT // 2, COUNT - 1])
-def test_a_killed_worker_loses_nothing(two_processors: None, last: int) -> None:
+def test_a_killed_worker_loses_nothing(two_processors, last):
     items = [(number, os.getpid(), last) for number in range(COUNT)]
     assert list(mapped(killed_in_a_worker, items)) == list(range(COUNT))
 
 
-def test_the_error_of_an_item_is_raised(two_processors: None) -> None:
+def test_the_error_of_an_item_is_raised(two_processors):
     found = mapped(refused, range(COUNT))
     with pytest.raises(ZeroDivisionError):
         list(found)

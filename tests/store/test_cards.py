@@ -4,64 +4,47 @@ a card whose texts cannot become markup; and the message about a package that is
 
 import re
 import sys
-from html.parser import HTMLParser
 from pathlib import Path
+from xml.etree.ElementTree import fromstring
 
 import pytest
 from support.results import result
 
 import rbstab
 from rbstab.store.cards import optional_module
-from rbstab.store.result import Result
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 EVIL = '<script>alert("x")</script>\n\x1b[31m' + "y" * 1000
 
 
-class Tags(HTMLParser):
-    """The tags of an HTML text; every tag that is opened must be closed."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.tags: list[str] = []
-        self.open: list[str] = []
-        self.feed(text)
-        assert self.open == []
-
-    def handle_starttag(self, tag: str, attrs: object) -> None:
-        self.tags.append(tag)
-        self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: object) -> None:
-        self.tags.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
+def tags(page):
+    """Return the tags of a page, in which every tag that is opened is closed."""
+    return {one.tag for one in fromstring(page).iter()}  # noqa: S314 (made by the program)
 
 
-def test_a_run() -> None:
+def test_a_run():
     opened = rbstab.open_result(STORED / "runs/embedded.h5")
     shown = repr(opened)
     assert shown.startswith('<rbstab.Result "Stored": outcome ')
     assert re.search(r", \d+ samples, \d+ arrays>$", shown)
     assert len(shown) < 210
     page = opened._repr_html_()
-    Tags(page)
+    assert tags(page)
     assert ">seen<" in page
     assert "consistent" not in shown + page
 
 
-def test_a_sweep() -> None:
+def test_a_sweep():
     table = rbstab.open_sweep(STORED / "sweeps/finished_map")
     title = "A map over spin, stored by rbstab 0.1.0"
     assert repr(table) == f'<rbstab.Table "{title}": 30 members, 30 returns, 30 columns>'
     page = table._repr_html_()
-    Tags(page)
+    assert tags(page)
     assert "30 returns" in page
 
 
-def test_traces_and_motions() -> None:
+def test_traces_and_motions():
     traces = rbstab.open_traces(STORED / "sweeps/finished_variants")
     assert ": 7 members with traces, " in repr(traces)
     assert re.fullmatch(r"<rbstab.Motions: 6 samples, \d+ arrays>", repr(traces.of(0)))
@@ -69,7 +52,7 @@ def test_traces_and_motions() -> None:
     assert re.fullmatch(several, repr(next(iter(traces))))
 
 
-def test_names_of_arrays() -> None:
+def test_names_of_arrays():
     """A misspelt name is an error that says which one was meant; all names can be listed."""
     run = rbstab.open_result(STORED / "runs/embedded.h5")
     table = rbstab.open_sweep(STORED / "sweeps/finished_map")
@@ -95,7 +78,7 @@ def test_names_of_arrays() -> None:
         table.shaped("settling_tim")
 
 
-def test_what_is_not_decided_says_why() -> None:
+def test_what_is_not_decided_says_why():
     undecided = result()
     undecided.attributes.update(
         {"convergence": "not decided", "convergence_reason": "no proof is stored; run it again"}
@@ -107,7 +90,7 @@ def test_what_is_not_decided_says_why() -> None:
     assert "convergence proved," in repr(proved)
 
 
-def test_names_of_the_package() -> None:
+def test_names_of_the_package():
     assert set(rbstab.__all__) <= set(dir(rbstab))
     assert not {"Any", "import_module", "_MODULES"} & set(dir(rbstab))
     with pytest.raises(AttributeError) as raised:
@@ -116,23 +99,17 @@ def test_names_of_the_package() -> None:
     assert (raised.value.name, raised.value.obj) == ("simulat", rbstab)
 
 
-def test_a_bare_result() -> None:
-    bare = Result({}, {}, "")
-    assert repr(bare) == "<rbstab.Result: 0 arrays>"
-    Tags(bare._repr_html_())
-
-
-def test_texts_cannot_become_markup_and_control_no_terminal() -> None:
+def test_texts_cannot_become_markup_and_control_no_terminal():
     odd = result()
     odd.attributes.update({"title": EVIL, "verdict": EVIL})
     assert repr(odd).isprintable()
     assert len(repr(odd)) < 1000
     page = odd._repr_html_()
-    assert "script" not in Tags(page).tags
+    assert "script" not in tags(page)
     assert "<script" not in page
 
 
-def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_package_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "xarray", None)
     message = r'needs the package xarray. Run: pip install "rbstab\[xarray\]"'
     with pytest.raises(ImportError, match=message):

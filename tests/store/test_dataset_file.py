@@ -18,7 +18,7 @@ import pytest
 import xarray
 from support.results import AWKWARD, sealed
 
-from rbstab.store import dataset_file, hdf5_layout
+from rbstab.store import dataset_file
 from rbstab.store.dataset import Dataset
 from rbstab.store.dataset_file import checksum_of, read_dataset, write_dataset
 from rbstab.store.disk import seal
@@ -74,17 +74,17 @@ def same(found: Dataset, expected: Dataset) -> None:
 
 
 @pytest.fixture
-def file(tmp_path: Path) -> Path:
+def file(tmp_path):
     path = tmp_path / "a.h5"
     write_dataset(path, dataset())
     return path
 
 
-def test_what_is_written_is_read(file: Path) -> None:
+def test_what_is_written_is_read(file):
     same(read_dataset(file, KIND), dataset())
 
 
-def test_some_arrays_of_some_runs(file: Path) -> None:
+def test_some_arrays_of_some_runs(file):
     """Arrays that are not along `run` are always read."""
     found: Dataset = read_dataset(file, KIND, ["energy"])
     assert set(dataset()) - set(found) == {"position", "status", "id", "count"}
@@ -96,7 +96,7 @@ def test_some_arrays_of_some_runs(file: Path) -> None:
     assert one["part"].dimensions == ("part",)
 
 
-def test_other_readers(file: Path) -> None:
+def test_other_readers(file):
     expected = dataset().variables
     with xarray.open_dataset(file, engine="h5netcdf") as data:
         assert data["position"].dims == ("run", "axis")
@@ -112,6 +112,9 @@ def test_other_readers(file: Path) -> None:
         assert data["certificate"]["check"][:].tolist() == ["Feder µ\nb", "kinetic"]
     with h5py.File(file) as data:
         for name, v in expected.items():
+            # Every reader can map the arrays: no unlimited dimension, no compression, no chunks.
+            assert data[name].maxshape == data[name].shape
+            assert data[name].chunks is None
             if not v.is_text:
                 assert data[name][()].tobytes() == v.data.tobytes(), name
             for axis, length in zip(data[name].dims, v.data.shape, strict=True):
@@ -124,7 +127,7 @@ def test_other_readers(file: Path) -> None:
         assert orders == [TRACKED] * len(expected)
 
 
-def test_reading_needs_no_hdf5(file: Path) -> None:
+def test_reading_needs_no_hdf5(file):
     """On a damaged file it may hang, crash, or fill the memory."""
     code = (
         "import sys; from pathlib import Path; from rbstab.store.dataset_file import read_dataset\n"
@@ -144,9 +147,7 @@ OTHERS = {
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_a_file_does_not_depend_on_the_one_before(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
-) -> None:
+def test_a_file_does_not_depend_on_the_one_before(tmp_path, monkeypatch, name):
     """The layout is kept for the next file; all bytes are those of a new layout."""
     monkeypatch.setattr(dataset_file, "_last", {})
     write_dataset(tmp_path / "0.h5", dataset(x=1.0) if name.startswith("1 ") else dataset())
@@ -157,21 +158,7 @@ def test_a_file_does_not_depend_on_the_one_before(
     same(read_dataset(tmp_path / "1.h5", KIND), OTHERS[name])
 
 
-def test_files_of_one_sweep_share_a_layout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made, make = list[Dataset](), hdf5_layout.layout_of
-
-    def counted(one: Dataset, format_: int) -> Any:
-        made.append(one)
-        return make(one, format_)
-
-    monkeypatch.setattr(dataset_file, "_last", {})
-    monkeypatch.setattr(hdf5_layout, "layout_of", counted)
-    for first in range(3):
-        write_dataset(tmp_path / f"{first}.h5", dataset(first))
-    assert len(made) == 1
-
-
-def test_the_seal_is_the_digest_of_all_before_it(file: Path) -> None:
+def test_the_seal_is_the_digest_of_all_before_it(file):
     content = file.read_bytes()
     digest = hashlib.sha256(content[:-SEAL_SIZE]).hexdigest()
     assert checksum_of(file) == checksum_of(file, check=True) == (digest, len(content))
@@ -179,7 +166,7 @@ def test_the_seal_is_the_digest_of_all_before_it(file: Path) -> None:
     assert re.fullmatch(rb"\nrbstab format 001 sha256 [0-9a-f]{64}\n", content[-SEAL_SIZE:])
 
 
-def test_every_damage_is_noticed(file: Path) -> None:
+def test_every_damage_is_noticed(file):
     content = file.read_bytes()
     for at in range(0, len(content), len(content) // 200):
         file.write_bytes(content[:at] + bytes([content[at] ^ 4]) + content[at + 1 :])
@@ -199,31 +186,21 @@ def test_every_damage_is_noticed(file: Path) -> None:
     same(read_dataset(file, KIND), dataset())
 
 
-def test_a_file_is_compared_with_its_seal_again_when_it_changed(
-    file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(seal, "MIN_AGE", -1e9)
+@pytest.mark.parametrize("age", ["old", "just written"])
+def test_a_file_is_compared_with_its_seal_again_when_it_changed(file, monkeypatch, age):
+    """Two changes of a new file within a tick of the system's clock look alike."""
     monkeypatch.setattr(seal, "_unchanged", set())
+    if age == "old":
+        monkeypatch.setattr(seal, "MIN_AGE", -1e9)
+    else:
+        monkeypatch.setattr(seal, "identity_of", lambda _: (1,))
     for _ in range(3):
         read_dataset(file, KIND)
-    assert len(seal._unchanged) == 1
-    with monkeypatch.context() as patch:
-        patch.setattr("rbstab.store.disk.seal.hashlib.sha256", bytearray)  # no digest
-        read_dataset(file, KIND)
-    content = bytearray(file.read_bytes())
-    content[content.index(NUMBERS.tobytes())] ^= 1
-    file.write_bytes(content)
-    with pytest.raises(NotAResultError, match="does not match its digest"):
-        read_dataset(file, KIND)
-
-
-def test_a_file_that_was_just_written_is_compared_each_time(
-    file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Two changes within a tick of the system's clock look alike."""
-    monkeypatch.setattr(seal, "identity_of", lambda _: (1,))
-    monkeypatch.setattr(seal, "_unchanged", set())
-    read_dataset(file, KIND)
+    assert len(seal._unchanged) == (age == "old")
+    if age == "old":
+        with monkeypatch.context() as patch:
+            patch.setattr("rbstab.store.disk.seal.hashlib.sha256", bytearray)  # no digest
+            read_dataset(file, KIND)
     content = bytearray(file.read_bytes())
     content[content.index(NUMBERS.tobytes())] ^= 1
     file.write_bytes(content)
@@ -237,7 +214,7 @@ def refused(path: Path, kind: str = KIND) -> tuple[type, str]:
     return caught.type, str(caught.value)
 
 
-def test_what_is_no_such_file(file: Path, tmp_path: Path) -> None:
+def test_what_is_no_such_file(file, tmp_path):
     assert refused(file, "a run") == (NotAResultError, f"{file} is a test, not a run")
     content = file.read_bytes()
     bare = content[:-SEAL_SIZE]
@@ -261,78 +238,75 @@ def test_what_is_no_such_file(file: Path, tmp_path: Path) -> None:
     assert refused(file / "b") == (StoreError, f"{file / 'b'} cannot be read: Not a directory")
 
 
-def with_entries(name: str, **entries: Any) -> Callable[[dict[str, Any]], Any]:
-    def change(index: dict[str, Any]) -> dict[str, Any]:
-        index["arrays"][name] |= entries
-        return index
-
-    return change
-
-
-def without(*keys: str) -> Callable[[dict[str, Any]], Any]:
-    def change(index: dict[str, Any]) -> dict[str, Any]:
-        inner = index
-        for key in keys[:-1]:
-            inner = inner[key]
-        del inner[keys[-1]]
-        return index
-
-    return change
+def write_index(path: Path, change: Callable[[Any], Any]) -> int:
+    """Give a file another index under a right seal, which anybody can make; return its place."""
+    content = path.read_bytes()[:-SEAL_SIZE]
+    start = content.rindex(b"\n")
+    index = change(json.loads(content[start:]))
+    text = index if isinstance(index, bytes) else json.dumps(index).encode()
+    path.write_bytes(sealed(content[:start] + b"\n" + text))
+    return start
 
 
-HOSTILE: dict[str, Callable[[dict[str, Any]], Any]] = {
-    "larger than the file": with_entries("energy", shape=[4, 10**6]),
-    "larger than any memory": with_entries("energy", shape=[2**40, 2**40]),
-    "a negative length": with_entries("energy", shape=[-4, -2]),
-    "a negative offset": with_entries("energy", offset=-8),
-    "no offset": without("arrays", "energy", "offset"),
-    "pickled objects": with_entries("energy", type="|O8"),
-    "records": with_entries("energy", type="<f8,<i4"),
-    "too few texts": with_entries("part", texts=["a"]),
-    "an array that is no mapping": lambda index: index | {"arrays": {"energy": 1}},
+ENERGY = {"energy": 1}
+
+# Entries of the index of the array `energy`, or another index.
+HOSTILE: dict[str, Any] = {
+    "larger than the file": {"shape": [4, 10**6]},
+    "larger than any memory": {"shape": [2**40, 2**40]},
+    "a negative length": {"shape": [-4, -2]},
+    "a negative offset": {"offset": -8},
+    "no offset": {"offset": None},
+    "pickled objects": {"type": "|O8"},
+    "records": {"type": "<f8,<i4"},
+    "too few texts": {"texts": ["a"]},
+    "an array that is no mapping": lambda index: index | {"arrays": ENERGY},
     "arrays that are a list": lambda index: index | {"arrays": [1]},
     "an attribute that is a list": lambda index: index | {"attributes": {"a": [1]}},
     "a list": lambda _: [1, 2],
+    "nothing": lambda _: b"",
+    "deep nesting": lambda _: b"[" * 100_000,
+    "no text": lambda _: b"\xff\xfe",
+    "no JSON": lambda _: b"NaN",
 }
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_hostile_files_with_a_right_seal_are_refused(file: Path, name: str) -> None:
-    """Anybody can make a seal. What a file says of its arrays is checked before memory is used."""
-    content = file.read_bytes()[:-SEAL_SIZE]
-    start = content.rindex(b"\n")
-    index = HOSTILE[name](json.loads(content[start:]))
-    file.write_bytes(sealed(content[:start] + b"\n" + json.dumps(index).encode()))
+def test_hostile_files_with_a_right_seal_are_refused(file, name):
+    """What a file says of its arrays is checked before memory is used."""
+    change = HOSTILE[name]
+
+    def changed_entries(index: Any) -> Any:
+        entries = index["arrays"]["part" if "texts" in change else "energy"]
+        entries |= change
+        return index
+
+    write_index(file, change if callable(change) else changed_entries)
     kind, text = refused(file)
     assert kind is NotAResultError
     assert text.startswith(f"{file} is damaged")
 
 
-def test_the_index_is_not_read_as_numbers(file: Path) -> None:
+def test_the_index_is_not_read_as_numbers(file):
     """What lies in the file, but behind the arrays, is no array."""
-    content = file.read_bytes()[:-SEAL_SIZE]
-    start = content.rindex(b"\n")
-    index = json.loads(content[start:])
-    for offset, is_read in ((start - 64, True), (start - 63, False), (start, False)):
-        index["arrays"]["energy"]["offset"] = offset
-        file.write_bytes(sealed(content[:start] + b"\n" + json.dumps(index).encode()))
-        if is_read:
-            assert read_dataset(file, KIND).variables["energy"].data.shape == (4, 2)
-        else:
-            assert refused(file) == (
-                NotAResultError,
-                f"{file} is damaged: its index is wrong (an array is larger than the file)",
-            )
+
+    def at(offset: int) -> Callable[[Any], Any]:
+        def change(index: Any) -> Any:
+            index["arrays"]["energy"]["offset"] = offset
+            return index
+
+        return change
+
+    start = write_index(file, lambda index: index)
+    write_index(file, at(start - 64))
+    assert read_dataset(file, KIND).variables["energy"].data.shape == (4, 2)
+    for offset in (start - 63, start):
+        write_index(file, at(offset))
+        reason = "its index is wrong (an array is larger than the file)"
+        assert refused(file) == (NotAResultError, f"{file} is damaged: {reason}")
 
 
-@pytest.mark.parametrize("index", [b"", b"[" * 100_000, b"\xff\xfe", b"NaN"])
-def test_an_index_that_is_no_json_is_refused(file: Path, index: bytes) -> None:
-    content = file.read_bytes()[:-SEAL_SIZE]
-    file.write_bytes(sealed(content[: content.rindex(b"\n")] + b"\n" + index))
-    assert refused(file)[0] is NotAResultError
-
-
-def test_a_long_index_is_read(tmp_path: Path) -> None:
+def test_a_long_index_is_read(tmp_path):
     """Its begin is looked for from the end of the file, in ever longer parts."""
     for length in (10, 2**15 - 400, 2**15, 2**17, 10**6):
         long = Dataset({}, {"text": "é" * length}, kind=KIND)
@@ -341,16 +315,14 @@ def test_a_long_index_is_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("shape", [(4, 1), (3, 2), (4,), (1, 2), (4, 2, 1)])
-def test_arrays_that_do_not_fit_their_dimensions_are_refused(
-    tmp_path: Path, shape: tuple[int, ...]
-) -> None:
+def test_arrays_that_do_not_fit_their_dimensions_are_refused(tmp_path, shape):
     """HDF5 and numpy stretch some."""
     with pytest.raises(StoreError, match="energy has"):
         write_dataset(tmp_path / "a.h5", changed("energy", data=np.zeros(shape)))
     assert not list(tmp_path.iterdir())
 
 
-def test_files_that_cannot_be_written(file: Path, tmp_path: Path) -> None:
+def test_files_that_cannot_be_written(file, tmp_path):
     before = file.read_bytes()
 
     def message(path: Path, *, replace: bool = False) -> str:
@@ -370,9 +342,7 @@ def test_files_that_cannot_be_written(file: Path, tmp_path: Path) -> None:
     assert file.read_bytes() == before
 
 
-def test_a_spoiled_block_cannot_make_a_file_that_passes_for_whole(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_spoiled_block_cannot_make_a_file_that_passes_for_whole(tmp_path, monkeypatch):
     """The seal is that of the arrays in memory, and not of what the disk has made of them."""
     path = tmp_path / "a.h5"
     monkeypatch.setattr(seal, "_BLOCK", 700)

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-import threading
 
 import numpy as np
 import pytest
@@ -85,12 +84,6 @@ def test_a_sweep_comes_back(sweep):
     assert set(read_table(sweep, SHARD, ["steps"])) == {"run", "steps", *EXTRAS}
 
 
-def test_as_an_xarray_dataset(segment, sweep):
-    assert read_table(segment, SHARD).to_xarray()["steps"].sel(run=7).item() == 7
-    ours = read_table(sweep, SHARD).to_xarray()
-    assert (ours["steps"].dims, ours["steps"].isel(a=1, b=3).item()) == (("a", "b"), 7)
-
-
 def test_no_status_without_a_meaning_is_read(tmp_path):
     arrays = arrays_of(0, 4) | {"status": np.array([0, 1, 2, 0], "i1")}
     write(tmp_path / "t.h5", arrays)
@@ -105,22 +98,6 @@ def test_a_column_is_known_by_its_declaration_also_if_words_were_added_since():
     for change in ({"flags": ()}, {"flags": ("late",)}, {"unit": "s"}, {"dtype": "i4"}):
         assert not status.describes(status._replace(**change).of([0, 0]))
     assert not status.describes(LAYOUT["final_position"].of(np.zeros((2, 3))))
-
-
-def test_threads_may_write_at_once(tmp_path):
-    def work(index):
-        for k in range(5):
-            path = tmp_path / f"{index}-{k}.h5"
-            write(path, arrays_of(index, index + 50))
-
-    threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    for path in tmp_path.iterdir():
-        index = int(path.name[0])
-        same(read_table(path, SHARD), arrays_of(index, index + 50))
 
 
 HOLDER = """

@@ -21,7 +21,7 @@ def three_members() -> dict[str, Variable]:
     }
 
 
-def test_no_array_of_a_result_or_a_dataset_can_be_changed() -> None:
+def test_no_array_of_a_result_or_a_dataset_can_be_changed():
     result = Result(three_members(), {}, "")
     dataset = dataset_of(three_members(), {}, ["speed"])
     for array in (result["speed"], dataset["speed"].values, dataset["status"].values):
@@ -29,7 +29,7 @@ def test_no_array_of_a_result_or_a_dataset_can_be_changed() -> None:
             array[0] = 1
 
 
-def test_a_dataset_has_codes_with_their_words_and_selects_by_varied_values() -> None:
+def test_a_dataset_has_codes_with_their_words_and_selects_by_varied_values():
     dataset = dataset_of(three_members(), {"title": "three"}, ["speed"])
     assert dataset.attrs["title"] == "three"
     assert dataset["status"].values.tolist() == [1, 0, 1]
@@ -38,7 +38,7 @@ def test_a_dataset_has_codes_with_their_words_and_selects_by_varied_values() -> 
     assert dataset.sel(speed=7.0)["run"].item() == 1
 
 
-def test_what_a_table_lacks_is_nan_or_an_empty_text() -> None:
+def test_what_a_table_lacks_is_nan_or_an_empty_text():
     whole = flat_columns(three_members(), ("run",))
     bare = FlatColumns({"run": np.array([8])}, {"run": "1"})
     found = joined([whole, bare])

@@ -57,19 +57,6 @@ def test_the_file_does_not_depend_on_the_layout_in_memory(tmp_path):
     assert_equal(open_result(tmp_path / "a.h5"), original)
 
 
-def test_as_a_dataset():
-    dataset = result().to_xarray()
-    assert dict(dataset.sizes) == {"axis": 3, "part": 3, "time": 5}
-    assert set(dataset.coords) == {"axis", "part", "time"}
-    assert dataset["energy"].dims == ("time", "part")
-    assert dataset["energy"].attrs == {"units": "J", "long_name": "-: energy"}
-    assert dataset["time"].attrs == {"units": "s", "long_name": "t: time"}
-    assert np.array_equal(dataset["orientation"], result()["orientation"], equal_nan=True)
-    assert dataset.attrs == result().attributes | {"config": result().config}
-    at = dataset["energy"].sel(part="Feder µ", time=0.5).item()
-    assert at == result()["energy"][2, 1]
-
-
 def test_a_result_without_any_array(tmp_path):
     bare = Result({}, dict(result().attributes), "")
     write_result(tmp_path / "a.h5", bare)

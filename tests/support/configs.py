@@ -56,6 +56,11 @@ FREE = edited(_CONNECTOR, "", edited("visco-elastic", "free"))
 PERMANENT = edited(_CONNECTOR, "", edited("visco-elastic", "permanent"))
 EMBEDDED = edited(_CONNECTOR, _CONNECTOR + _OWN_STATE, edited("visco-elastic", "embedded"))
 
+SLIDING = edited(
+    _CONNECTOR, "  K_s: [1, 2, 3]\n  surface: position\n", edited("visco-elastic", "sliding")
+)
+MANIFOLD = edited("samples: 11", "samples: 11\n  coordinates: manifold", PERMANENT)
+
 BY_VARIANT = {
     "free": FREE,
     "permanent": PERMANENT,

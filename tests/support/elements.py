@@ -15,10 +15,12 @@ from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedTie
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.guards.barrier import Barrier
+from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
 from rbstab.elements.inputs.loads import Input
 from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
+from rbstab.elements.ligament import Ligament
 from rbstab.elements.registry import ELEMENTS, NAMED_ELEMENTS
-from rbstab.elements.sliding import SlidingConnector
+from rbstab.elements.sliding import CrossingTie, LayeredTie, SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.elements.visco_elastic import ViscoElasticTie
 
@@ -59,7 +61,6 @@ class Form(NamedTuple):
         name: For the ids of tests; empty for the only form of an element.
         fields: Makes random values of these fields.
         has_potential: Whether `stored` is the potential of the element's force.
-        unstretched: The energy stored at X = E = 0, Θ = 0, of an element of this form.
         loses: Whether it loses power while anything moves; by default, whether one of its gains is
             declared to dissipate.
         step: A factor of the steps of differences: a pole close by needs small ones.
@@ -68,7 +69,6 @@ class Form(NamedTuple):
     name: str = ""
     fields: Callable[[np.random.Generator], dict[str, Any]] = lambda _: {}
     has_potential: bool = True
-    unstretched: Callable[[Any], float] = lambda _: 0.0
     loses: bool | None = None
     step: float = 1.0
 
@@ -93,31 +93,8 @@ def _sliding(slides: bool, layered: bool) -> Callable[[np.random.Generator], dic
     return made
 
 
-def _energy_of_the_layers(element: SlidingConnector) -> float:
-    """Return Σ K_s δ/2: the V of the sign and the parabola of the layer meet at |E| = δ."""
-    return float(element.layer @ element.K_s * element.layer_width / 2)
-
-
 def _named(_: np.random.Generator) -> dict[str, Any]:
     return {"name": "one"}
-
-
-def _energy_of_the_tie(tie: ViscoElasticTie) -> float:
-    """Return ½ e'K_c e with e = p - anchor."""
-    e = tie.point - tie.anchor
-    return float(e @ tie.K_c @ e / 2)
-
-
-def _energy_of_the_embedded_tie(tie: EmbeddedTie) -> float:
-    """Return ½ e'K_c e with e = p - anchor and D = 0."""
-    e = tie.point - tie.anchor
-    return float(e @ tie.K_c @ e / 2)
-
-
-def _energy_of_the_spring(spring: Spring) -> float:
-    """Return ½ k(|p - anchor| - ℓ₀)²."""
-    extension = float(np.linalg.norm(spring.point - spring.anchor)) - spring.rest_length
-    return float(spring.stiffness * extension**2 / 2)
 
 
 def _with_signal(signal: Callable[[np.random.Generator], Signal]) -> dict[str, Any]:
@@ -132,24 +109,39 @@ INPUT_FORMS = (
 )
 """The forms of an input: one for each formula of a signal."""
 
+
+def _tie(*modes: int) -> Form:
+    """Return a form of a sliding tie on s = E, with its axes on each side and in a layer."""
+    surface = {"rate_weight": 0.0, "slope": 1.0, "layer_width": 0.7}
+    fields = {"name": "one", "mode": np.array(modes, dtype=float)} | surface
+    return Form(fields=lambda _: fields)
+
+
+def _in_modes(step: float, *modes: int) -> Form:
+    """Return a form of an element that switches: in given modes, and undamped in the first."""
+    fields = {"name": "one", "mode": np.array(modes, dtype=float)}
+    return Form(str(modes), lambda _: fields, loses=step < 1 and modes[0] > 0, step=step)
+
+
 FORMS: dict[type[Element], tuple[Form, ...]] = {
     Gravity: (Form(fields=_weight),),
     SlidingConnector: (
         Form("s = E", _sliding(slides=False, layered=False)),
-        Form(
-            "s = E in its layer",
-            _sliding(slides=False, layered=True),
-            unstretched=_energy_of_the_layers,
-        ),
+        Form("s = E in its layer", _sliding(slides=False, layered=True)),
         Form("s = F + κE", _sliding(slides=True, layered=False), has_potential=False),
         Form("s = F + κE in its layer", _sliding(slides=True, layered=True), has_potential=False),
     ),
-    Spring: (Form(fields=_named, unstretched=_energy_of_the_spring, loses=True, step=0.2),),
-    ViscoElasticTie: (Form(fields=_named, unstretched=_energy_of_the_tie),),
-    EmbeddedTie: (Form(fields=_named, unstretched=_energy_of_the_embedded_tie),),
+    Spring: (Form(fields=_named, loses=True, step=0.2),),
+    ViscoElasticTie: (Form(fields=_named),),
+    EmbeddedTie: (Form(fields=_named),),
     AttitudeSpring: (Form(fields=_named),),
     Barrier: (Form(fields=_named, step=0.1),),
     **dict.fromkeys(INPUTS, INPUT_FORMS),
+    CrossingTie: (_tie(1, 0, 1),),
+    LayeredTie: (_tie(1, 0, 0, 0, 1, 0),),
+    Ligament: tuple(_in_modes(0.1, *modes) for modes in [(0, 0), (1, 0), (1, 1)]),
+    StiffGuard: tuple(_in_modes(1.0, *modes) for modes in [(0, 0), (1, 0), (0, 1)]),
+    RepellingGuard: tuple(_in_modes(1.0, *modes) for modes in [(0, 0), (1, 0), (0, 1)]),
 }
 """The forms of the elements with fields that are not declared gains."""
 
@@ -164,6 +156,13 @@ SMOOTH = tuple(kind for kind in NAMED_ELEMENTS if not kind.mode_count and not ki
 
 CASES = [(kind, form) for kind in (*ELEMENTS, *SMOOTH) for form in forms_of(kind)]
 """Every passive smooth element in each of its forms."""
+
+SWITCHING_CASES = [
+    (kind, form)
+    for kind in (CrossingTie, LayeredTie, Ligament, StiffGuard, RepellingGuard)
+    for form in forms_of(kind)
+]
+"""Elements that switch, in each of their modes."""
 
 INPUT_CASES = [(kind, form) for kind in INPUTS for form in forms_of(kind)]
 """Every input with each formula of a signal."""

@@ -10,7 +10,7 @@ from flint import arb, ctx
 from support.differences import jacobian as by_differences
 from support.differences import relative_error
 from support.duals import arbs
-from support.elements import CASES, case_id, forms_of, random_element
+from support.elements import CASES, SWITCHING_CASES, forms_of, random_element
 from support.systems import random_body, random_state, random_system
 
 from rbstab.elements.registry import CONNECTORS
@@ -36,15 +36,12 @@ EVERY = [
     ("permanent", ManifoldCoordinates(3.0)),
 ]
 
+ALONE = CASES + SWITCHING_CASES
+
 sin_of.register(mpmath.mpf, mpmath.sin)
 cos_of.register(mpmath.mpf, mpmath.cos)
 sqrt_of.register(mpmath.mpf, mpmath.sqrt)
 exact = np.vectorize(mpmath.mpf, otypes=[object])
-
-
-def audited_rates(system, y):
-    """Return the rates of a system, v' and F'Λ."""
-    return system.audited_rates(y)
 
 
 def statements(system, y):
@@ -55,71 +52,53 @@ def statements(system, y):
             *element.wrench(motion, own),
             [element.stored(motion, own), element.dissipated(motion, own)],
             element.rates(motion, own),
+            element.guards(motion, own),
         ]
     )
 
 
-@pytest.fixture(params=EVERY, ids=lambda every: f"{every[0]} {every[1].name}")
-def system(request, rng):
-    return random_system(rng, *request.param)
-
-
-@pytest.fixture(params=CASES, ids=case_id)
-def alone(request, rng):
-    """A body with a single element."""
+@pytest.fixture(params=[*EVERY, *ALONE], ids=lambda case: f"{case[0]} {case[1].name}")
+def evaluated(request, rng):
+    """What is evaluated: the rates of a system, or what a single element states; and a state."""
+    if request.param in EVERY:
+        system = random_system(rng, *request.param)
+        return System.audited_rates, system, random_state(rng, system)
     element = random_element(rng, *request.param)
-    return System(random_body(rng), (element,), CentreCoordinates(), rng.normal(size=3) * 0.1)
+    alone = System(random_body(rng), (element,), CentreCoordinates(), rng.normal(size=3) * 0.1)
+    return statements, alone, random_state(rng, alone)
 
 
-def check_complex_numbers(function, system, y, step=1.0):
-    """Assert that complex numbers give the floats, and by complex steps their derivatives."""
-    values = function(system, y)
-    unshifted = function(system, y + 0j)
+def test_complex_numbers_give_the_floats_and_their_derivatives(evaluated):
+    function, system, y = evaluated
+    values, unshifted = function(system, y), function(system, y + 0j)
     assert unshifted.dtype == complex
     assert relative_error(unshifted.real, values) < 1e-14
     np.testing.assert_array_equal(unshifted.imag, 0)
     slopes = jacobian(lambda x: function(system, x), y)
+    step = forms_of(type(system.elements[0]))[0].step
     differences = by_differences(lambda x: function(system, x), y, 2e-3 * step)
     # The eighth order of a step of 0.002 leaves 1e-11 where 1/cos θ2 is large.
     # A constant force has no slopes that could be the scale of an error.
     assert relative_error(slopes, differences, None if differences.any() else 1.0) < 1e-11
 
 
-def test_complex_numbers_give_the_floats_and_their_derivatives(rng, system):
-    check_complex_numbers(audited_rates, system, random_state(rng, system))
-
-
-def test_complex_numbers_through_every_element(rng, alone):
-    (step,) = {form.step for form in forms_of(type(alone.elements[0]))}
-    check_complex_numbers(statements, alone, random_state(rng, alone), step)
-
-
-def check_fifty_digits(function, system, y):
-    """Assert that fifty digits give the floats, and return them."""
+def test_fifty_digits_agree_with_floats(evaluated):
+    function, system, y = evaluated
     with mpmath.workdps(50):
         found = function(map_parameters(system, lambda _, value: exact(value)), exact(y))
     assert relative_error(function(system, y), found.astype(float)) < 1e-14
-    return found
+    assert function is statements or {type(one) for one in found[-2:]} == {mpmath.mpf}
 
 
-def test_fifty_digits_agree_with_floats(rng, system):
-    rates = check_fifty_digits(audited_rates, system, random_state(rng, system))
-    assert {type(rate) for rate in rates[-2:]} == {mpmath.mpf}
-
-
-def test_fifty_digits_through_every_element(rng, alone):
-    check_fifty_digits(statements, alone, random_state(rng, alone))
-
-
-def check_intervals(function, system, y, rng):
-    """Assert that narrow intervals give the floats, and wide ones hold the values inside them."""
+def test_intervals_agree_with_floats_and_hold_the_values_inside_them(evaluated, rng):
+    function, system, y = evaluated
+    as_balls = map_parameters(system, lambda _, value: arbs(value))
     with ctx.workprec(200):
-        narrow = function(map_parameters(system, lambda _, value: arbs(value)), arbs(y))
-        found = np.array([float(arb(entry)) for entry in narrow])
+        found = np.array([float(arb(entry)) for entry in function(as_balls, arbs(y))])
     assert relative_error(function(system, y), found) < 1e-14
     reach = 1e-3
     box = np.array([arb(entry, reach) for entry in y.tolist()], dtype=object)
-    wide = function(map_parameters(system, lambda _, value: arbs(value)), box)
+    wide = function(as_balls, box)
     for _ in range(20):
         inside = function(system, y + rng.uniform(-reach, reach, size=y.shape))
         # Floats have round-off where an interval is narrow.
@@ -128,19 +107,11 @@ def check_intervals(function, system, y, rng):
             assert arb(value, error).overlaps(arb(bounds))
 
 
-def test_intervals_agree_with_floats(rng, system):
-    check_intervals(audited_rates, system, random_state(rng, system), rng)
-
-
-def test_intervals_through_every_element(rng, alone):
-    check_intervals(statements, alone, random_state(rng, alone), rng)
-
-
-def check_symbols(function, system, y):
-    """Assert that the compiled expressions of heyoka give the floats."""
+def test_symbols_of_the_compiled_engine_agree_with_floats(evaluated):
     hy = pytest.importorskip("heyoka")
     from rbstab.integrate.heyoka.symbols import parameter_values, state_symbols, symbols_of
 
+    function, system, y = evaluated
     symbolic, _, count = symbols_of(system)
     unknowns = state_symbols(system.size)
     expressions = [hy.expression(0.0) + entry for entry in function(symbolic, unknowns)]
@@ -150,11 +121,3 @@ def check_symbols(function, system, y):
     # heyoka drops the last parameters, which belong to the anchor, where nothing reads them.
     actual = compiled(y, pars=known[: compiled.nparams])
     assert relative_error(actual, function(system, y)) < 1e-14
-
-
-def test_symbols_of_the_compiled_engine_agree_with_floats(rng, system):
-    check_symbols(audited_rates, system, random_state(rng, system))
-
-
-def test_symbols_through_every_element(rng, alone):
-    check_symbols(statements, alone, random_state(rng, alone))

@@ -8,9 +8,6 @@ from rbstab.analysis.exact import balls, exact_system, in_balls
 from rbstab.systems.modes import (
     guard_rates,
     guards_at,
-    has_modes,
-    mode_owners,
-    mode_parameters,
     modes_of,
     with_first_modes,
     with_modes,
@@ -68,17 +65,3 @@ def test_rates_of_the_event_functions(system):
     # ℓ₀ is 1 m and ℓ = 1.01 m: both functions of the ligament are half of ℓ² plus a constant.
     expected = [1.01 * 0.7, 1.01 * 0.7, 1.9, -1.9]
     np.testing.assert_allclose(guard_rates(system, y), expected, atol=1e-14)
-
-
-def test_names(system):
-    assert has_modes(system)
-    assert mode_owners(system) == ("a", "a", "soft", "soft")
-    assert mode_parameters(system) == {"a.mode", "soft.mode"}
-
-
-def test_a_system_without_modes_is_returned_itself():
-    smooth = problem(data({"x": {"kind": "attitude", "K": [1, 1, 1], "L": [1, 1, 1]}})).system
-    assert not has_modes(smooth)
-    assert with_modes_at(smooth, state()) is smooth
-    assert with_first_modes(smooth, state()) is smooth
-    assert modes_of(smooth) == ()

@@ -12,8 +12,7 @@ from support.paper_runs import paper_config
 from support.pose import attitude
 from support.systems import random_state, random_system
 
-from rbstab.elements.registry import OWN_STATES
-from rbstab.systems.quantities import BY_NAME, PEAKS, QUANTITIES, named_elements, observed_in
+from rbstab.systems.quantities import BY_NAME, PEAKS, named_elements, observed_in
 
 ROW = """
     Quantity("tip", "x_t", "m", _VECTOR, "end of the axis, inertial", optional=True,
@@ -100,13 +99,6 @@ def test_one_row_is_a_new_quantity_everywhere(tmp_path):
     assert "| `final_tip` | run, axis | m | x_t at the end, inertial |" in docs["columns"]
     assert "| `peak_tip` | run, axis | m | x_t farthest from 0, by axis |" in docs["columns"]
     assert "`tip`" in docs["traces"]
-
-
-def test_names_are_found_and_belong_to_one_quantity():
-    assert len(BY_NAME) == len(QUANTITIES)
-    assert all(BY_NAME[quantity.name] is quantity for quantity in QUANTITIES)
-    assert set(OWN_STATES) <= set(BY_NAME)
-    assert all(quantity.symbol and quantity.unit and quantity.meaning for quantity in QUANTITIES)
 
 
 def formula(name: str) -> Any:

@@ -1,26 +1,25 @@
-"""A system adds up its elements: states, energies, dissipation, forces, in the order given."""
+"""A system adds up its elements, in any coordinates; its parameters are found by their names."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.differences import relative_error
-from support.elements import random_spd
-from support.reading import read, stored_energy
-from support.systems import VARIANTS, random_state, random_system
+from support.path import held_path, random_path
+from support.reading import read
+from support.systems import VARIANTS, random_body, random_state, random_system
 
-from rbstab.elements.element import NO_STATE
-from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.inputs.loads import ForceInput
 from rbstab.elements.inputs.signals import Constant
-from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.algebra import ZERO
+from rbstab.mechanics.motion import Wrench, motion_from_centre
 from rbstab.systems.coordinates import (
     CentreCoordinates,
     ContactCoordinates,
     ManifoldCoordinates,
     ReducedCoordinates,
 )
+from rbstab.systems.parameters import map_parameters, parameters, structure
 from rbstab.systems.system import AUDIT_SIZE, System
 
 TIED = (CentreCoordinates(), ContactCoordinates())
@@ -76,38 +75,73 @@ def test_observation_is_the_motion_by_geometry(rng, system):
     np.testing.assert_array_equal(observed.own_states, expected.D)
 
 
-def test_potential_energy_is_all_that_is_stored(rng, system):
+@pytest.mark.parametrize("coordinates", [*TIED, *HELD], ids=lambda c: c.name)
+def test_coordinates_of_a_motion_stand_for_that_motion(rng, coordinates):
+    body, anchor = random_body(rng), rng.normal(size=3)
+    path = held_path(rng, body, anchor) if coordinates.holds_contact else random_path(rng, body)
+    motion = motion_from_centre(body, anchor, path.Z())
+    y = coordinates.from_motion(motion)
+    again = coordinates.motion(body, anchor, y)
+    assert y.shape == (coordinates.size,)
+    for name in motion._fields:
+        # On a held path F is zero up to 1e-12, the error of its differences.
+        assert relative_error(getattr(again, name), getattr(motion, name), 10.0) < 1e-13
+
+
+@pytest.mark.parametrize("coordinates", TIED, ids=lambda c: c.name)
+def test_contact_force_of_a_free_body_is_what_the_elements_exert(rng, coordinates):
+    system = random_system(rng, "free", coordinates)
+    force, couple, contact_force = rng.normal(size=(3, 3))
+    wrench = Wrench(force, couple, contact_force)
+    motion = system.motion(rng.normal(size=12))
+    _, Lambda_ = coordinates.dynamics(system.body, motion, wrench)
+    np.testing.assert_array_equal(Lambda_, wrench.contact_force)
+
+
+def test_parameters_of_another_system_give_its_equations(rng):
+    system, other = (random_system(rng, "embedded", ContactCoordinates()) for _ in range(2))
+    values = parameters(other)
+    moved = map_parameters(system, lambda name, _: values[name])
     y = random_state(rng, system)
-    expected = stored_energy(system, read(system, y))
-    assert system.potential_energy(y) == pytest.approx(expected, rel=1e-13)
-    assert system.observe(y).energy[1:].sum() == pytest.approx(expected, rel=1e-13)
+    np.testing.assert_array_equal(moved.audited_rates(y), other.audited_rates(y))
+    assert np.abs(system.rates(y) - other.rates(y)).max() > 1
 
 
-def test_each_element_reads_and_moves_its_own_states(rng):
-    tied = random_system(rng, "free")
-    first, second = (
-        EmbeddedConnector(*(random_spd(rng, scale) for scale in (2000, 90, 1500, 150)))
-        for _ in range(2)
-    )
-    plain = ViscoElasticConnector(random_spd(rng, 900), random_spd(rng, 40))
-    system = with_elements(tied, first, plain, second)
+def test_every_parameter_is_in_the_equations(rng):
+    # If the mapping missed a parameter, or the equations ignored it, the rates would not change.
+    system = random_system(rng, "embedded")
     y = random_state(rng, system)
-    assert system.size == 18
-    observed, motion = system.observe(y), system.motion(y)
-    np.testing.assert_array_equal(system.rates(y)[12:15], first.rates(motion, y[12:15]))
-    np.testing.assert_array_equal(system.rates(y)[15:18], second.rates(motion, y[15:18]))
-    np.testing.assert_array_equal(system.audited_rates(y)[12:18], system.rates(y)[12:18])
-    stored = [first.stored(motion, y[12:15]), plain.stored(motion, NO_STATE)]
-    np.testing.assert_array_equal(observed.energy[1:3], stored)
-    assert observed.energy[3] == second.stored(motion, y[15:18])
-    pull = sum(wrench.contact_force for wrench in observed.wrenches)
-    assert relative_error(observed.contact_force, pull) < 1e-15
-    np.testing.assert_array_equal(observed.own_states, y[12:18])
+
+    def with_larger(chosen):
+        return map_parameters(system, lambda name, value: value * (1.01 if name == chosen else 1))
+
+    for chosen in parameters(system):
+        changed = with_larger(chosen)
+        assert np.abs(changed.rates(y) - system.rates(y)).max() > 1e-6, chosen
 
 
-def test_a_body_without_elements_moves_by_itself(rng):
-    system = replace(random_system(rng, "free"), elements=())
-    y = random_state(rng, system)
-    Omega, J = y[3:6], system.body.inertia
-    assert system.rates(y)[3:6] == pytest.approx(np.linalg.solve(J, -np.cross(Omega, J @ Omega)))
-    assert system.audited_rates(y)[-2:].tolist() == [0.0, 0.0]
+def test_structure_tells_elements_and_coordinates_apart(rng):
+    systems = [
+        random_system(rng, "free"),
+        random_system(rng, "free", ContactCoordinates()),
+        random_system(rng, "visco-elastic"),
+        random_system(rng, "embedded"),
+        random_system(rng, "permanent", ReducedCoordinates()),
+        random_system(rng, "permanent", ManifoldCoordinates()),
+    ]
+    assert len({structure(system) for system in systems}) == len(systems)
+
+
+def test_whole_numbers_are_parameters_too(rng):
+    """A number left out would be compiled as a constant, and used for other systems too."""
+    system = random_system(rng, "free")
+    whole = replace(system, body=replace(system.body, mass=41))
+    assert parameters(whole)["body.mass"] == 41.0
+    assert structure(whole) == structure(system)
+
+
+def test_two_elements_of_one_name_are_refused(rng):
+    system = random_system(rng, "visco-elastic")
+    twice = replace(system, elements=(*system.elements, system.elements[-1]))
+    with pytest.raises(ValueError, match="two elements have the same name"):
+        parameters(twice)

@@ -5,7 +5,10 @@ likely unit, and none is given for a config of this project.
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from support.configs import SLIDING, VISCO_ELASTIC, edited, plain
 from support.leg import BODY
 
 from rbstab.config.load import config_to_read, load_config
@@ -67,7 +70,7 @@ def warnings_of(changes: list[str]) -> list[str]:
 
 
 @pytest.mark.parametrize(("changes", "begin", "part"), FIRES)
-def test_a_likely_wrong_unit_is_named(changes: list[str], begin: str, part: str) -> None:
+def test_a_likely_wrong_unit_is_named(changes, begin, part):
     found = warnings_of(changes)
     assert [line.startswith(begin) and part in line for line in found] == [True], found
 
@@ -87,8 +90,36 @@ def test_a_likely_wrong_unit_is_named(changes: list[str], begin: str, part: str)
         ["body.mass=35", "body.inertia=[0.59,0.59,0.06]"],
     ],
 )
-def test_what_may_be_meant_has_no_warning(changes: list[str]) -> None:
+def test_what_may_be_meant_has_no_warning(changes):
     assert warnings_of(changes) == []
+
+
+def test_the_triangle_is_judged_by_principal_moments():
+    """The matrix is diag(10, 8, 0.4) in turned axes, so its diagonal does not show the moments."""
+    turn = Rotation.from_euler("zx", [0.7, 0.7]).as_matrix()
+    matrix = turn @ np.diag([10, 8, 0.4]) @ turn.T
+    data = plain(VISCO_ELASTIC)
+    data["body"]["inertia"] = (0.5 * (matrix + matrix.T)).tolist()
+    (warning,) = config_warnings(load_config(data))
+    assert "10 > 8 + 0.4" in warning
+
+
+@pytest.mark.parametrize(("stiffness", "warned"), [(1e-6, True), (40.0, True), (50.0, False)])
+def test_an_anchor_far_from_the_origin_has_a_warning(stiffness, warned):
+    """The body sags by 410 N/K_t."""
+    changes = ["gravity=[0,0,-10]", "body.inertia=[1,1,1]", f"controller.K_t={[stiffness] * 3}"]
+    assert config_warnings(load_config(plain(), changes)) == []
+    changes.append("controller.anchor=equilibrium")
+    # So far away, the connector pulls with a force that makes the motion fast as well.
+    found = config_warnings(load_config(plain(), changes))
+    assert sum(line.startswith("controller.anchor") for line in found) == warned
+
+
+@pytest.mark.parametrize(("h", "warned"), [(0.02, True), (0.01, False)])
+def test_a_step_longer_than_the_samples_are_apart_has_a_warning(h, warned):
+    text = edited("position", f"position\n  law: {{implicit: {h}}}", SLIDING)
+    config = load_config(plain(text), ["integration.duration=1", "integration.samples=101"])
+    assert any("steps of 0.01 s are used" in line for line in config_warnings(config)) == warned
 
 
 def shipped(path: Path) -> list[Config]:
@@ -99,7 +130,7 @@ def shipped(path: Path) -> list[Config]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("folder", sorted(path.name for path in CONFIGS.iterdir()))
-def test_no_config_of_the_project_has_a_likely_wrong_unit(folder: str) -> None:
+def test_no_config_of_the_project_has_a_likely_wrong_unit(folder):
     """The body of the paper breaks the triangle inequality, and implicit steps damp numerically."""
     files = sorted((CONFIGS / folder).rglob("*.yaml"))
     found = {

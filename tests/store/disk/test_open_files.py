@@ -26,20 +26,6 @@ def names(folder):
     return sorted(entry.name for entry in folder.iterdir())
 
 
-def test_open_files_keep_their_names(tmp_path):
-    one, other = tmp_path / "one", tmp_path / "other"
-    one.write_bytes(b"1")
-    other.write_bytes(b"2")
-    with one.open("rb"):
-        for call in (one.unlink, lambda: one.rename(tmp_path / "new"), lambda: one.replace(other)):
-            with pytest.raises(PermissionError):
-                call()
-        with pytest.raises(PermissionError):
-            other.replace(one)
-    one.replace(other)
-    assert other.read_bytes() == b"1"
-
-
 @pytest.mark.parametrize("hard_links", [True, False], ids=["hard links", "no hard links"])
 def test_a_file_is_written_and_replaced(tmp_path, monkeypatch, hard_links):
     if not hard_links:

@@ -10,7 +10,7 @@ from support.made_runs import made_config, made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
-from rbstab_cli.arguments.results import results_among
+from rbstab_cli.results import results_among
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
 

@@ -11,7 +11,7 @@ from support.made_runs import made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
-from rbstab_cli.output.listing import age
+from rbstab_cli.work.stored.list import age
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
 

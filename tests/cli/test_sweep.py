@@ -11,8 +11,8 @@ from rbstab import load_plan, open_traces, simulate
 from rbstab.files.shell_words import shell_word
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.store.disk.lock import locked
-from rbstab_cli.output.sweeps.sweep_progress import RATE_WINDOW, Rate, duration
-from rbstab_cli.output.sweeps.sweep_report import size
+from rbstab_cli.work.sweeps.progress import RATE_WINDOW, Rate, duration
+from rbstab_cli.work.sweeps.tables import size
 
 PLAN = """\
 title: Spins
@@ -78,10 +78,10 @@ def test_status(rbstab, use_fake_engine):
     assert ["running", "yes"] in words
     nothing = rbstab("sweep", "--status", "nowhere")
     assert nothing.exit_code == 4
-    assert nothing.stderr == "nowhere is not the folder of a sweep: there is no such folder\n"
+    assert nothing.stderr == "error: nowhere is not the folder of a sweep: there is no such folder\n"
     Path("somewhere").mkdir()
     other = rbstab("sweep", "--status", "somewhere")
-    assert other.stderr == "somewhere is not the folder of a sweep\n"
+    assert other.stderr == "error: somewhere is not the folder of a sweep\n"
 
 
 def test_what_a_sweep_says_of_its_progress(rbstab, use_fake_engine, statuses):

@@ -2,7 +2,7 @@
 
 import sys
 import unicodedata
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
 from io import StringIO
 from typing import TYPE_CHECKING
 
@@ -21,55 +21,55 @@ FOLDED_WIDTH = 12
 """Least width of a column that folds, in characters; narrower texts cannot be read."""
 
 
-@dataclass
 class Table:
-    """A table of texts.
+    """A table of texts on stdout.
 
     Args:
         columns: The headers.
         words: Columns that never fold.
         numbers: Columns that never fold and are right-aligned.
-        rows: The cells of each row, and its style on a terminal.
     """
 
-    columns: tuple[str, ...]
-    words: tuple[str, ...] = ()
-    numbers: tuple[str, ...] = ()
-    rows: list[tuple[tuple[str, ...], str | None]] = field(default_factory=list)
+    def __init__(
+        self, *columns: str, words: Sequence[str] = (), numbers: Sequence[str] = ()
+    ) -> None:
+        self.columns, self.words, self.numbers = columns, words, numbers
+        self.rows: list[tuple[tuple[str, ...], str | None]] = []
 
+    def add(self, *cells: str, style: str | None = None) -> None:
+        """Add a row; cells are plain text, never markup. The style is that on a terminal."""
+        self.rows.append((tuple(printable(cell) for cell in cells), style))
 
-def new_table(*columns: str, words: tuple[str, ...] = (), numbers: tuple[str, ...] = ()) -> Table:
-    """Make an empty table; see `Table`."""
-    return Table(columns, words, numbers)
+    def print(self, note: str = "") -> None:
+        """Print it, in colour on a terminal unless NO_COLOR is set; a note is a line below it."""
+        on_terminal = sys.stdout.isatty()
+        if on_terminal:
+            from rbstab_cli.output.console import OutputConsole
 
-
-def add_row(table: Table, *cells: str, style: str | None = None) -> None:
-    """Add a row; cells are plain text, never markup."""
-    table.rows.append((tuple(printable(cell) for cell in cells), style))
-
-
-def print_table(table: Table, note: str = "") -> None:
-    """Print a table to stdout, in colour on a terminal unless NO_COLOR is set.
-
-    Args:
-        table: The table.
-        note: A line below it; "" for none.
-    """
-    if sys.stdout.isatty():
-        from rbstab_cli.output.console import OutputConsole
-
-        console = OutputConsole(highlight=False)
-        for part in [table] if fits(table, console.width) else records(table):
-            console.print(_rich_table(part, on_terminal=True))
+            console = OutputConsole(highlight=False)
+            for part in [self] if fits(self, console.width) else records(self):
+                console.print(_rich_table(part, on_terminal=True))
+        else:
+            lines = _plain_lines(self)
+            for line in _rich_lines(self) if lines is None else lines:
+                click.echo(line.rstrip())
         if note:
             click.echo(f" {note}")
-        return
-    lines = _plain_lines(table)
-    for line in _rich_lines(table) if lines is None else lines:
-        click.echo(line.rstrip())
-    if note:
-        click.echo(f" {note}")
-    click.echo()
+        if not on_terminal:
+            click.echo()
+
+
+def print_facts(rows: Iterable[tuple[str, str]], *columns: str) -> None:
+    """Print rows of a name and a text; the headers are "quantity" and "value" if none are given."""
+    table = Table(*(columns or ("quantity", "value")))
+    for row in rows:
+        table.add(*row)
+    table.print()
+
+
+def vector(values: Iterable[float], digits: int = 4) -> str:
+    """Return numbers in parentheses."""
+    return f"({', '.join(number(value, digits) for value in values)})"
 
 
 def number(value: float, digits: int = 4) -> str:
@@ -93,9 +93,9 @@ def records(table: Table) -> list[Table]:
     """Return the rows of a table as tables of their own, with a line for each column."""
     found = []
     for cells, style in table.rows:
-        record = Table((table.columns[0], cells[0]), words=(table.columns[0],))
+        record = Table(table.columns[0], cells[0], words=table.columns[:1])
         for name, cell in zip(table.columns[1:], cells[1:], strict=True):
-            add_row(record, name, cell, style=style)
+            record.add(name, cell, style=style)
         found.append(record)
     return found
 

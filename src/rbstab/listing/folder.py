@@ -1,6 +1,8 @@
 """The runs and sweeps in a folder of results, each with what it says of itself."""
 
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -85,6 +87,22 @@ class _Said(NamedTuple):
     converges: str
     this_start: str
     whole_range: str
+
+
+@contextmanager
+def checked_content(path: Path) -> Iterator[None]:
+    """Turn what the content of a result raises into an error that names its file.
+
+    Anybody may have written the file, and no check foresees everything.
+
+    Raises:
+        StoreError: The block raised such an error.
+    """
+    try:
+        yield
+    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise StoreError(f"{path}: its content is wrong ({reason})") from error
 
 
 def results_in(folder: Path) -> list[Path]:
@@ -198,14 +216,13 @@ def _entry(path: Path, kind: Kind = Kind.RUN) -> Entry:
 
 def _read_run(path: Path) -> _Said:
     result = open_result(path)
-    try:
+    # A result of an old or an unusual layout is listed all the same.
+    outcome, answered = NOT_KNOWN, [NOT_KNOWN, NOT_KNOWN]
+    with suppress(StoreError), checked_content(path):
         known = known_now(path, result)
         result, answer = known.result, answer_of(known.result, known.config, known.proof)
         outcome = answer.outcome.brief
         answered = [one.word for one in (answer.this_start, answer.whole_range)]
-    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError):
-        # A result of an old or an unusual layout is listed all the same.
-        outcome, answered = NOT_KNOWN, [NOT_KNOWN, NOT_KNOWN]
     attributes = result.attributes
     words = (str(attributes.get(name, NOT_KNOWN)) for name in ("verdict", "convergence"))
     title, status = (str(attributes[name]) for name in ("title", "status"))

@@ -1,18 +1,12 @@
 """How a command ends that cannot be done: what it says on stderr, and its exit code."""
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import IO, Any
 
 import click
 
 from rbstab_cli import exit_codes
-
-
-def say(text: str) -> None:
-    """Print a line for people: on stderr, beside the data on stdout."""
-    click.echo(text, err=True)
+from rbstab_cli.printing import say
 
 
 class Failed(click.ClickException):
@@ -39,7 +33,7 @@ class Command(click.Command):
         except (click.ClickException, click.exceptions.Exit, click.Abort):
             raise
         except Exception as error:
-            told = _told(error, ctx)
+            told = _told(error)
             if told is None:
                 raise
             raise told from error
@@ -47,43 +41,28 @@ class Command(click.Command):
             ctx.exit(code)
 
 
-def _told(error: Exception, context: click.Context) -> click.ClickException | None:
-    """Return how the command ends with an error of the library; None: that is a fault in rbstab."""
-    # Imported late: a command that can be done needs none of them.
-    from rbstab.config.errors import ConfigError
-    from rbstab.integrate.engines import EngineMissingError
-    from rbstab.store.errors import StoreError
-    from rbstab.sweep.folder.open_folder import OtherSweepError
+CODES = {
+    "OtherSweepError": exit_codes.USAGE,
+    "StoreError": exit_codes.STORAGE,
+    "CacheError": exit_codes.STORAGE,
+    "EngineMissingError": exit_codes.USAGE,
+    "FormatUnavailableError": exit_codes.USAGE,
+    "TuningError": exit_codes.USAGE,
+    "UnsuitedConfigError": exit_codes.USAGE,
+    "UnfinishedRunError": exit_codes.NOT_COMPLETED,
+}
+"""The exit codes of the errors of the library. Their names are enough: none has to be imported."""
 
-    if isinstance(error, StoreError):
-        is_other = isinstance(error, OtherSweepError)
-        code = exit_codes.USAGE if is_other else exit_codes.STORAGE
-        return Failed(code, f"error: {error}")
-    if isinstance(error, ConfigError):
-        return Failed(exit_codes.USAGE, *dict.fromkeys(map(str, error.problems)))
-    if isinstance(error, EngineMissingError):
-        return click.UsageError(str(error), context)
+
+def _told(error: Exception) -> Failed | None:
+    """Return how the command ends with an error of the library; None: that is a fault in rbstab."""
+    for kind in type(error).__mro__:
+        if kind.__module__.startswith("rbstab.") and kind.__name__ in CODES:
+            return Failed(CODES[kind.__name__], f"error: {error}")
     # Only where code of a user was loaded can an error be in it.
     loaded = sys.modules.get("rbstab.elements.user_code.loaded")
     failure = None if loaded is None else loaded.failure_in_user_code(error)
     return None if failure is None else Failed(exit_codes.USAGE, f"error: {failure}")
-
-
-@contextmanager
-def motion_errors(path: object) -> Iterator[None]:
-    """Name the config in errors of a block that integrates it, and those of its gains by --over."""
-    from rbstab.experiment.tuning.gain_scaling import TuningError
-    from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError
-    from rbstab.integrate.status import UnfinishedRunError
-
-    try:
-        yield
-    except TuningError as error:
-        raise click.UsageError(f"--over {error}") from error
-    except UnsuitedConfigError as error:
-        raise Failed(exit_codes.USAGE, f"{path}: {error}") from error
-    except UnfinishedRunError as error:
-        raise Failed(exit_codes.NOT_COMPLETED, f"{path}: {error}") from error
 
 
 def reason_of(error: Exception) -> str:

@@ -16,7 +16,8 @@ from rbstab.config.warnings import config_warnings
 from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed, say
+from rbstab_cli.errors import Failed
+from rbstab_cli.printing import say
 
 if TYPE_CHECKING:
     from rbstab.sweep.plan.plan import Plan

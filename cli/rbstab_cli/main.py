@@ -6,8 +6,9 @@ from contextlib import suppress
 import click
 
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import reason_of, say
+from rbstab_cli.errors import reason_of
 from rbstab_cli.interrupts import handle_interrupts, interrupted_code, stop_handling
+from rbstab_cli.printing import say
 from rbstab_cli.registry import FIRST_STEPS, Registry
 from rbstab_cli.streams import ReaderGoneError, discard_output, flush_streams, prepare_streams
 

@@ -16,11 +16,19 @@ PATH = click.Path(path_type=Path)
 FOLDER = click.Path(file_okay=False, path_type=Path)
 FILE = click.Path(dir_okay=False, path_type=Path)
 
-declare = partial(click.command, cls=Command)
-"""`click.command`; the function returns its exit code, if it is not 0."""
-
 flag = partial(click.option, is_flag=True)
 repeatable = partial(click.option, multiple=True)
+
+
+def declare(name: str, example: str) -> Callable[..., Command]:
+    """Declare a command whose function returns its exit code, if it is not 0.
+
+    Args:
+        name: Its name.
+        example: A command line that can be typed as it is, for the end of the help.
+    """
+    # click leaves the line after \b as it is.
+    return click.command(name, cls=Command, epilog=f"\b\nExample:\n  {example}")
 
 
 class Choice(click.Choice[str]):

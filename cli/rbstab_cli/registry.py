@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import click
 
@@ -14,90 +14,15 @@ FIRST_STEPS = "First steps: rbstab init, then rbstab run experiment.yaml."
 """The end of `rbstab --help`."""
 
 
-class Listed(NamedTuple):
-    """What is known of a command without importing it.
-
-    `help` is its line in `rbstab --help`, `example` a command line that can be typed as it is, and
-    `room` the package of its module.
-    """
-
-    help: str
-    example: str
-    room: str = "rbstab_cli.commands"
-
-
-STORED = "rbstab_cli.commands.stored"
-
-COMMANDS = {
-    "init": Listed(
-        "Write a first config and a plan, or a template of an element of your own.",
-        "rbstab init my_experiment",
-    ),
-    "examples": Listed(
-        "List the configs and plans that come with the program, or copy them.",
-        "rbstab examples real_body",
-    ),
-    "run": Listed(
-        "Integrate configs and store their results.",
-        "rbstab run experiment.yaml --set body.mass=50",
-    ),
-    "sweep": Listed(
-        "Run all members of a plan and store their outcomes.", "rbstab sweep sweep.yaml"
-    ),
-    "check": Listed(
-        "Check configs and plans and list their errors, or test elements of your own.",
-        "rbstab check experiment.yaml sweep.yaml",
-    ),
-    "show": Listed("Show the content of a result.", "rbstab show results/experiment.h5", STORED),
-    "list": Listed(
-        "List the runs and sweeps in a folder of results, the newest first.",
-        "rbstab list results",
-        STORED,
-    ),
-    "compare": Listed(
-        "Compare two results: what was run, and what came out.",
-        "rbstab compare results/a.h5 results/b.h5",
-        STORED,
-    ),
-    "export": Listed(
-        "Write runs, or a sweep, as a table for other programs.",
-        "rbstab export results/sweep -o sweep.csv",
-        STORED,
-    ),
-    "report": Listed(
-        "Make a report of runs and sweeps.",
-        "rbstab report results/experiment.h5 results/sweep -o report.html",
-        STORED,
-    ),
-    "plot": Listed(
-        "Draw one figure of runs and sweeps, or write its data.",
-        "rbstab plot results/experiment.h5 --figure run-1-energy -o energy.pdf",
-        STORED,
-    ),
-    "stability": Listed(
-        "Find the rest states of configs, and prove where motions converge.",
-        "rbstab stability experiment.yaml --within controller=±20%",
-    ),
-    "verify": Listed("Check proofs by a program of its own.", "rbstab verify results"),
-    "sensitivities": Listed(
-        "Compute how a run depends on its gains, its body and its initial state.",
-        "rbstab sensitivities experiment.yaml",
-    ),
-    "tune": Listed(
-        "Scale gains to minimize an objective of the run.",
-        "rbstab tune experiment.yaml --objective settling_time --over controller.L_c",
-    ),
-    "guard": Listed(
-        "Find a guard of θ2 with which motions are proved to keep the range.",
-        "rbstab guard experiment.yaml -o guarded.yaml",
-    ),
-    "cache": Listed("Show the cache of compiled code, or clear it.", "rbstab cache --clear"),
-    "schema": Listed(
-        "Print the JSON Schema of a config, for editors.", "rbstab schema > rbstab.schema.json"
-    ),
-    "completion": Listed("Print the completion script of a shell.", "rbstab completion bash"),
-}
+COMMANDS = (
+    *("init", "examples", "run", "sweep", "check", "show", "list", "compare", "export", "report"),
+    *("plot", "stability", "verify", "sensitivities", "tune", "guard", "cache", "schema"),
+    "completion",
+)
 """The commands, in the order in which a new user needs them."""
+
+STORED = ("show", "list", "compare", "export", "report", "plot")
+"""Those that read stored results; they are in a room of their own."""
 
 MEANT = {
     "prove": "stability",
@@ -131,16 +56,16 @@ class Registry(click.Group):
         """Import and return a command; return None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None
-        listed = COMMANDS[cmd_name]
-        command: click.Command = import_module(f"{listed.room}.{cmd_name}").command
-        # click leaves the line after \b as it is.
-        command.epilog = f"\b\nExample:\n  {listed.example}"
+        room = "commands.stored" if cmd_name in STORED else "commands"
+        command: click.Command = import_module(f"rbstab_cli.{room}.{cmd_name}").command
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands into the help."""
+        commands = filter(None, (self.get_command(ctx, name) for name in COMMANDS))
+        rows = [(str(one.name), one.get_short_help_str(limit=200)) for one in commands]
         with formatter.section("Commands"):
-            formatter.write_dl([(name, listed.help) for name, listed in COMMANDS.items()])
+            formatter.write_dl(rows)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

@@ -14,7 +14,7 @@ from rbstab.report.writers.signature import pictures_folder
 from rbstab.store.errors import StoreError
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE
-from rbstab_cli.errors import say
+from rbstab_cli.printing import say
 
 OTHER_FILES = (
     *(".html", ".htm", ".md", ".markdown", ".pdf", ".txt", ".log"),

@@ -21,14 +21,6 @@ from rbstab_cli.registry import COMMANDS, FIRST_STEPS
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_the_listed_help_is_the_commands_own(name: str) -> None:
-    command = cli.get_command(click.Context(cli), name)
-    assert command is not None
-    assert command.name == name
-    assert command.get_short_help_str(limit=200) == COMMANDS[name].help
-
-
-@pytest.mark.parametrize("name", COMMANDS)
 def test_the_help_of_a_command_ends_with_an_example(
     name: str, folder: Path, rbstab: Invoke
 ) -> None:
@@ -36,7 +28,6 @@ def test_the_help_of_a_command_ends_with_an_example(
     *_, title, line = rbstab(name, "--help").stdout.rstrip().splitlines()
     assert title.strip() == "Example:"
     example = line.strip()
-    assert example == COMMANDS[name].example
     program, command_name, *words = shlex.split(example.partition(" > ")[0])
     assert (program, command_name) == ("rbstab", name)
     command = cli.get_command(click.Context(cli), name)

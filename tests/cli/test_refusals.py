@@ -84,7 +84,7 @@ WRONG_CONFIGS = {
     "check good.yaml --set integration.samples=1": "--set integration.samples:1:21: "
     "integration.samples: is 1 (expected a number at least 2)\n",
     "sensitivities good.yaml --set body.mass=0": "body.mass: is 0",
-    "sensitivities sticks.yaml": "sticks.yaml: controller.stick_energy: is 0.5 J, so that the "
+    "sensitivities sticks.yaml": "error: controller.stick_energy: is 0.5 J, so that the "
     "motion is changed where an axis sticks (expected 0)\n",
     "run good.yaml twice/good.yaml": "would both write",
     "run plan.yaml twice/plan.yaml --member 1": "plan.yaml, member 1 would both write "
@@ -93,7 +93,7 @@ WRONG_CONFIGS = {
     "sweep configs/sweeps/variants.yaml": "`rbstab examples sweeps/variants` copies it)",
     "run configs/none.yaml": "`rbstab examples` lists others)",
     "run configs/examples.yaml": "cannot be read",
-    "guard barriers.yaml": "barriers.yaml: elements: has the barriers a, b (expected one)\n",
+    "guard barriers.yaml": "error: elements: has the barriers a, b (expected one)\n",
     "guard outer.yaml": "elements.a.outer_stiffness: is 2, and a barrier on θ2 alone would take",
 }
 
@@ -176,10 +176,7 @@ WITHOUT_EFFECT = {
         f"{other.split()[0]}"
         for one, other in (
             ("--part 1/2", "--force"),
-            ("--shard 1/2", "--force"),
             ("--part 1/2", "--compare 5"),
-            ("--shard 1/2", "--compare 5"),
-            ("--part 1/2", "--shard 1/2"),
             ("--dask tcp://x:1", "--threads 2"),
             ("--dask tcp://x:1", "--dry-run"),
         )
@@ -188,8 +185,7 @@ WITHOUT_EFFECT = {
 
 WRONG_VALUES = {
     **{
-        f"sweep plan.yaml {option} '{part}'": f"Invalid value for '{option}'"
-        for option in ("--part", "--shard")
+        f"sweep plan.yaml --part '{part}'": "Invalid value for '--part'"
         for part in ("0/3", "4/3", "1", "x/y", "1/0", "")
     },
     **dict.fromkeys(
@@ -226,9 +222,9 @@ WRONG_VALUES = {
     **{
         f"tune good.yaml --objective energy --over {over}": message
         for over, message in {
-            "controller.K_c": "--over controller.K_c: is not a gain",
+            "controller.K_c": "error: controller.K_c: is not a gain",
             "controller.Kr": "controller.L_r; did you mean controller.K_r?)",
-            "''": "--over : is not a gain",
+            "''": ": is not a gain",
             "controller.L_r --bounds 2:3": "expected LOW:HIGH",
             "controller.L_r --bounds much": "expected LOW:HIGH",
             "controller.L_r --bounds 0:nan": "expected LOW:HIGH",
@@ -329,7 +325,7 @@ def test_a_status_has_no_use_for_the_options_of_a_sweep(
     option: click.Option, rbstab: Invoke
 ) -> None:
     (name, *_), values = option.opts, {"--set": "a=1", "--engine": "scipy"}
-    value = values.get(name, "1/2" if name in ("--part", "--shard") else "1")
+    value = values.get(name, "1/2" if name == "--part" else "1")
     done = rbstab("sweep", "--status", "results/plan", name, *([] if option.is_flag else [value]))
     assert done.exit_code == 2
     assert f"Error: --status runs nothing, so it has no use for {name}\n" in done.stderr

@@ -78,7 +78,9 @@ def test_status(rbstab, use_fake_engine):
     assert ["running", "yes"] in words
     nothing = rbstab("sweep", "--status", "nowhere")
     assert nothing.exit_code == 4
-    assert nothing.stderr == "error: nowhere is not the folder of a sweep: there is no such folder\n"
+    assert (
+        nothing.stderr == "error: nowhere is not the folder of a sweep: there is no such folder\n"
+    )
     Path("somewhere").mkdir()
     other = rbstab("sweep", "--status", "somewhere")
     assert other.stderr == "error: somewhere is not the folder of a sweep\n"

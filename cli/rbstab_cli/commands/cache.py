@@ -5,7 +5,7 @@ from typing import Any
 from rbstab_cli.options import declare, flag
 
 
-@declare("cache")
+@declare("cache", "rbstab cache --clear")
 @flag("--clear", help="Remove all code from the cache.")
 def command(**given: Any) -> None:
     """Show the cache of compiled code, or clear it.

@@ -7,7 +7,7 @@ import click
 from rbstab_cli.options import PATH, declare, repeatable, takes
 
 
-@declare("check")
+@declare("check", "rbstab check experiment.yaml sweep.yaml")
 @click.argument("configs", nargs=-1, metavar="[CONFIG]...", type=PATH)
 @repeatable(
     "--element",

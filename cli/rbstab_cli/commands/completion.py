@@ -6,7 +6,7 @@ from click.shell_completion import get_completion_class
 from rbstab_cli.options import declare
 
 
-@declare("completion")
+@declare("completion", "rbstab completion bash")
 @click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
 @click.pass_context
 def command(ctx: click.Context, shell: str) -> None:

@@ -7,7 +7,7 @@ import click
 from rbstab_cli.options import FOLDER, declare, flag, output
 
 
-@declare("examples")
+@declare("examples", "rbstab examples real_body")
 @click.argument("words", nargs=-1, metavar="[NAME]...")
 @output(
     "Folder of the copies; paper/case1_permanent gives DIR/paper/case1_permanent.yaml.",

@@ -7,7 +7,7 @@ import click
 from rbstab_cli.options import Choice, declare, output, takes
 
 
-@declare("guard")
+@declare("guard", "rbstab guard experiment.yaml -o guarded.yaml")
 @takes("config")
 @click.option(
     "--method",

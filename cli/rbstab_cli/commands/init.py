@@ -9,7 +9,7 @@ from rbstab_cli.options import FILE, FOLDER, declare, takes
 DEFAULT_ELEMENT = "cubic_spring.py"
 
 
-@declare("init")
+@declare("init", "rbstab init my_experiment")
 @click.argument("folder", default=".", metavar="[DIR]", type=FOLDER)
 @click.option(
     "--variant",

@@ -8,7 +8,7 @@ from rbstab.processes.imports import keep_imports
 from rbstab_cli.options import declare, engine, flag, repeatable, results_folder, takes
 
 
-@declare("run")
+@declare("run", "rbstab run experiment.yaml --set body.mass=50")
 @takes("configs")
 @results_folder("CONFIG.yaml gives DIR/CONFIG.h5")
 @repeatable(

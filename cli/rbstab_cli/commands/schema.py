@@ -3,7 +3,7 @@
 from rbstab_cli.options import declare
 
 
-@declare("schema")
+@declare("schema", "rbstab schema > rbstab.schema.json")
 def command() -> None:
     """Print the JSON Schema of a config, for editors.
 
@@ -12,6 +12,6 @@ def command() -> None:
     completes and checks it.
     """
     from rbstab.config.schema import json_schema
-    from rbstab_cli.output.json_output import print_json
+    from rbstab_cli.printing import print_json
 
     print_json(json_schema())

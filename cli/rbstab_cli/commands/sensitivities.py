@@ -5,7 +5,7 @@ from typing import Any
 from rbstab_cli.options import declare, output, takes
 
 
-@declare("sensitivities")
+@declare("sensitivities", "rbstab sensitivities experiment.yaml")
 @takes("config", "set", "allow_python", "json")
 @output("Also write the JSON to FILE.")
 @takes("force", "quiet")

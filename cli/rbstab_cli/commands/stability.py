@@ -7,7 +7,7 @@ import click
 from rbstab_cli.options import declare, flag, output, repeatable, results_folder, takes
 
 
-@declare("stability")
+@declare("stability", "rbstab stability experiment.yaml --within controller=±20%")
 @takes("configs")
 @flag("--search-only", help="Search for rest states without a proof.")
 @repeatable(

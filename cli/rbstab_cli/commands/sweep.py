@@ -5,7 +5,6 @@ from typing import Any
 import click
 
 from rbstab.processes.imports import keep_imports
-from rbstab_cli.errors import say
 from rbstab_cli.options import FOLDER, PATH, declare, engine, flag, results_folder, takes
 
 
@@ -28,15 +27,7 @@ class PartType(click.ParamType[Any]):
             self.fail(str(error), param, ctx)
 
 
-def _old_name(context: click.Context, _parameter: click.Parameter, part: Any) -> Any:
-    """Warn that --shard is called --part now."""
-    # Shell completion parses the line too, but must print nothing.
-    if part is not None and not context.resilient_parsing:
-        say("warning: --shard is called --part now. Use --part I/N.")
-    return part
-
-
-@declare("sweep")
+@declare("sweep", "rbstab sweep sweep.yaml")
 @click.argument("plan", required=False, metavar="PLAN", type=PATH)
 @click.option(
     "--status",
@@ -60,7 +51,6 @@ def _old_name(context: click.Context, _parameter: click.Parameter, part: Any) ->
     type=PartType(),
     help="Compute only part I of N. When all parts are done, run it without this option.",
 )
-@click.option("--shard", "old_part", type=PartType(), callback=_old_name, hidden=True)
 @click.option(
     "--dask",
     metavar="ADDRESS",

@@ -8,7 +8,7 @@ from rbstab.experiment.tuning.objective import OBJECTIVES
 from rbstab_cli.options import Choice, declare, output, repeatable, takes
 
 
-@declare("tune")
+@declare("tune", "rbstab tune experiment.yaml --objective settling_time --over controller.L_c")
 @takes("config")
 @click.option(
     "--objective",

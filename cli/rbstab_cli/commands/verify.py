@@ -7,7 +7,7 @@ import click
 from rbstab_cli.options import FILE, PATH, declare, flag, takes
 
 
-@declare("verify")
+@declare("verify", "rbstab verify results")
 @click.argument("proofs", metavar="PROOF...", nargs=-1, required=True, type=PATH)
 @click.option(
     "--config",

@@ -8,8 +8,8 @@ import click
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.run_answer import RunAnswer
 from rbstab.experiment.answers.wanted import wanted
-from rbstab_cli.output.tables import Table
 from rbstab_cli.output.warnings import print_result_warnings
+from rbstab_cli.printing import Table
 
 COLOURS = {"false": "red", "not decided": "yellow"}
 """Colours of the words on a terminal. Green is the outcome of a body that rests where it should."""

@@ -6,7 +6,7 @@ from typing import Any
 from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.stored_certificate import certificate_lines
 from rbstab.store.result import Result
-from rbstab_cli.output.tables import Table, number
+from rbstab_cli.printing import Table, number
 
 VIOLATED = "violated"
 

@@ -13,7 +13,8 @@ from rbstab.store.disk.atomic import write_atomically
 from rbstab.store.disk.paths import check_folder, check_writable, path_exists, read_regular
 from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed, reason_of, say
+from rbstab_cli.errors import Failed, reason_of
+from rbstab_cli.printing import say
 
 
 def check_target(path: Path, *, force: bool) -> None:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from threading import Event, Thread
 from typing import TYPE_CHECKING
 
-from rbstab_cli.errors import say
+from rbstab_cli.printing import say
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar

@@ -7,7 +7,7 @@ from rbstab.config.schema import Config
 from rbstab.config.warnings import config_warnings
 from rbstab.experiment.proof_cache import why_unreadable
 from rbstab.store.result import Result
-from rbstab_cli.errors import say
+from rbstab_cli.printing import say
 
 
 def own_warnings(result: Result, config: Config) -> list[str]:

@@ -2,22 +2,16 @@
 
 import click
 
-from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed
-
 
 def cache(clear: bool) -> None:
     """Print the size of the cache, or clear it."""
     try:
-        from rbstab.integrate.heyoka.disk_cache import CacheError, cache_size, clear_cache
+        from rbstab.integrate.heyoka.disk_cache import cache_size, clear_cache
     except ImportError as error:
         raise click.UsageError(f"the engine heyoka cannot be used here: {error}") from error
-    try:
-        found = cache_size()
-        if clear and found is not None:
-            clear_cache()
-    except CacheError as error:
-        raise Failed(exit_codes.STORAGE, f"error: {error}") from error
+    found = cache_size()
+    if clear and found is not None:
+        clear_cache()
     if found is None:
         click.echo(
             "No compiled code is kept: this version of heyoka cannot, or there is no cache folder "

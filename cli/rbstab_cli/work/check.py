@@ -12,8 +12,8 @@ from rbstab.report.reading.not_results import PLAN, what_it_is
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan, plan_id
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import say
 from rbstab_cli.inputs import loaded, print_warnings
+from rbstab_cli.printing import say
 
 
 def check(

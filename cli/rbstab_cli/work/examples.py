@@ -13,9 +13,8 @@ from rbstab.packaged.examples import (
     names,
     needs_code,
 )
-from rbstab_cli.errors import say
 from rbstab_cli.output.files import write_new_files
-from rbstab_cli.output.tables import Table
+from rbstab_cli.printing import Table, say
 
 
 def examples(words: tuple[str, ...], output: Path, every: bool) -> None:

@@ -11,12 +11,10 @@ from rbstab.experiment.summary import at_least
 from rbstab.experiment.tuning.guard import ANY_ANGLES, SOFT_ANGLE, Guarded, RunOutcome
 from rbstab.experiment.tuning.guard import guard as guarded
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import motion_errors, say
 from rbstab_cli.inputs import load_one
 from rbstab_cli.output.files import new_config, write_file
-from rbstab_cli.output.json_output import print_json
 from rbstab_cli.output.progress import working
-from rbstab_cli.output.tables import Table, number
+from rbstab_cli.printing import Table, number, print_json, say
 
 BARRIER = "barrier"
 
@@ -44,7 +42,7 @@ def guard(
     target = new_config(config, output, "_guarded", force=force)
     loaded = load_one(config, changes, allow_python=allow_python)
     angle = SOFT_ANGLE if soft_angle is None else soft_angle
-    with motion_errors(config), working(f"{config.name}: guard", quiet=quiet) as work:
+    with working(f"{config.name}: guard", quiet=quiet) as work:
 
         def tried(stiffness: float, outcome: str) -> None:
             if not quiet:

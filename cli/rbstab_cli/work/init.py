@@ -10,9 +10,9 @@ from rbstab.config.schema import VARIANTS
 from rbstab.elements.user_code.template import TEMPLATE
 from rbstab.files.shell_words import one_after_the_other, shell_word
 from rbstab.packaged.first_steps import CONFIG_FILE, first_files
-from rbstab_cli.errors import say
 from rbstab_cli.options import refuse_unused
 from rbstab_cli.output.files import write_file, write_new_files
+from rbstab_cli.printing import say
 
 
 def init(

@@ -33,14 +33,12 @@ from rbstab.integrate.status import RunStatus
 from rbstab.processes.imports import keep_imports
 from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import say
 from rbstab_cli.inputs import load_configs, load_members, refuse_engine_change
 from rbstab_cli.output.answers import print_answers, print_statement
 from rbstab_cli.output.facts import run_data
 from rbstab_cli.output.files import check_proofs_folder, check_results_folder
-from rbstab_cli.output.json_output import print_json
-from rbstab_cli.output.tables import Table, number
 from rbstab_cli.output.warnings import own_warnings, print_result_warnings
+from rbstab_cli.printing import Table, number, print_json, say
 from rbstab_cli.work.batch import MAX_NAMED, Batch, Finished
 
 REPEATED = "the same command with --prove"

@@ -5,12 +5,10 @@ from typing import Any
 
 from rbstab.experiment.tuning.sensitivities import Sensitivities
 from rbstab.experiment.tuning.sensitivities import sensitivities as derivatives_of
-from rbstab_cli.errors import motion_errors, say
 from rbstab_cli.inputs import load_one
 from rbstab_cli.output.files import check_target, write_file
-from rbstab_cli.output.json_output import as_json_text, print_json
 from rbstab_cli.output.progress import working
-from rbstab_cli.output.tables import Table, number
+from rbstab_cli.printing import Table, as_json_text, number, print_json, say
 
 IN_TABLES = ("settling_time", *(f"peak_contact_displacement[{axis}]" for axis in range(3)))
 """Quantities in the tables; the JSON has all."""
@@ -29,7 +27,7 @@ def sensitivities(
     if output is not None:
         check_target(output, force=force)
     loaded = load_one(config, changes, allow_python=allow_python)
-    with motion_errors(config), working(f"{config.name}: sensitivities", quiet=quiet):
+    with working(f"{config.name}: sensitivities", quiet=quiet):
         found = derivatives_of(loaded)
     if not found.settles:
         say(f"{config}: the run does not settle, so it has no settling time")

@@ -10,12 +10,10 @@ from rbstab.config.load import resolved_yaml
 from rbstab.experiment.tuning.tune import Tuned
 from rbstab.experiment.tuning.tune import tune as tuned
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import motion_errors, say
 from rbstab_cli.inputs import load_one
 from rbstab_cli.output.files import new_config, write_file
-from rbstab_cli.output.json_output import print_json
 from rbstab_cli.output.progress import working
-from rbstab_cli.output.tables import Table, number
+from rbstab_cli.printing import Table, number, print_json, say
 
 
 def tune(
@@ -34,7 +32,7 @@ def tune(
     factors = _bounds(bounds)
     target = new_config(config, output, "_tuned", force=force)
     loaded = load_one(config, changes, allow_python=allow_python)
-    with motion_errors(config), working(f"{config.name}: tuning", quiet=quiet):
+    with working(f"{config.name}: tuning", quiet=quiet):
         found = tuned(loaded, objective, ",".join(overs).split(","), factors)
     if found.better:
         write_file(target, resolved_yaml(found.config), force=force)

@@ -24,11 +24,11 @@ from rbstab.store.disk.paths import not_done
 from rbstab.store.document import read_model
 from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed, say
+from rbstab_cli.errors import Failed
 from rbstab_cli.inputs import load_configs
 from rbstab_cli.output.files import check_target, write_file
-from rbstab_cli.output.json_output import as_json_text, print_json
 from rbstab_cli.output.progress import working
+from rbstab_cli.printing import as_json_text, print_json, say
 
 MAX_LISTED = 20
 """Of more proofs, those that are verified have no line each."""

@@ -7,7 +7,7 @@ import click
 from rbstab_cli.options import PATH, declare, takes
 
 
-@declare("compare")
+@declare("compare", "rbstab compare results/a.h5 results/b.h5")
 @click.argument("first", metavar="A", type=PATH)
 @click.argument("second", metavar="B", type=PATH)
 @takes("json")

@@ -5,7 +5,7 @@ from typing import Any
 from rbstab_cli.options import PATH, declare, flag, output, takes
 
 
-@declare("export")
+@declare("export", "rbstab export results/sweep -o sweep.csv")
 @takes("results")
 @output(
     "File of the table: .csv, .mat (MATLAB), .parquet, which needs pandas and pyarrow, or, of a "

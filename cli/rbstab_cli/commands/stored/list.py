@@ -7,7 +7,7 @@ import click
 from rbstab_cli.options import PATH, declare, takes
 
 
-@declare("list")
+@declare("list", "rbstab list results")
 @click.argument("folder", default="results", metavar="[DIR]", type=PATH)
 @takes("json")
 def command(**given: Any) -> int:

@@ -7,7 +7,7 @@ import click
 from rbstab_cli.options import PATH, declare, flag, output, takes
 
 
-@declare("plot")
+@declare("plot", "rbstab plot results/experiment.h5 --figure run-1-energy -o energy.pdf")
 @takes("results")
 @click.option("--figure", "name", metavar="NAME", help="The figure; without it they are listed.")
 @output("File of the figure: .svg, .pdf or .png, 170 mm wide; .csv has its data.", PATH)

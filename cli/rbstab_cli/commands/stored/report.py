@@ -7,7 +7,7 @@ import click
 from rbstab_cli.options import PATH, Choice, declare, flag, output, takes
 
 
-@declare("report")
+@declare("report", "rbstab report results/experiment.h5 results/sweep -o report.html")
 @takes("results")
 @output(
     "File of the report; default results/report.html (.md, .pdf by format). With --format text the "

@@ -7,7 +7,7 @@ import click
 from rbstab_cli.options import PATH, declare, flag
 
 
-@declare("show")
+@declare("show", "rbstab show results/experiment.h5")
 @click.argument("path", metavar="RESULT", type=PATH)
 @flag("--json", "as_json", help="Print everything as JSON, except the values of the arrays.")
 @flag(

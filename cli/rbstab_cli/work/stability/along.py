@@ -12,7 +12,7 @@ from rbstab.config.schema import Config
 from rbstab.experiment.answers.threshold import named_number
 from rbstab.experiment.locus import LocusPoint, check_key, root_locus, stable_from
 from rbstab_cli.inputs import refuse
-from rbstab_cli.output.tables import Table, number
+from rbstab_cli.printing import Table, number
 
 MAX_POINTS = 10_000
 """The largest number of factors."""

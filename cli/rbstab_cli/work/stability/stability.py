@@ -17,11 +17,10 @@ from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.integrate.problem import Problem
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
-from rbstab_cli.errors import say
 from rbstab_cli.inputs import load_configs
 from rbstab_cli.output.files import check_target, stdout_to_file
-from rbstab_cli.output.json_output import print_json
 from rbstab_cli.output.progress import compiling, working
+from rbstab_cli.printing import print_json, say
 from rbstab_cli.work.stability.along import checked_along, locus_of
 from rbstab_cli.work.stability.printed import Found, data_of, print_found
 from rbstab_cli.work.stability.within import checked_tolerances, proved_within

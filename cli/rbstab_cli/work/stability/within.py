@@ -18,9 +18,9 @@ from rbstab.experiment.start_sets.prove_starts import starts_for
 from rbstab.experiment.start_sets.starts_record import MAX_PARTS, StartsProof
 from rbstab.processes.processors import processor_count
 from rbstab.store.errors import StoreError
-from rbstab_cli.errors import say
 from rbstab_cli.inputs import refuse
 from rbstab_cli.output.progress import working
+from rbstab_cli.printing import say
 
 SECONDS_OF_BODIES, SECONDS_OF_STARTS = 60.0, 600.0
 """The default limits of time for all bodies and for all starts within tolerances."""

@@ -13,10 +13,8 @@ from rbstab.listing.folder import FIRST, Entry, entries_of, listed_folder, proof
 from rbstab.listing.inner_folders import inner_folder
 from rbstab.report.model.words import counted
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import say
-from rbstab_cli.output.json_output import print_json
-from rbstab_cli.output.tables import Table
 from rbstab_cli.output.warnings import print_unread_proofs
+from rbstab_cli.printing import Table, print_json, say
 from rbstab_cli.results import results_folder_of
 
 

@@ -23,10 +23,8 @@ from rbstab.sweep.folder.sweep_folder import (
     resuming_command,
 )
 from rbstab.sweep.members.outcome import STATUSES
-from rbstab_cli.errors import say
-from rbstab_cli.output.json_output import print_json
-from rbstab_cli.output.tables import Table
 from rbstab_cli.output.warnings import print_unread_proofs
+from rbstab_cli.printing import Table, print_json, say
 from rbstab_cli.work.stored.list import list_results
 from rbstab_cli.work.sweeps.tables import print_member_answers, report_status
 

@@ -13,10 +13,10 @@ from rbstab.report.writers.figure_files import FORMS, figure_bytes, figures_of, 
 from rbstab.store.disk.paths import path_exists
 from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed, say
+from rbstab_cli.errors import Failed
 from rbstab_cli.output.files import check_target, write_file
 from rbstab_cli.output.progress import working
-from rbstab_cli.output.tables import print_facts
+from rbstab_cli.printing import print_facts, say
 from rbstab_cli.results import Taken, taken
 
 

@@ -3,24 +3,23 @@
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack, suppress
 from itertools import groupby
+from os.path import realpath
 from pathlib import Path
 from threading import Thread
 
 import click
 
-from rbstab.files.existence import is_file
 from rbstab.files.shell_words import quoted, shell_word
 from rbstab.report.model.document import Report, Unread
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.writers.signature import is_report
-from rbstab.report.writers.write import SUFFIXES, FormatUnavailableError, check_available
+from rbstab.report.writers.write import SUFFIXES, check_available
 from rbstab.report.writers.write import check_target as check_report
 from rbstab.store.disk.paths import path_is_dir
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed, say
-from rbstab_cli.output.json_output import print_json
+from rbstab_cli.errors import Failed
 from rbstab_cli.output.progress import working
 from rbstab_cli.output.warnings import print_unread_proofs
+from rbstab_cli.printing import print_json, say
 from rbstab_cli.results import results_folder_of, taken
 
 MAX_LISTED = 8
@@ -130,32 +129,14 @@ def _check_writable(path: Path, form: str, results: Sequence[Path], *, force: bo
     """Check before the work that a report can be written; an older report is replaced.
 
     Raises:
-        UsageError: A package that the format needs is not installed, or the file is one of the
-            results that the report is made from.
+        UsageError: The file is one of the results that the report is made from.
+        FormatUnavailableError: A package that the format needs is not installed.
         StoreError: The file cannot be written.
     """
-    if any(_same(path, result) for result in results) and not _is_report(path):
+    if realpath(path) in map(realpath, results):
         raise click.UsageError(f"{path} is one of the results. Choose another name with -o.")
-    try:
-        check_available(form)
-    except FormatUnavailableError as error:
-        raise click.UsageError(str(error)) from error
+    check_available(form)
     check_report(path, form, force=force)
-
-
-def _is_report(path: Path) -> bool:
-    try:
-        # Opening a pipe would wait for a writer.
-        return is_file(path) and is_report(path)
-    except (OSError, ValueError):
-        return False
-
-
-def _same(path: Path, other: Path) -> bool:
-    try:
-        return path.samefile(other)
-    except (OSError, ValueError):
-        return False
 
 
 def _print(made: Report, path: Path | None, *, as_json: bool) -> None:

@@ -30,9 +30,8 @@ from rbstab_cli.errors import Failed
 from rbstab_cli.output.answers import print_answer
 from rbstab_cli.output.certificate import certificate_checks, print_certificate
 from rbstab_cli.output.facts import run_data
-from rbstab_cli.output.json_output import print_json
-from rbstab_cli.output.tables import Table, number, print_facts, vector
 from rbstab_cli.output.warnings import print_unread_proofs
+from rbstab_cli.printing import Table, number, print_facts, print_json, vector
 from rbstab_cli.streams import exact
 
 

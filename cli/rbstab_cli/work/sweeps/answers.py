@@ -27,9 +27,9 @@ from rbstab.sweep.proofs.convergence import ProvedConvergence, keep_proofs
 from rbstab.sweep.proofs.prove_bodies import BodyProofs
 from rbstab.sweep.proofs.variants import shares_proof, undecided_reason
 from rbstab.sweep.sweep import Sweep, prove_members, store_convergence
-from rbstab_cli.errors import say
 from rbstab_cli.interrupts import graceful_interrupts
 from rbstab_cli.output.progress import working
+from rbstab_cli.printing import say
 
 Counts = Counter[int]
 """The number of members with each code of the column `convergence`."""

@@ -17,9 +17,10 @@ from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.sweep import Sweep, sweep_to_folder
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed, say
+from rbstab_cli.errors import Failed
 from rbstab_cli.interrupts import graceful_interrupts, interrupted_code
 from rbstab_cli.output.progress import working
+from rbstab_cli.printing import say
 from rbstab_cli.work.sweeps.answers import prove_and_tell
 from rbstab_cli.work.sweeps.progress import EventPrinter
 from rbstab_cli.work.sweeps.tables import report_sweep

@@ -12,7 +12,6 @@ from rbstab.sweep.folder.sweep_folder import engine_of
 from rbstab.sweep.members.engines import factory_for, fastest_engine
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.plan import Plan
-from rbstab_cli.errors import say
 from rbstab_cli.inputs import (
     is_in_sweep_folder,
     load_plans,
@@ -22,6 +21,7 @@ from rbstab_cli.inputs import (
 )
 from rbstab_cli.options import refuse_unused
 from rbstab_cli.output.files import check_proofs_folder, check_results_folder
+from rbstab_cli.printing import say
 from rbstab_cli.work.sweeps.tables import report_dry_run, report_status
 
 WITHOUT_HEYOKA = "heyoka is not installed: using scipy, which is much slower"
@@ -30,8 +30,7 @@ BESIDE_STATUS = ("status_of", "as_json", "quiet")
 """The parameters that may be given together with --status."""
 
 NOT_TOGETHER = {
-    "--part": ("--shard", "--force", "--compare"),
-    "--shard": ("--force", "--compare"),
+    "--part": ("--force", "--compare"),
     "--dask": ("--threads", "--dry-run"),
 }
 """Options, and those that cannot be given beside them."""
@@ -47,7 +46,6 @@ def sweep(
     threads: int | None,
     shard_size: int | None,
     part: Part | None,
-    old_part: Part | None,
     dask: str | None,
     dry_run: bool,
     retry_failed: bool,
@@ -67,7 +65,6 @@ def sweep(
         report_status(status_of or output, as_json=as_json)
         return None
     _refuse_together(context)
-    part = part or old_part
     folder = output / sweep_name(plan)
     refuse_engine_change(changes)
     with keep_imports():

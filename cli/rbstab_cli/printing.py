@@ -1,24 +1,28 @@
-"""Tables and numbers on stdout."""
+"""What commands print: lines on stderr, tables, facts, numbers and JSON on stdout."""
 
+import json
+import math
 import sys
 import unicodedata
 from collections.abc import Iterable, Sequence
-from io import StringIO
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from rbstab.config.errors import printable
+from rbstab_cli.streams import is_utf8
 
 if TYPE_CHECKING:
     from rich.console import JustifyMethod
     from rich.table import Table as RichTable
 
-FILE_WIDTH = 1000
-"""Width in characters if stdout is not a terminal; wide enough that no cell is cut."""
-
 FOLDED_WIDTH = 12
 """Least width of a column that folds, in characters; narrower texts cannot be read."""
+
+
+def say(text: str) -> None:
+    """Print a line for people: on stderr, beside the data on stdout."""
+    click.echo(text, err=True)
 
 
 class Table:
@@ -48,11 +52,10 @@ class Table:
 
             console = OutputConsole(highlight=False)
             for part in [self] if fits(self, console.width) else records(self):
-                console.print(_rich_table(part, on_terminal=True))
+                console.print(rich_table(part))
         else:
-            lines = _plain_lines(self)
-            for line in _rich_lines(self) if lines is None else lines:
-                click.echo(line.rstrip())
+            for line in plain_lines(self):
+                click.echo(line)
         if note:
             click.echo(f" {note}")
         if not on_terminal:
@@ -100,60 +103,63 @@ def records(table: Table) -> list[Table]:
     return found
 
 
-def _plain_lines(table: Table) -> list[str] | None:
-    """Return the lines as rich makes them for a file, without importing it.
-
-    Returns:
-        The lines; None if rich would fold them, or if a character may not be one column
-        wide.
-    """
+def plain_lines(table: Table) -> list[str]:
+    """Return the lines for a file or a pipe: nothing is cut or folded."""
     rows = [table.columns, *(cells for cells, _ in table.rows)]
-    if not all(_has_plain_width(cell) for row in rows for cell in row):
-        return None
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    if sum(widths) + 2 * len(widths) > FILE_WIDTH:
-        return None
-    is_right = [name in table.numbers for name in table.columns]
-    return [
-        "".join(
-            f" {cell.rstrip():>{width}} " if right else f" {cell:<{width}} "
-            for cell, width, right in zip(row, widths, is_right, strict=True)
-        )
-        for row in rows
-    ]
+    widths = [max(map(width_of, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for row in rows:
+        line = ""
+        for name, cell, width in zip(table.columns, row, widths, strict=True):
+            space = " " * (width - width_of(cell))
+            line += f" {space}{cell} " if name in table.numbers else f" {cell}{space} "
+        lines.append(line.rstrip())
+    return lines
 
 
-def _has_plain_width(text: str) -> bool:
-    """Whether each character of a printable text is one column wide."""
-    return text.isascii() or all(
-        unicodedata.east_asian_width(c) not in "WF" and unicodedata.category(c)[0] != "M"
-        for c in text
-    )
+def width_of(text: str) -> int:
+    """Return the columns of a printable text: characters may be two wide, marks have none."""
+    if text.isascii():
+        return len(text)
+    wide = sum(unicodedata.east_asian_width(character) in "WF" for character in text)
+    marks = sum(unicodedata.category(character)[0] == "M" for character in text)
+    return len(text) + wide - marks
 
 
-def _rich_lines(table: Table) -> list[str]:
-    from rbstab_cli.output.console import OutputConsole
-
-    text = StringIO()
-    console = OutputConsole(file=text, width=FILE_WIDTH, highlight=False)
-    console.print(_rich_table(table, on_terminal=False))
-    return text.getvalue().splitlines()
-
-
-def _rich_table(table: Table, *, on_terminal: bool) -> "RichTable":
+def rich_table(table: Table) -> "RichTable":
+    """Return a table for a terminal, which is narrow: units go below names, long texts fold."""
     # Imported late: only a terminal needs it.
     from rich import box
     from rich.table import Table as RichTable
     from rich.text import Text
 
-    made = RichTable(box=box.SIMPLE_HEAD if on_terminal else None, header_style="bold")
+    made = RichTable(box=box.SIMPLE_HEAD, header_style="bold")
     for column in table.columns:
-        # A terminal is narrow: the unit goes below the name, and long texts fold.
-        header = Text(column.replace(" [", "\n[") if on_terminal else column)
         right = column in table.numbers
         whole = right or column in table.words
         justify: JustifyMethod = "right" if right else "left"
+        header = Text(column.replace(" [", "\n["))
         made.add_column(header, justify=justify, no_wrap=whole, overflow="fold")
     for cells, style in table.rows:
         made.add_row(*(Text(cell) for cell in cells), style=style)
     return made
+
+
+def print_json(data: Any) -> None:
+    """Print data as JSON; only ASCII characters, with JSON's escapes, if stdout is not UTF-8."""
+    click.echo(as_json_text(data, ensure_ascii=not is_utf8(sys.stdout)))
+
+
+def as_json_text(data: Any, *, ensure_ascii: bool = False) -> str:
+    """Return data as JSON; NaN and infinite numbers, which JSON does not have, become null."""
+    return json.dumps(_finite(data), indent=2, ensure_ascii=ensure_ascii, allow_nan=False)
+
+
+def _finite(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {key: _finite(value) for key, value in data.items()}
+    if isinstance(data, list | tuple):
+        return [_finite(value) for value in data]
+    if isinstance(data, float) and not math.isfinite(data):
+        return None
+    return data

@@ -48,7 +48,7 @@ class Table:
         """Print it, in colour on a terminal unless NO_COLOR is set; a note is a line below it."""
         on_terminal = sys.stdout.isatty()
         if on_terminal:
-            from rbstab_cli.output.console import OutputConsole
+            from rbstab_cli.console import OutputConsole
 
             console = OutputConsole(highlight=False)
             for part in [self] if fits(self, console.width) else records(self):

@@ -4,7 +4,6 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rbstab.experiment.proof_cache import PROOFS
 from rbstab.files.existence import is_dir, is_file
 from rbstab.listing.folder import listed_folder, results_in
 from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
@@ -119,12 +118,11 @@ def _stands_beside_results(path: Path) -> bool:
     try:
         kind, parent = kind_of(path), path.absolute().parent
         is_part = kind is not Kind.SWEEP and is_file(parent / MANIFEST)
-        if is_part or kind in (Kind.PROOF, Kind.SHARD):
+        if is_part or kind in (Kind.PROOF, Kind.SHARD, Kind.PROOFS):
             return True
         if kind is Kind.FOLDER:
-            # Its own folders: of proofs, and of the pictures of a report in Markdown.
-            pictures = map(pictures_folder, parent.glob("*.md"))
-            return path.name == PROOFS or path.absolute() in pictures
+            # Of the pictures of a report in Markdown.
+            return path.absolute() in map(pictures_folder, parent.glob("*.md"))
         # A config may have any name; the message about it names the command that runs it.
         is_other = path.suffix.lower() in OTHER_FILES and is_file(path)
         return is_other and what_it_is(path) not in (CONFIG, PLAN)

@@ -95,7 +95,7 @@ def _bar() -> "Bar":
     # Imported late: it takes a while, and is of use on a terminal only.
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    from rbstab_cli.output.console import OutputConsole
+    from rbstab_cli.console import OutputConsole
 
     columns = (
         TextColumn("{task.description}", markup=False),

@@ -20,6 +20,13 @@ class Kind(StrEnum):
     PROOF = "proof"
     CONFIG = "config or plan"
     FOLDER = "folder"
+    PROOFS = "stored proofs"
+    SHARDS = "shards of a sweep"
+    MOTIONS = "files with traces of a sweep"
+
+
+INNER_FOLDERS = (Kind.PROOFS, Kind.SHARDS, Kind.MOTIONS)
+"""Folders that the program makes inside of another one."""
 
 
 def kind_of(path: Path) -> Kind:
@@ -28,9 +35,13 @@ def kind_of(path: Path) -> Kind:
     Raises:
         StoreError: The path cannot be tested.
     """
+    folder, name = path.absolute().parent, path.absolute().name
     if path_is_dir(path):
-        return Kind.SWEEP if path_is_file(path / MANIFEST) else Kind.FOLDER
-    folder = path.absolute().parent
+        is_sweep = path_is_file(path / MANIFEST)
+        inner = {PROOFS: Kind.PROOFS}
+        if path_is_file(folder / MANIFEST):
+            inner = {SHARDS: Kind.SHARDS, TRACES: Kind.MOTIONS}
+        return Kind.SWEEP if is_sweep else inner.get(name, Kind.FOLDER)
     in_sweep = path_is_file(folder.parent / MANIFEST)
     if path.name == SWEEP_FILE and path_is_file(folder / MANIFEST):
         return Kind.SWEEP

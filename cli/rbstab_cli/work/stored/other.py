@@ -8,8 +8,8 @@ import click
 from rbstab.config.errors import printable
 from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
-from rbstab.listing.inner_folders import InnerFolder, inner_folder, proof_rows, sweep_rows
-from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
+from rbstab.listing.inner_folders import rows_of
+from rbstab.listing.kinds import INNER_FOLDERS, Kind, kind_of, sweep_folder_of
 from rbstab.listing.proofs import what_it_says
 from rbstab.report.model.words import listed
 from rbstab.report.reading.not_results import CONFIG, PLAN, not_a_result, what_it_is
@@ -51,10 +51,9 @@ def show_other(path: Path, *, as_json: bool, as_config: bool) -> int | None:
     if as_config:
         raise click.UsageError(f"{path} is a {kind}; only a run has a config to print")
     if kind is Kind.FOLDER:
-        inner = inner_folder(path)
-        if inner is None:
-            return list_results(path, as_json)
-        _show_inner(path, inner, as_json=as_json)
+        return list_results(path, as_json)
+    if kind in INNER_FOLDERS:
+        _show_inner(path, kind, as_json=as_json)
     elif kind is Kind.SWEEP:
         _show_sweep(sweep_folder_of(path), as_json=as_json)
     else:
@@ -63,9 +62,9 @@ def show_other(path: Path, *, as_json: bool, as_config: bool) -> int | None:
     return None
 
 
-def _show_inner(path: Path, kind: InnerFolder, *, as_json: bool) -> None:
+def _show_inner(path: Path, kind: Kind, *, as_json: bool) -> None:
     """Print what a folder of proofs, of shards or of traces holds."""
-    rows = proof_rows(path) if kind is InnerFolder.PROOFS else sweep_rows(path)
+    rows = rows_of(path, kind)
     if as_json:
         print_json(rows)
     elif not rows:

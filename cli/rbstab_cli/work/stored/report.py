@@ -147,7 +147,7 @@ def _print(made: Report, path: Path | None, *, as_json: bool) -> None:
         print_json(data_of(made))
     elif path is None:
         from rbstab.report.writers.text import print_report
-        from rbstab_cli.output.console import OutputConsole
+        from rbstab_cli.console import OutputConsole
 
         # The terminal sets the width; without a terminal it is 80 columns.
         print_report(made, OutputConsole(highlight=False))

@@ -253,7 +253,7 @@ WRONG_VALUES = {
 WRONG_TOLERANCES = {
     "--within controller.K_r": "expected KEY=±SIZE",
     "--within initial.angular_velocity=0.1": "is not a tolerance (expected KEY=±SIZE",
-    "--within initial.angular_velocity=±0.1 --within body.mass=±1": "both initial.angular_velocity",
+    "--within initial.angular_velocity=±0.1 --within body.mass=±1": "beside other tolerances",
     "--within integration.duration=±1": "integration.duration has no numbers",
     "--within controller.K_r=±101%": "K_r[0]: at the low end of the tolerance: is -4",
     "--within controler=±1%": "--within controler=±1%:1:1: controler has no numbers that can have "
@@ -261,7 +261,7 @@ WRONG_TOLERANCES = {
     "--largest-within --within": "needs a KEY, such as controller.K_r; --within is an o",
     "--largest-within controller.K_x": "controller.K_x has no numbers",
     "--largest-within initial.angular_velocity": "is a number of the initial state",
-    "--within initial=±1% --largest-within body": "--within: initial.angular_velocity[0] is a",
+    "--within initial=±1% --largest-within body": "initial.angular_velocity[0]: is a number of",
     "--within controller.K_r=±1% --largest-within controller": "gives a second tolerance of "
     "controller.K_r[0] (expected one of them)\n",
     "--largest-within K_r=±5%": "--largest-within K_r=±5%:1:1: has a size, which is to be found "

@@ -18,7 +18,6 @@ from rbstab.files.counts import grouped
 from rbstab.files.existence import is_dir, is_file
 from rbstab.files.shell_words import shell_word
 from rbstab.proof.check.findings import Finding
-from rbstab.report.model.words import counted
 from rbstab.report.reading.not_results import CONFIG, PROOF, what_it_is
 from rbstab.store.disk.paths import not_done
 from rbstab.store.document import read_model
@@ -29,9 +28,6 @@ from rbstab_cli.inputs import load_configs
 from rbstab_cli.output.files import check_target, write_file
 from rbstab_cli.output.progress import working
 from rbstab_cli.printing import as_json_text, print_json, say
-
-MAX_LISTED = 20
-"""Of more proofs, those that are verified have no line each."""
 
 NUMBER = re.compile(r"\b\d+\b")
 
@@ -131,7 +127,11 @@ def _tell_all(
         print_json([_data(one) for one in claiming])
     else:
         if files > 1:
-            _print_counts(good, Counter(one.proof.outcome for one in silent))
+            if good:
+                _print_claims(finding for one in good for finding in one.found.findings)
+                unchecked = Counter(text for one in good for text in one.found.unchecked)
+                _print_unchecked(unchecked, len(good))
+            click.echo()
         ends = [f"{len(good)} of {proofs} proofs verified"]
         if silent:
             claim = "file claims" if len(silent) == 1 else "files claim"
@@ -289,39 +289,19 @@ def _print(one: Checked) -> None:
 
 
 def _print_one_of(one: Checked, files: int) -> None:
-    """Print one of several proofs: in full if it is refused or alone, else a line, if they are few.
+    """Print one of several proofs: in full if it is refused or alone, else a line.
 
     Args:
         one: The proof.
         files: How many proofs there are.
     """
-    few = files <= MAX_LISTED
     if one.proof.claims_nothing:
-        if few:
-            click.echo(f"{one.path}: claims nothing: {one.proof.outcome}\n")
+        click.echo(f"{one.path}: claims nothing: {one.proof.outcome}\n")
     elif not one.found.verified or files == 1:
         _print(one)
         click.echo()
-    elif few:
+    else:
         click.echo(f"{one.path}: verified")
-
-
-def _print_counts(good: Sequence[Checked], nothing: Counter[str]) -> None:
-    """Print how many claims of verified proofs were checked, and what was not.
-
-    Args:
-        good: The verified proofs.
-        nothing: The reasons of files that claim nothing, with their numbers; a few of them were
-            printed with the names of their files.
-    """
-    if good:
-        _print_claims(finding for one in good for finding in one.found.findings)
-        _print_unchecked(Counter(text for one in good for text in one.found.unchecked), len(good))
-    if nothing.total() and len(good) + nothing.total() > MAX_LISTED:
-        click.echo("\n  Claims nothing")
-        for reason, count in nothing.items():
-            click.echo(f"    {reason} ({counted(count, 'file')})")
-    click.echo()
 
 
 def _print_claims(findings: Iterable[Finding]) -> None:

@@ -25,8 +25,6 @@ from rbstab_cli.printing import say
 SECONDS_OF_BODIES, SECONDS_OF_STARTS = 60.0, 600.0
 """The default limits of time for all bodies and for all starts within tolerances."""
 
-OF_BODIES = "expected only numbers of body, gravity and controller"
-
 
 class Within(NamedTuple):
     """What is proved for all bodies, or for all starts, within tolerances of one config.
@@ -124,21 +122,12 @@ def _mixed(given: Sequence[Tolerance], searched: Mapping[str, Sequence[Tolerance
         given: The tolerances of --within.
         searched: By the values of --largest-within, the tolerances of each beside the given ones.
     """
-    of_state = "is a number of the initial state"
-    starts = [one.entry.key for one in given if are_of_starts([one])]
-    others = [one.entry.key for one in given if not are_of_starts([one])]
-    if searched and starts:
-        return [f"--within: {starts[0]} {of_state} (beside --largest-within, {OF_BODIES})"]
-    for key, tolerances in searched.items():
-        own = [one.entry.key for one in tolerances if are_of_starts([one])]
-        if own:
-            return [f"--largest-within {key}: {own[0]} {of_state} ({OF_BODIES})"]
-    if starts and others:
-        return [
-            f"--within: both {starts[0]} and {others[0]} have a tolerance (expected tolerances of "
-            f"the initial state alone, or of body, gravity and controller alone)"
-        ]
-    return []
+    every = [*given, *(one for tolerances in searched.values() for one in tolerances)]
+    starts = [one.entry.key for one in every if are_of_starts([one])]
+    if not starts or (len(starts) == len(given) and not searched):
+        return []
+    alone = "expected tolerances of the initial state alone, by --within"
+    return [f"{starts[0]}: is a number of the initial state, beside other tolerances ({alone})"]
 
 
 def are_of_starts(tolerances: Sequence[Tolerance]) -> bool:

@@ -1,7 +1,6 @@
 """Progress of a sweep: what its events say, and how far it is."""
 
 import time
-from collections import deque
 from threading import Event
 from typing import Any
 
@@ -17,9 +16,6 @@ from rbstab.sweep.execution.events import (
 )
 from rbstab.sweep.folder.members_file import counts_by_status
 from rbstab_cli.output.progress import Work
-
-RATE_WINDOW = 30.0
-"""Time over which the rate is averaged, s."""
 
 UPDATE_INTERVAL = 0.1
 """Time between two updates, s."""
@@ -41,7 +37,7 @@ class EventPrinter:
         self._printed_stopping = False
         self._last = 0.0
         self._total = 0
-        self._rate = Rate()
+        self._begun = 0.0, 0
         self._inventory: Any = None
         self._proves = False
 
@@ -69,7 +65,7 @@ class EventPrinter:
         self._proves = "motion_proof" in event.folder.manifest.columns
         self._inventory = event.inventory  # the sweep keeps adding shards to it
         done = self._inventory.members
-        self._rate(time.monotonic(), done)
+        self._begun = time.monotonic(), done
         if event.moved_aside is not None:
             self._work.print(f"the previous sweep was moved to {event.moved_aside}")
         if event.changed:
@@ -83,9 +79,10 @@ class EventPrinter:
 
     def _update(self) -> None:
         now, done = time.monotonic(), self._inventory.members
-        rate = self._rate(now, done)
         if now - self._last >= UPDATE_INTERVAL:
             self._last = now
+            begin, before = self._begun
+            rate = (done - before) / max(now - begin, 1e-9)
             facts = f"{self._of_all(done)} members, {self._facts(rate, done)}"
             self._work.update(facts, done / self._total)
 
@@ -103,26 +100,6 @@ class EventPrinter:
             proved = f"{self._of_all(self._inventory.proved)} members proved"
             speed = [proved, f"{rate:.3g} members/s"]
         return ", ".join([*speed, *others, f"{duration(left)} left"])
-
-
-class Rate:
-    """Members per second over the last `RATE_WINDOW`: slow members may follow fast ones."""
-
-    def __init__(self) -> None:
-        self._counts: deque[tuple[float, int]] = deque()
-
-    def __call__(self, now: float, done: int) -> float:
-        """Add a count and return the rate; 0 on the first call.
-
-        Args:
-            now: The time, s.
-            done: How many members are done.
-        """
-        self._counts.append((now, done))
-        while len(self._counts) > 2 and self._counts[1][0] <= now - RATE_WINDOW:
-            self._counts.popleft()
-        before, done_before = self._counts[0]
-        return (done - done_before) / (now - before) if now > before else 0.0
 
 
 def duration(seconds: float) -> str:

@@ -118,7 +118,7 @@ def _stands_beside_results(path: Path) -> bool:
     try:
         kind, parent = kind_of(path), path.absolute().parent
         is_part = kind is not Kind.SWEEP and is_file(parent / MANIFEST)
-        if is_part or kind in (Kind.PROOF, Kind.SHARD, Kind.PROOFS):
+        if is_part or kind in (Kind.PROOF, Kind.PART, Kind.PROOFS):
             return True
         if kind is Kind.FOLDER:
             # Of the pictures of a report in Markdown.

@@ -61,18 +61,6 @@ def test_a_folder_of_proofs(mixed: Path, rbstab: Invoke) -> None:
     )
 
 
-def test_folders_inside_of_a_sweep(mixed: Path, rbstab: Invoke) -> None:
-    shards = json.loads(rbstab("show", "mixed/begun_map/shards", "--json").stdout)
-    assert [row["file"] for row in shards] == sorted(
-        file.name for file in (mixed / "begun_map/shards").iterdir()
-    )
-    assert shards[0]["members"] == "0 to 7"
-    assert "shards of a sweep\n" in rbstab("show", "mixed/begun_map/shards").stdout
-    shutil.copytree(STORED / "sweeps/finished_variants", "mixed/variants")
-    traces = json.loads(rbstab("show", "mixed/variants/traces", "--json").stdout)
-    assert traces[0]["file"] == "00000000.h5"
-
-
 @pytest.mark.slow
 def test_the_folder_above_the_results_stands_for_them(mixed: Path, rbstab: Invoke) -> None:
     mixed.rename("results")

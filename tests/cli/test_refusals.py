@@ -309,6 +309,10 @@ STORAGE = {
     f"{shell_word(Path('a b/good.yaml'))}",
     "export none.h5 -o a.csv": "none.h5: cannot be read: No such file",
     "verify none.json": "none.json",
+    **dict.fromkeys(
+        ("show results/begun/shards", "show results/map/shards/00000000.h5"),
+        " is a part of a sweep. Look at the sweep: rbstab show results/",
+    ),
     "verify results/mine": "results/mine has no proof that can be checked.",
     "verify results --config good.yaml": "results has no proof of this config that can be checked.",
     "run good.yaml": "results/good.h5 holds a different result",

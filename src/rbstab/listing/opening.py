@@ -99,27 +99,21 @@ def _opened(read: Callable[[Path], T], path: str | Path, wanted: str) -> T:
 def _what_it_is(path: Path) -> tuple[str, str] | None:
     """Return what a path leads to, and what opens it; None if it is not known."""
     from rbstab.experiment.proof_cache import WITHIN_TOLERANCES
-    from rbstab.listing.kinds import INNER_FOLDERS, Kind, kind_of, sweep_folder_of
+    from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
 
     kind = kind_of(path)
-    if kind is Kind.FOLDER:
-        return _folder(path)
-    if kind in INNER_FOLDERS:
-        return f"a folder of {kind}", "Name one of its files."
     if kind is Kind.PROOF and path.name.startswith(WITHIN_TOLERANCES):
         return "a proof within tolerances", "`rbstab show` prints it."
-    if kind not in (Kind.SWEEP, Kind.SHARD, Kind.TRACES, Kind.PROOF):
-        return _other(path)
-    sweep = sweep_folder_of(path)
-    return {
+    whole = _open_it("open_sweep", sweep_folder_of(path), "Open the sweep")
+    known = {
         Kind.SWEEP: ("a sweep", _open_it("open_sweep", path)),
-        Kind.SHARD: ("a shard of a sweep", _open_it("open_sweep", sweep, "Open the sweep")),
-        Kind.TRACES: (
-            "a file of traces of a sweep",
-            _open_it("open_traces", sweep, "Open the sweep"),
-        ),
+        Kind.PART: ("a part of a sweep", whole),
         Kind.PROOF: ("a proof of rest states", _open_it("open_proof", path)),
-    }[kind]
+        Kind.PROOFS: ("a folder of proofs", "Name one of its files."),
+    }
+    if kind in known:
+        return known[kind]
+    return _folder(path) if kind is Kind.FOLDER else _other(path)
 
 
 def _other(path: Path) -> tuple[str, str] | None:

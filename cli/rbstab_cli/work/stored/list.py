@@ -10,7 +10,7 @@ from rbstab.config.errors import printable
 from rbstab.experiment.answers.words import word_of
 from rbstab.files.shell_words import shell_word
 from rbstab.listing.folder import FIRST, Entry, entries_of, listed_folder, proofs_in
-from rbstab.listing.kinds import INNER_FOLDERS, kind_of
+from rbstab.listing.kinds import Kind, kind_of
 from rbstab.report.model.words import counted
 from rbstab_cli import exit_codes
 from rbstab_cli.output.warnings import print_unread_proofs
@@ -44,9 +44,8 @@ def list_results(folder: Path, as_json: bool) -> int:
     for entry in unread:
         say(printable(entry.problem))
     if not entries:
-        kind = kind_of(folder)
-        shown = f"It has {kind}: rbstab show {shell_word(folder)}"
-        what = shown if kind in INNER_FOLDERS else FIRST
+        shown = f"It has stored proofs: rbstab show {shell_word(folder)}"
+        what = shown if kind_of(folder) is Kind.PROOFS else FIRST
         say(f"{folder} has no runs and no sweeps. {what}.")
     inside = listed_folder(folder)
     proofs = inside / "proofs"

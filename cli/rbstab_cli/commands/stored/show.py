@@ -25,8 +25,8 @@ def command(**given: Any) -> int | None:
 
     A proof that was stored in the folder of the result after the run counts too.
 
-    RESULT may also be the folder of a sweep, a proof, a folder of proofs, or a folder of results. Of
-    a sweep it prints first how many members are proved, or seen, to come to rest.
+    RESULT may also be the folder of a sweep, a proof, a folder of proofs, or a folder of results.
+    Of a sweep it prints first how many members are proved, or seen, to come to rest.
     """
     from rbstab_cli.work.stored.show import show
 

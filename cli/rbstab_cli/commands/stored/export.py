@@ -20,7 +20,7 @@ def command(**given: Any) -> None:
 
     Of runs the table has one row a run: what `rbstab show --json` prints of it, its settling time
     and its final state. Of a sweep it has one row a member: the varied values and the outcomes.
-    RESULT may be a folder of runs.
+    RESULT may be a folder of runs, by default results.
 
     Vectors are split into columns: position_0, position_1, position_2. Units are SI, angles
     radians. What is not known is nan. With --traces, the table has one row a sample: of all runs,

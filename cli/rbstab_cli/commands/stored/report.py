@@ -28,12 +28,12 @@ from rbstab_cli.options import PATH, Choice, declare, flag, output, takes
 def command(**given: Any) -> int:
     """Make a report of runs and sweeps.
 
-    Each RESULT is the file of a run, the folder of a sweep, or a folder of results:
-    then the runs and sweeps in it are taken, in the order of their names. Proofs, reports, figures
-    and notes beside them are left out, so results/* may be named. If a result cannot be read, the
-    report gives the reason and shows the others; the exit code is then 4.
+    Each RESULT is the file of a run, the folder of a sweep, or a folder of results, by default
+    results: then the runs and sweeps in it are taken, in the order of their names. Proofs, reports,
+    figures and notes beside them are left out, so results/* may be named. If a result cannot be
+    read, the report gives the reason and shows the others; the exit code is then 4.
 
-    The formats html, md and pdf need the packages of `pip install "rbstab[report]"`.
+    The formats md and pdf need the packages of `pip install "rbstab[report]"`.
     """
     from rbstab_cli.work.stored.report import report
 

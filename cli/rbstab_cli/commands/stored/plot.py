@@ -19,9 +19,9 @@ from rbstab_cli.options import PATH, declare, flag, output, takes
 def command(**given: Any) -> None:
     """Draw one figure of runs and sweeps, or write its data.
 
-    The figures are those of `rbstab report` on the same results, by default
-    those in the folder results. Without --figure their names and titles are listed. The drawing has no title: that is left to
-    the caption of the paper.
+    The figures are those of `rbstab report` on the same results, by default those in the folder
+    results. Without --figure their names and titles are listed. The drawing has no title: that is
+    left to the caption of the paper.
     """
     from rbstab_cli.work.stored.plot import plot
 

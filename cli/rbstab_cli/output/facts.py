@@ -1,17 +1,20 @@
 """A run as plain data for JSON."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.answers.words import word_of
 from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
-from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.summary import summary_of
 from rbstab.store.result import Result
 
+if TYPE_CHECKING:
+    # A run without a proof imports none of it.
+    from rbstab.experiment.stored_proof.proof import Proof
 
-def run_data(result: Result, config: Config | None, proof: Proof | None = None) -> dict[str, Any]:
+
+def run_data(result: Result, config: Config | None, proof: "Proof | None" = None) -> dict[str, Any]:
     """Return the outcome of a result, its attributes, summary, answers and convergence.
 
     Args:

@@ -1,7 +1,7 @@
 """`rbstab show`: what is in the file of a run; of other files see `other`."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 
@@ -15,6 +15,7 @@ from rbstab.experiment.convergence.with_proof import KnownNow, known_now
 from rbstab.experiment.own_states import final_state
 from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.summary import (
+    ReferenceValue,
     at_least,
     lyapunov_function_of,
     reference_values_of,
@@ -67,32 +68,39 @@ def show(path: Path, as_json: bool, as_config: bool) -> int | None:
     return None
 
 
-def _reference(result: Result) -> dict[str, Any]:
-    """Return what the stored config refers to, with printed and computed values.
+class _Reference(NamedTuple):
+    """What the stored config refers to, with printed and computed values.
 
-    `source` is empty if it refers to nothing. `changed` are the keys in which the config differs
-    from the case of its source: then printed values say nothing about it.
+    source is empty if it refers to nothing. changed are the keys in which the config differs from
+    the case of its source: then printed values say nothing about it.
     """
+
+    source: str = ""
+    changed: tuple[str, ...] = ()
+    values: tuple[ReferenceValue, ...] = ()
+
+
+def _reference(result: Result) -> _Reference:
+    """Return the reference of the stored config."""
     stored = stored_config(result)
     # The config is None if this version cannot read it; the rest is still shown.
     reference = None if stored.config is None else stored.config.reference
     if stored.config is None or reference is None:
-        return {"source": "", "changed": [], "values": []}
+        return _Reference()
     note = f" ({reference.note})" if reference.note else ""
-    return {
-        "source": reference.source + note,
-        "changed": list(changed_keys(stored.config, stored.data)),
-        "values": [value._asdict() for value in reference_values_of(result, reference)],
-    }
+    changed = tuple(changed_keys(stored.config, stored.data))
+    values = tuple(reference_values_of(result, reference))
+    return _Reference(reference.source + note, changed, values)
 
 
 def _data(known: KnownNow) -> dict[str, Any]:
     result = known.result
+    reference = _reference(result)
     return {
         **run_data(result, known.config, known.proof),
         "certificate": certificate_checks(result),
         "final": final_state(result),
-        "reference": _reference(result),
+        "reference": {**reference._asdict(), "values": [v._asdict() for v in reference.values]},
         "arrays": {
             name: {"dimensions": v.dimensions, "shape": v.data.shape, "units": v.unit}
             for name, v in result.variables.items()
@@ -182,17 +190,17 @@ def _impacts(result: Result) -> str:
     return text
 
 
-def _print_reference(found: dict[str, Any]) -> None:
-    if not found["values"]:
+def _print_reference(found: _Reference) -> None:
+    if not found.values:
         return
-    click.echo(f"Reference: {printable(found['source'])}")
-    if found["changed"]:
-        keys = ", ".join(map(printable, found["changed"]))
+    click.echo(f"Reference: {printable(found.source)}")
+    if found.changed:
+        keys = ", ".join(map(printable, found.changed))
         click.echo(f"Printed values are not compared: this config is another case, by {keys}.")
         return
     table = Table("quantity", "printed", "computed", "exact motion")
-    for value in found["values"]:
-        exact_motion = "the printed value does not follow, proved" if value["disproved"] else "-"
-        name = f"{value['name']} [{value['unit']}]"
-        table.add(name, vector(value["printed"]), vector(value["computed"]), exact_motion)
+    for value in found.values:
+        says = "the printed value does not follow, proved" if value.disproved else "-"
+        name = f"{value.name} [{value.unit}]"
+        table.add(name, vector(value.printed), vector(value.computed), says)
     table.print()

@@ -111,11 +111,6 @@ def print_warnings(configs: Iterable[tuple[str, Config]]) -> None:
         say(f"warning: {next(iter(labels))}{more}: {warning}")
 
 
-def print_plan_warnings(path: Path, plan: "Plan") -> None:
-    """Print the warnings about the bases of a plan, each once."""
-    print_warnings((str(path), base) for base in plan.bases.values())
-
-
 def load_members(
     paths: Iterable[Path],
     members: Sequence[int],

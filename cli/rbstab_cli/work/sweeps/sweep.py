@@ -15,7 +15,7 @@ from rbstab.sweep.plan.plan import Plan
 from rbstab_cli.inputs import (
     is_in_sweep_folder,
     load_plans,
-    print_plan_warnings,
+    print_warnings,
     refuse_engine_change,
     sweep_name,
 )
@@ -127,5 +127,5 @@ def _engine(wanted: str | None, folder: Path, plan: Path) -> tuple[str, bool]:
 def _load(path: Path, changes: tuple[str, ...], *, allow_python: bool) -> Plan:
     """Load a plan, or end the command with all its errors; print its warnings."""
     plan = load_plans([path], lambda _: changes, allow_python=allow_python)[path]
-    print_plan_warnings(path, plan)
+    print_warnings((str(path), base) for base in plan.bases.values())
     return plan

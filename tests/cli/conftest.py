@@ -1,20 +1,24 @@
 """A working folder, plans, a fake engine, and the command line in this process or in its own."""
 
 import functools
+import pkgutil
 import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
 from support.sweeps import FakeEngine
 
+from rbstab_cli import work
 from rbstab_cli.main import cli
 from rbstab_cli.output.progress import Work
-from rbstab_cli.output.sweeps import sweep_progress
+from rbstab_cli.work.sweeps import progress as sweep_progress
 
 GOOD = """\
 title: A short run
@@ -55,6 +59,20 @@ def rbstab() -> Invoke:
     return invoke
 
 
+def replace_everywhere(
+    monkeypatch: pytest.MonkeyPatch, name: str, new: Callable[..., object]
+) -> None:
+    """Replace a function in its module, and in the modules of the commands that import it."""
+    for found in walk_packages(work.__path__, f"{work.__name__}."):
+        import_module(found.name)
+    old = pkgutil.resolve_name(name)
+    monkeypatch.setattr(name, new)
+    for module in [one for key, one in sys.modules.items() if key.startswith("rbstab_cli.")]:
+        for own, value in list(vars(module).items()):
+            if value is old:
+                monkeypatch.setattr(module, own, new)
+
+
 @pytest.fixture
 def refuse(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     """A function that lets calls of a function, or of several of rbstab, fail."""
@@ -64,7 +82,7 @@ def refuse(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
             raise error or AssertionError("the command began its work")
 
         for name in names:
-            monkeypatch.setattr(f"rbstab.{name}", fail)
+            replace_everywhere(monkeypatch, f"rbstab.{name}", fail)
 
     return use
 

@@ -35,13 +35,6 @@ def mount(p: list[float]) -> dict[str, Any]:
 
 MOUNTS = machine([mount(p) for p in POINTS])
 
-SPIN = {
-    "schema_version": 2,
-    "body": {"mass": 1, "inertia": [3, 5, 7], "contact_point": [0, 0, 0]},
-    "initial": {"angular_velocity": [0, 0, 1]},
-    "integration": {"duration": 2, "samples": 21},
-}
-
 LEG = leg()
 
 
@@ -61,7 +54,7 @@ integration: {duration: 10}
 @pytest.fixture(autouse=True)
 def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    for name, data in {"mounts": MOUNTS, "spin": SPIN, "leg": LEG}.items():
+    for name, data in {"mounts": MOUNTS, "leg": LEG}.items():
         Path(f"{name}.yaml").write_text(json.dumps(data))
     Path("knock.yaml").write_text(KNOCK)
 
@@ -88,27 +81,6 @@ def test_the_frequencies_of_the_mounts_need_no_proof() -> None:
     text = ", ".join(f"{one:.4g}" for one in expected)
     assert f"natural frequencies {text} rad/s" in printed("run", "mounts.yaml", "--no-prove")
     assert f"{text} rad/s" in printed("show", "results/mounts.h5")
-
-
-def test_a_free_spin_never_rests() -> None:
-    found = printed("run", "spin.yaml")
-    assert "v stays at 3.5 J along the computed run; the body moves on without damping" in found
-    assert "no damper acts on the body" in found
-    assert "fell" not in found
-    assert "--prove" not in found
-    shown = printed("show", "results/spin.h5")
-    assert "the pose at the end of the motion, which moves on" in shown
-    assert "approaches" not in shown
-
-
-def test_a_rest_state_is_approached_only_if_the_run_comes_to_rest() -> None:
-    printed("run", "leg.yaml", "--no-prove")
-    assert "the rest state that the motion approaches" in printed("show", "results/leg.h5")
-    short = ["--set", "integration.duration=0.2", "--force"]
-    assert "v fell from 0.2022 J to" in printed("run", "leg.yaml", "--no-prove", *short)
-    shown = printed("show", "results/leg.h5")
-    assert "approaches" not in shown
-    assert "the rest state below the end of the motion" in shown
 
 
 def test_a_driven_run_speaks_of_the_largest_v() -> None:

@@ -12,21 +12,12 @@ import click
 import jsonschema
 import pytest
 import yaml
-from cli.conftest import GOOD, PLAN_OF_MASSES, Invoke
+from cli.conftest import GOOD, PLAN_OF_MASSES, Invoke, replace_everywhere
 from support.made_runs import made_file
 
 from rbstab_cli import exit_codes, main
-from rbstab_cli.arguments import configs
-from rbstab_cli.help_examples import EXAMPLES, FIRST_STEPS
-from rbstab_cli.main import COMMANDS, cli
-
-
-@pytest.mark.parametrize("name", COMMANDS)
-def test_the_listed_help_is_the_commands_own(name: str) -> None:
-    command = cli.get_command(click.Context(cli), name)
-    assert command is not None
-    assert command.name == name
-    assert command.get_short_help_str(limit=200) == COMMANDS[name]
+from rbstab_cli.main import cli
+from rbstab_cli.registry import COMMANDS, FIRST_STEPS
 
 
 @pytest.mark.parametrize("name", COMMANDS)
@@ -37,7 +28,6 @@ def test_the_help_of_a_command_ends_with_an_example(
     *_, title, line = rbstab(name, "--help").stdout.rstrip().splitlines()
     assert title.strip() == "Example:"
     example = line.strip()
-    assert example == EXAMPLES[name]
     program, command_name, *words = shlex.split(example.partition(" > ")[0])
     assert (program, command_name) == ("rbstab", name)
     command = cli.get_command(click.Context(cli), name)
@@ -272,8 +262,7 @@ def test_an_unexpected_error_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> N
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(configs, "print_warnings", fail)
-    monkeypatch.setattr("rbstab.config.warnings.config_warnings", fail)
+    replace_everywhere(monkeypatch, "rbstab.config.warnings.config_warnings", fail)
     with pytest.raises(ZeroDivisionError):
         ended(monkeypatch, "check", "good.yaml")
 

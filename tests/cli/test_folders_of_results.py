@@ -10,7 +10,7 @@ from support.made_runs import made_config, made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
-from rbstab_cli.arguments.results import results_among
+from rbstab_cli.results import results_among
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
@@ -59,18 +59,6 @@ def test_a_folder_of_proofs(mixed: Path, rbstab: Invoke) -> None:
     assert printed("It has stored proofs: rbstab show mixed/proofs.\n") in (
         rbstab("list", "mixed/proofs").stderr
     )
-
-
-def test_folders_inside_of_a_sweep(mixed: Path, rbstab: Invoke) -> None:
-    shards = json.loads(rbstab("show", "mixed/begun_map/shards", "--json").stdout)
-    assert [row["file"] for row in shards] == sorted(
-        file.name for file in (mixed / "begun_map/shards").iterdir()
-    )
-    assert shards[0]["members"] == "0 to 7"
-    assert "shards of a sweep\n" in rbstab("show", "mixed/begun_map/shards").stdout
-    shutil.copytree(STORED / "sweeps/finished_variants", "mixed/variants")
-    traces = json.loads(rbstab("show", "mixed/variants/traces", "--json").stdout)
-    assert traces[0]["file"] == "00000000.h5"
 
 
 @pytest.mark.slow

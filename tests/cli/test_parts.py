@@ -98,19 +98,3 @@ def test_a_scheduler_that_does_not_answer(rbstab: Invoke, monkeypatch: pytest.Mo
     assert refused.exit_code == 2
     assert "--dask tcp://127.0.0.1:9: the scheduler cannot be reached" in refused.stderr
     assert not Path("results").exists()
-
-
-@pytest.mark.usefixtures("use_fake_engine")
-def test_the_old_name_of_the_option_is_told(rbstab: Invoke) -> None:
-    """`--shard` of 0.1.0 computes the same part, and prints its new name on stderr only."""
-    done = rbstab(*SWEEP, "--part", "1/2", "-o", "new")
-    old = rbstab(*SWEEP, "--shard", "1/2", "-o", "old")
-    assert (old.exit_code, old.stdout) == (0, done.stdout)
-    warning = "warning: --shard is called --part now. Use --part I/N.\n"
-    assert old.stderr == warning + done.stderr.replace("new", "old")
-    assert shard_files(Path("old/plan")) == shard_files(Path("new/plan"))
-    machine = rbstab(*SWEEP, "--shard", "2/2", "-o", "old", "--json", "-q")
-    found = json.loads(machine.stdout)
-    part = {"number": 2, "parts": 2, "shards": 2, "done_shards": 2, "members": 8}
-    assert (found["part"], machine.stderr) == (part, warning)
-    assert "--shard" not in rbstab("sweep", "--help").stdout.split()

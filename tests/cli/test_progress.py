@@ -5,9 +5,8 @@ import time
 
 import pytest
 
-from rbstab.experiment.start_sets.starts_record import MAX_PARTS
 from rbstab_cli.output import progress as progress_module
-from rbstab_cli.output.progress import simulated_time, starts_proved
+from rbstab_cli.output.progress import working
 
 
 def use_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -17,26 +16,16 @@ def use_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "100")
 
 
-def test_a_proof_of_all_starts_says_its_bound_and_how_to_stop(
+def test_a_terminal_shows_what_is_done_and_how_far(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     use_terminal(monkeypatch)
-    with starts_proved("one.yaml", wanted=True) as progress:
-        progress(0.125, 3)
+    with working("one.yaml", quiet=False) as work:
+        work.begin_with("Ctrl-C stops")
+        work.update("compiling much")
     shown = capsys.readouterr().err
-    for text in (f"at most {MAX_PARTS} parts", "Ctrl-C stops", "one.yaml", "12.5 % proved, 3"):
+    for text in ("Ctrl-C stops", "one.yaml", "compiling much"):
         assert text in shown
-
-
-def test_a_run_says_what_is_done_before_its_first_step(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    use_terminal(monkeypatch)
-    with simulated_time("one.yaml", 3.0, wanted=True, before="compiling much"):
-        pass
-    shown = capsys.readouterr().err
-    assert "one.yaml" in shown
-    assert "compiling much" in shown
 
 
 @pytest.mark.parametrize(
@@ -51,8 +40,8 @@ def test_lines_where_there_is_no_terminal(
 ) -> None:
     """Long work prints lines with what it said last, also between its callbacks; short one none."""
     monkeypatch.setattr(progress_module, "LINE_INTERVAL", interval)
-    with simulated_time("one.yaml", 3.0, wanted=wanted) as progress:
-        progress(1.5)
+    with working("one.yaml", quiet=not wanted) as work:
+        work.simulated(3.0)(1.5)
         time.sleep(0.1)
     lines = capsys.readouterr().err.splitlines()
     assert (len(lines) > 1) == printed

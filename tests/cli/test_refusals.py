@@ -15,7 +15,8 @@ from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
 from rbstab.files.shell_words import shell_word
-from rbstab_cli.commands.sweep import BESIDE_STATUS, command
+from rbstab_cli.commands.sweep import command
+from rbstab_cli.work.sweeps.sweep import BESIDE_STATUS
 
 HELD = GOOD.replace("variant: free", "variant: permanent")
 
@@ -69,22 +70,21 @@ NO_COMMANDS = {
     "'a b/my case.yml'": f"Run this config: rbstab run {shell_word(Path('a b/my case.yml'))}\n",
     "plan.yaml": "Run this plan: rbstab sweep plan.yaml\n",
     "a.h5": "a.h5 is not a command. Look at this result: rbstab show a.h5\n",
-    **dict.fromkeys(("run", "check a --set", "show", "report", "sensitivities"), " "),
+    **dict.fromkeys(("run", "check a --set", "show", "sensitivities"), " "),
     "tune good.yaml --objective energy": "Missing option '--over'",
-    "export results/good.h5": "Missing option '-o'",
 }
 
 WRONG_CONFIGS = {
     "run good.yaml wrong.yaml none.yaml": "wrong.yaml:7:3: controller.Kr: is unknown (did you mean "
     "K_r?)\nnone.yaml:1:1: cannot be read",
     "run wrong.yaml": "wrong.yaml:2:14: body.mass: is -41 (expected a number greater than 0)\n",
-    "check wrong.yaml good.yaml wrong_plan.yaml": "wrong_plan.yaml:2:20: vary.body.mass.valeus: is "
-    "unknown (did you mean values?)\nwrong.yaml:2:14: body.mass: is -41 (expected a number ",
+    "check wrong.yaml good.yaml wrong_plan.yaml": "controller.Kr: is unknown (did you mean K_r?)\n"
+    "wrong_plan.yaml:2:20: vary.body.mass.valeus: is unknown (did you mean values?)\n",
     "stability good.yaml list.yaml": "list.yaml:1:7: body: is 3 (expected a mapping)\n",
     "check good.yaml --set integration.samples=1": "--set integration.samples:1:21: "
     "integration.samples: is 1 (expected a number at least 2)\n",
     "sensitivities good.yaml --set body.mass=0": "body.mass: is 0",
-    "sensitivities sticks.yaml": "sticks.yaml: controller.stick_energy: is 0.5 J, so that the "
+    "sensitivities sticks.yaml": "error: controller.stick_energy: is 0.5 J, so that the "
     "motion is changed where an axis sticks (expected 0)\n",
     "run good.yaml twice/good.yaml": "would both write",
     "run plan.yaml twice/plan.yaml --member 1": "plan.yaml, member 1 would both write "
@@ -93,7 +93,7 @@ WRONG_CONFIGS = {
     "sweep configs/sweeps/variants.yaml": "`rbstab examples sweeps/variants` copies it)",
     "run configs/none.yaml": "`rbstab examples` lists others)",
     "run configs/examples.yaml": "cannot be read",
-    "guard barriers.yaml": "barriers.yaml: elements: has the barriers a, b (expected one)\n",
+    "guard barriers.yaml": "error: elements: has the barriers a, b (expected one)\n",
     "guard outer.yaml": "elements.a.outer_stiffness: is 2, and a barrier on θ2 alone would take",
 }
 
@@ -107,7 +107,7 @@ PLANS_AND_CONFIGS = {
     **dict.fromkeys(
         (f"sweep {x}.yaml" for x in ("neither", "both", "nothing")), "vary: is missing"
     ),
-    "run good.yaml --member 0": "is not the plan of a sweep (expected a plan, or no --member)\n",
+    "run good.yaml --member 0": "is a config (expected a plan with base and vary; run it: rbstab",
     "run plan.yaml --member 2": "plan.yaml: has no member 2 (expected 0 to 1)\n",
     "run none.yaml --member 0": "none.yaml:1:1: cannot be read",
     "run wrong_member.yaml --member 0": "wrong_member.yaml:2:",
@@ -133,7 +133,7 @@ WRONG_KINDS = {
     "show results/good.h5 --json --config": "--json",
     "run results/good.h5": "results/good.h5:1:1: is the file of a result (expected a config; look "
     "at it: rbstab show results/good.h5)\n",
-    "sweep results/good.h5": "is the file of a result (expected a plan; look at it: rbstab show",
+    "sweep results/good.h5": "is the file of a result (expected a plan with base and vary; look at",
     "check results/good.h5": "is the file of a result (expected a config; look at it",
     "verify good.yaml": "is a config, not a proof. Prove it: rbstab stability good.yaml. Proofs",
     "verify mine.txt": "mine.txt is a config, not a proof. Prove it: rbstab stability mine.txt",
@@ -176,10 +176,7 @@ WITHOUT_EFFECT = {
         f"{other.split()[0]}"
         for one, other in (
             ("--part 1/2", "--force"),
-            ("--shard 1/2", "--force"),
             ("--part 1/2", "--compare 5"),
-            ("--shard 1/2", "--compare 5"),
-            ("--part 1/2", "--shard 1/2"),
             ("--dask tcp://x:1", "--threads 2"),
             ("--dask tcp://x:1", "--dry-run"),
         )
@@ -188,8 +185,7 @@ WITHOUT_EFFECT = {
 
 WRONG_VALUES = {
     **{
-        f"sweep plan.yaml {option} '{part}'": f"Invalid value for '{option}'"
-        for option in ("--part", "--shard")
+        f"sweep plan.yaml --part '{part}'": "Invalid value for '--part'"
         for part in ("0/3", "4/3", "1", "x/y", "1/0", "")
     },
     **dict.fromkeys(
@@ -214,7 +210,7 @@ WRONG_VALUES = {
     "plot results/good.h5 --figure runs-decay -o a.gif": "expected a file name that ends in .svg",
     "plot results/good.h5 --figure run-1-enrgy -o a.csv": "did you mean run-1-energy?",
     "plot results/good.h5 --figure decay -o a.svg": "--figure decay: unknown; expected one of",
-    "init --variant visco": "Did you mean visco-elastic?\n",
+    "init --variant visco": "did you mean visco-elastic?\n",
     "examples case1_permanant": "did you mean paper/case1_permanent?",
     "examples paper/case": "? `rbstab examples` lists them.\n",
     "examples zzz": "zzz. `rbstab examples` lists them.\n",
@@ -226,9 +222,9 @@ WRONG_VALUES = {
     **{
         f"tune good.yaml --objective energy --over {over}": message
         for over, message in {
-            "controller.K_c": "--over controller.K_c: is not a gain",
+            "controller.K_c": "error: controller.K_c: is not a gain",
             "controller.Kr": "controller.L_r; did you mean controller.K_r?)",
-            "''": "--over : is not a gain",
+            "''": ": is not a gain",
             "controller.L_r --bounds 2:3": "expected LOW:HIGH",
             "controller.L_r --bounds much": "expected LOW:HIGH",
             "controller.L_r --bounds 0:nan": "expected LOW:HIGH",
@@ -257,7 +253,7 @@ WRONG_VALUES = {
 WRONG_TOLERANCES = {
     "--within controller.K_r": "expected KEY=±SIZE",
     "--within initial.angular_velocity=0.1": "is not a tolerance (expected KEY=±SIZE",
-    "--within initial.angular_velocity=±0.1 --within body.mass=±1": "both initial.angular_velocity",
+    "--within initial.angular_velocity=±0.1 --within body.mass=±1": "beside other tolerances",
     "--within integration.duration=±1": "integration.duration has no numbers",
     "--within controller.K_r=±101%": "K_r[0]: at the low end of the tolerance: is -4",
     "--within controler=±1%": "--within controler=±1%:1:1: controler has no numbers that can have "
@@ -265,7 +261,7 @@ WRONG_TOLERANCES = {
     "--largest-within --within": "needs a KEY, such as controller.K_r; --within is an o",
     "--largest-within controller.K_x": "controller.K_x has no numbers",
     "--largest-within initial.angular_velocity": "is a number of the initial state",
-    "--within initial=±1% --largest-within body": "--within: initial.angular_velocity[0] is a",
+    "--within initial=±1% --largest-within body": "initial.angular_velocity[0]: is a number of",
     "--within controller.K_r=±1% --largest-within controller": "gives a second tolerance of "
     "controller.K_r[0] (expected one of them)\n",
     "--largest-within K_r=±5%": "--largest-within K_r=±5%:1:1: has a size, which is to be found "
@@ -313,6 +309,10 @@ STORAGE = {
     f"{shell_word(Path('a b/good.yaml'))}",
     "export none.h5 -o a.csv": "none.h5: cannot be read: No such file",
     "verify none.json": "none.json",
+    **dict.fromkeys(
+        ("show results/begun/shards", "show results/map/shards/00000000.h5"),
+        " is a part of a sweep. Look at the sweep: rbstab show results/",
+    ),
     "verify results/mine": "results/mine has no proof that can be checked.",
     "verify results --config good.yaml": "results has no proof of this config that can be checked.",
     "run good.yaml": "results/good.h5 holds a different result",
@@ -323,13 +323,13 @@ STORAGE = {
 
 
 @pytest.mark.parametrize(
-    "option", [one for one in command.params if one.name not in BESIDE_STATUS], ids=str
+    "option", [one for one in command.params if one.name not in (*BESIDE_STATUS, "plan")], ids=str
 )
 def test_a_status_has_no_use_for_the_options_of_a_sweep(
     option: click.Option, rbstab: Invoke
 ) -> None:
     (name, *_), values = option.opts, {"--set": "a=1", "--engine": "scipy"}
-    value = values.get(name, "1/2" if name in ("--part", "--shard") else "1")
+    value = values.get(name, "1/2" if name == "--part" else "1")
     done = rbstab("sweep", "--status", "results/plan", name, *([] if option.is_flag else [value]))
     assert done.exit_code == 2
     assert f"Error: --status runs nothing, so it has no use for {name}\n" in done.stderr

@@ -40,6 +40,20 @@ def test_a_page_by_default(runs: list[str], rbstab: Invoke) -> None:
         assert word in page
 
 
+def test_the_folder_of_results_needs_no_words(
+    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made_file(Path("results/run.h5"))
+    opened: list[str] = []
+    monkeypatch.setattr("click.launch", opened.append)
+    assert rbstab("report", "--open").stderr.endswith(printed("-> results/report.html\n"))
+    assert opened == [Path("results/report.html").absolute().as_uri()]
+    assert rbstab("report", "--format", "text", "--open").exit_code == 2
+    done = rbstab("export")
+    assert done.stdout.startswith("-> results.csv: 1 row, ")
+    assert Path("results.csv").is_file()
+
+
 @pytest.mark.parametrize(
     ("name", "begin"),
     [

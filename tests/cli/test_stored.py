@@ -11,7 +11,7 @@ from support.made_runs import made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
-from rbstab_cli.output.listing import age
+from rbstab_cli.work.stored.list import age
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
@@ -68,8 +68,6 @@ def test_compare_as_json(rbstab: Invoke) -> None:
         ("finished_map", ["done 30 (100.0%)"]),
         ("finished_map/members.h5", ["done 30 (100.0%)"]),
         ("begun_map", ["not done 14 46.67%"]),
-        ("finished_variants/shards/00000001.h5", ["members 4 to 7", "members completed 4"]),
-        ("finished_variants/traces/00000000.h5", ["members 0, 3", "motions 2"]),
         (
             "proofs/*.json",
             ["kind proof of rest states and their regions", "statements Rest states: "],

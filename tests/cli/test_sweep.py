@@ -11,8 +11,8 @@ from rbstab import load_plan, open_traces, simulate
 from rbstab.files.shell_words import shell_word
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.store.disk.lock import locked
-from rbstab_cli.output.sweeps.sweep_progress import RATE_WINDOW, Rate, duration
-from rbstab_cli.output.sweeps.sweep_report import size
+from rbstab_cli.work.sweeps.progress import duration
+from rbstab_cli.work.sweeps.tables import size
 
 PLAN = """\
 title: Spins
@@ -78,10 +78,12 @@ def test_status(rbstab, use_fake_engine):
     assert ["running", "yes"] in words
     nothing = rbstab("sweep", "--status", "nowhere")
     assert nothing.exit_code == 4
-    assert nothing.stderr == "nowhere is not the folder of a sweep: there is no such folder\n"
+    assert (
+        nothing.stderr == "error: nowhere is not the folder of a sweep: there is no such folder\n"
+    )
     Path("somewhere").mkdir()
     other = rbstab("sweep", "--status", "somewhere")
-    assert other.stderr == "somewhere is not the folder of a sweep\n"
+    assert other.stderr == "error: somewhere is not the folder of a sweep\n"
 
 
 def test_what_a_sweep_says_of_its_progress(rbstab, use_fake_engine, statuses):
@@ -107,17 +109,6 @@ def test_numbers_in_words():
         "24.3 MB",
         "5e+03 GB",
     ]
-
-
-def test_the_rate_is_that_of_late():
-    rate = Rate()
-    assert rate(100.0, 50) == 0.0
-    assert rate(101.0, 1050) == 1000.0
-    assert rate(105.0, 4050) == 800.0
-    # Half a window later the fast members still count; a whole window later they do not.
-    assert rate(105.0 + RATE_WINDOW / 2, 4065) == pytest.approx(4015 / (5 + RATE_WINDOW / 2))
-    assert rate(105.0 + RATE_WINDOW, 4080) == pytest.approx(1.0)
-    assert rate(105.0 + 9 * RATE_WINDOW, 4080) == 0.0
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from rbstab.experiment.answers.wanted import wanted
 from rbstab.sweep.folder.member_answers import MemberAnswers
 from rbstab.sweep.folder.outcomes import SweepOutcomes
 from rbstab.sweep.proofs import prove_bodies
-from rbstab_cli.output.sweeps.sweep_report import counts_of, print_member_answers
+from rbstab_cli.work.sweeps.tables import counts_of, print_member_answers
 
 PLAN = """\
 base: good.yaml

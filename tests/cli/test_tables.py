@@ -1,46 +1,10 @@
-"""Protects tables: off a terminal the lines are those of rich; on a terminal nothing is cut."""
+"""Protects tables: in a file and on a terminal nothing is cut."""
 
 from io import StringIO
-from random import Random
 
-import pytest
 from rich.console import Console
 
-from rbstab_cli.output import tables
-from rbstab_cli.output.tables import (
-    FILE_WIDTH,
-    Table,
-    add_row,
-    fits,
-    new_table,
-    print_table,
-    records,
-)
-
-NARROW = "abc XYZ0-9./_θΩé²ü°κ→|[]*"
-
-
-def random_table(random: Random, characters: str) -> Table:
-    """Return a table with up to six columns and four rows."""
-    columns = tuple(f"c{k}" + random.choice(["", " [m]"]) for k in range(random.randint(1, 6)))
-    words, numbers = (tuple(c for c in columns if random.random() < 0.4) for _ in range(2))
-    table = new_table(*columns, words=words, numbers=numbers)
-    for _ in range(random.randint(0, 4)):
-        texts = ("".join(random.choices(characters, k=random.randint(0, 14))) for _ in columns)
-        add_row(table, *texts, style=random.choice([None, "red"]))
-    return table
-
-
-@pytest.mark.parametrize("seed", range(40))
-def test_the_lines_are_those_of_rich(
-    seed: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    table = random_table(Random(seed), NARROW)  # noqa: S311 (texts of a test)
-    print_table(table)
-    plain = capsys.readouterr().out
-    monkeypatch.setattr(tables, "_plain_lines", lambda _table: None)
-    print_table(table)
-    assert plain == capsys.readouterr().out
+from rbstab_cli.printing import Table, fits, plain_lines, records, rich_table, width_of
 
 
 def test_a_narrow_terminal_cuts_no_number() -> None:
@@ -53,9 +17,9 @@ def test_a_narrow_terminal_cuts_no_number() -> None:
         "max|E| [m]",
         "time [s]",
     )
-    table = new_table("file", "status", *names, words=("status",), numbers=names)
+    table = Table("file", "status", *names, words=("status",), numbers=names)
     for k in range(2):
-        add_row(table, f"results/case{k}.h5", "completed", *(f"0.0{k}{n}681" for n in range(6)))
+        table.add(f"results/case{k}.h5", "completed", *(f"0.0{k}{n}681" for n in range(6)))
     assert fits(table, 120)
     assert not fits(table, 60)
     for k, record in enumerate(records(table)):
@@ -70,21 +34,22 @@ def test_a_narrow_terminal_cuts_no_number() -> None:
 def test_what_fits_is_printed_whole() -> None:
     """A table that fits by its own count is not cut by rich."""
     names = ("a number [m]", "b [s]")
-    table = new_table(*names, numbers=names)
-    add_row(table, "0.0123456789", "1.0987")
+    table = Table(*names, numbers=names)
+    table.add("0.0123456789", "1.0987")
     width = next(w for w in range(100) if fits(table, w))
     text = StringIO()
-    Console(file=text, width=width).print(tables._rich_table(table, on_terminal=True))
+    Console(file=text, width=width).print(rich_table(table))
     assert "0.0123456789" in text.getvalue()
     assert "1.0987" in text.getvalue()
 
 
-@pytest.mark.parametrize("cell", ["宽", "e\u0301", "x" * FILE_WIDTH])
-def test_what_needs_more_than_padding_is_left_to_rich(
-    cell: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    table = new_table("a", "b")
-    add_row(table, cell, "1")
-    assert tables._plain_lines(table) is None
-    print_table(table)
-    assert cell[:900] in capsys.readouterr().out
+def test_a_file_has_every_character_in_columns_of_equal_width() -> None:
+    """Numbers end where their header ends; nothing is cut, whatever its width on a terminal."""
+    table = Table("name", "value [m]", "next", numbers=("value [m]",))
+    for name in ("宽", "e\u0301", "x" * 2000):
+        table.add(name, "1.5", "n")
+    lines = plain_lines(table)
+    assert lines[3].strip().startswith("x" * 2000)
+    assert {width_of(line) for line in lines[1:]} == {2015}
+    assert [line.index("1.5") + 3 for line in lines[1:3]] == [2011, 2013]
+    assert lines[0].index("value [m]") + 9 == 2012

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, PLAN_OF_MASSES, STORED, Invoke
+from cli.conftest import GOOD, PLAN_OF_MASSES, STORED, Invoke, replace_everywhere
 from support.closed_folders import close
 from support.hang_guard import time_limit
 from support.made_runs import made_file
@@ -196,7 +196,7 @@ def test_what_is_stored_needs_no_folder_that_can_be_written(
             raise StoreError(f"{folder} cannot be written: tried")
         check_folder(folder)
 
-    monkeypatch.setattr("rbstab.store.disk.paths.check_folder", fail)
+    replace_everywhere(monkeypatch, "rbstab.store.disk.paths.check_folder", fail)
     assert rbstab("run", "again.yaml").exit_code == 0
     refused = rbstab("run", "other.yaml")
     assert refused.exit_code == 4

@@ -114,7 +114,7 @@ def test_the_json_holds_all(settling_config: Path, rbstab: Invoke) -> None:
 def test_a_run_that_does_not_complete_is_said(folder: Path, rbstab: Invoke) -> None:
     done = rbstab("sensitivities", "good.yaml", "--set", "integration.step_limit=1")
     assert done.exit_code == 3
-    assert done.stderr.startswith("good.yaml: step limit: stopped after 1 steps")
+    assert done.stderr.startswith("error: step limit: stopped after 1 steps")
 
 
 SHORT: dict[str, Any] = {"duration": 0.2, "samples": 21, "rtol": 1e-8}

@@ -15,7 +15,8 @@ from rbstab.config.schema import VARIANTS, model_of
 from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.registry import GAINS, OWN_STATES
 from rbstab.integrate.status import RunStatus
-from rbstab_cli.main import COMMANDS, cli
+from rbstab_cli.main import cli
+from rbstab_cli.registry import COMMANDS
 
 ROOT = Path(__file__).parents[2]
 

@@ -82,9 +82,9 @@ def test_the_configs_of_the_page():
 
 
 def test_every_command_that_needs_the_option_is_named():
-    from rbstab_cli.main import COMMANDS, LazyGroup
+    from rbstab_cli.registry import COMMANDS, Registry
 
-    group = LazyGroup()
+    group = Registry()
     security = PAGE.split("## Security")[1]
     for name in COMMANDS:
         command = group.get_command(None, name)  # type: ignore[arg-type]

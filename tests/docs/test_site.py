@@ -13,7 +13,7 @@ import pytest
 import yaml
 
 import rbstab
-from rbstab_cli.main import COMMANDS
+from rbstab_cli.registry import COMMANDS
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"

@@ -22,7 +22,7 @@ from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.summary import summary_of
 from rbstab_cli.commands import check as check_command
 from rbstab_cli.commands import guard, run, sensitivities, stability, sweep, tune
-from rbstab_cli.main import COMMANDS
+from rbstab_cli.registry import COMMANDS
 
 CONFIG = GOOD.replace("title: A short run", "schema_version: 2\ntitle: A traitor") + (
     "elements:\n  mine: {kind: python, file: mine.py, class: Mine, parameters: {k: 3}}\n"

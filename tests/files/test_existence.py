@@ -17,7 +17,7 @@ from rbstab.report.reading.untrusted import file_of
 from rbstab.store.disk.paths import check_folder, path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import StoreError
 from rbstab.sweep.plan.load import load_plan
-from rbstab_cli.arguments.results import results_among
+from rbstab_cli.results import results_among
 
 ROOT = Path(__file__).parents[2]
 

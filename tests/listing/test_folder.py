@@ -111,20 +111,6 @@ def changed(file: Path, column: str, value: int) -> None:
     file.write_bytes(sealed(bytes(content)))
 
 
-def test_of_very_many_members_what_later_proofs_say_is_not_computed(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """So a long list is fast."""
-    monkeypatch.setattr("rbstab.listing.folder.MAX_COUNTED", 19)
-    entry = by_name(folder)["finished_variants"]
-    assert (entry.outcome, entry.status, entry.converges, entry.problem) == (
-        "-",
-        "20 of 20 completed",
-        "3 of 20 proved",
-        "",
-    )
-
-
 def test_what_is_listed_is_checked(folder: Path) -> None:
     shard = folder / "finished_variants/shards/00000001.h5"
     changed(shard, "status", 99)
@@ -171,12 +157,9 @@ def test_no_folder(name: str, reason: str, folder: Path) -> None:
         entries_of(folder / name)
 
 
-def test_a_sweep_without_proofs_says_so(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sweep_without_proofs_says_so(folder: Path) -> None:
     sweep = folder / "finished_variants"
     shutil.copy(STORED / "sweeps/finished_variants/members.h5", sweep)
-    # It is not counted what the proofs beside it cover.
-    monkeypatch.setattr("rbstab.listing.folder.MAX_COUNTED", 19)
-    assert by_name(folder)["finished_variants"].this_start == "-"
     shutil.rmtree(folder / "proofs")
     entry = by_name(folder)["finished_variants"]
     assert (entry.converges, entry.this_start, entry.whole_range) == ("-", "not proved", "-")

@@ -19,8 +19,9 @@ KINDS = [
     (SWEEP, Kind.SWEEP),
     (SWEEP / "members.h5", Kind.SWEEP),
     (SWEEP / "plan.yaml", Kind.CONFIG),
-    (SWEEP / "shards/00000000.h5", Kind.SHARD),
-    (SWEEP / "traces/00000000.h5", Kind.TRACES),
+    (SWEEP / "shards/00000000.h5", Kind.PART),
+    (SWEEP / "traces/00000000.h5", Kind.PART),
+    (SWEEP / "shards", Kind.PART),
 ]
 
 

@@ -41,15 +41,15 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 OTHERS = [
     ("sweep", "a sweep", "rbstab.open_sweep('sweep')"),
     ("sweep/members.h5", "a sweep", "rbstab.open_sweep('sweep/members.h5')"),
-    ("sweep/shards/00000000.h5", "a shard of a sweep", "rbstab.open_sweep('sweep')"),
-    ("sweep/traces/00000000.h5", "a file of traces of a sweep", "rbstab.open_traces('sweep')"),
+    ("sweep/shards/00000000.h5", "a part of a sweep", "rbstab.open_sweep('sweep')"),
+    ("sweep/traces", "a part of a sweep", "rbstab.open_sweep('sweep')"),
     ("sweep/manifest.json", "the manifest of a sweep", "rbstab.open_sweep('sweep')"),
     ("proofs/within-1.json", "a proof within tolerances", "`rbstab show` prints it"),
     ("a.yaml", "a config", "rbstab.simulate('a.yaml')"),
     ("plan.yaml", "the plan of a sweep", "rbstab.load_plan('plan.yaml')"),
     (".", "a folder", "The results in it: alone.h5, run.h5, sweep."),
     ("none", "a folder without results", "Name the file of a run"),
-    ("proofs", "a folder of stored proofs", "Name one of its files."),
+    ("proofs", "a folder of proofs", "Name one of its files."),
 ]
 
 

@@ -34,7 +34,7 @@ MODULES = (
     "rbstab.report.writers.pdf",
     "rbstab.report.writers.text",
     "rbstab.sweep.sweep",
-    "rbstab_cli.output.sweeps.sweep_report",
+    "rbstab_cli.work.sweeps.running",
 )
 
 CLOCKS = ("rbstab.experiment.provenance", "rbstab.report.build")

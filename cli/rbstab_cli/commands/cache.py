@@ -1,13 +1,13 @@
 """`rbstab cache`."""
 
-import click
+from typing import Any
 
-from rbstab_cli import exit_codes
+from rbstab_cli.options import declare, flag
 
 
-@click.command("cache")
-@click.option("--clear", is_flag=True, help="Remove all code from the cache.")
-def command(clear: bool) -> None:
+@declare("cache", "rbstab cache --clear")
+@flag("--clear", help="Remove all code from the cache.")
+def command(**given: Any) -> None:
     """Show the cache of compiled code, or clear it.
 
     Sweeps and the engine heyoka compile the equations of a config once and keep the code, up to 200
@@ -15,25 +15,6 @@ def command(clear: bool) -> None:
     of the user, or in the folder that the variable HEYOKA_CACHE_DIR names. Results do not depend on
     it.
     """
-    try:
-        from rbstab.integrate.heyoka.disk_cache import CacheError, cache_size, clear_cache
-    except ImportError as error:
-        raise click.UsageError(f"the engine heyoka cannot be used here: {error}") from error
+    from rbstab_cli.work.cache import cache
 
-    try:
-        found = cache_size()
-        if found is None:
-            click.echo(
-                "No compiled code is kept: this version of heyoka cannot, or there is no cache "
-                "folder (HEYOKA_CACHE_DIR names one)."
-            )
-            return
-        if clear:
-            clear_cache()
-            click.echo(f"{found.folder}: removed {found.size / 1e6:.1f} MB")
-        else:
-            size, limit = f"{found.size / 1e6:.1f} MB", f"{found.limit / 1e6:.0f} MB"
-            click.echo(f"{found.folder}: {size} of at most {limit}")
-    except CacheError as error:
-        click.echo(f"error: {error}", err=True)
-        raise click.exceptions.Exit(exit_codes.STORAGE) from error
+    cache(**given)

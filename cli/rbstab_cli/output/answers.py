@@ -2,15 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
-from rbstab_cli.output.result_warnings import print_result_warnings
-
-if TYPE_CHECKING:
-    from rbstab.config.schema import Config
-    from rbstab.experiment.answers.run_answer import RunAnswer
+from rbstab.config.schema import Config
+from rbstab.experiment.answers.run_answer import RunAnswer
+from rbstab.experiment.answers.wanted import wanted
+from rbstab_cli.output.warnings import print_result_warnings
+from rbstab_cli.printing import Table
 
 COLOURS = {"false": "red", "not decided": "yellow"}
 """Colours of the words on a terminal. Green is the outcome of a body that rests where it should."""
@@ -18,30 +17,32 @@ COLOURS = {"false": "red", "not decided": "yellow"}
 MAX_SENTENCES = 10
 """The answers of more runs are printed as words only."""
 
-
 MAX_WIDTH = 160
 """The most characters of the names of files that share an answer."""
 
 QUESTIONS = {"this_start": "This start", "whole_range": "Whole range", "pushes": "Pushes"}
 """What the sentences of an answer are about."""
 
+Answered = tuple[Path, Config | None, RunAnswer]
+"""The file of a run, its config and its answer."""
 
-def print_answer(answer: "RunAnswer", config: "Config | None") -> None:
+
+def print_statement(name: str, text: str) -> None:
+    """Print a sentence after its name, below the others."""
+    click.echo(f"  {name + ':':<13}{text}.")
+
+
+def print_answer(answer: RunAnswer, config: Config | None) -> None:
     """Print the answers of a run: its outcome, what is wanted, and a line for each question."""
-    from rbstab.experiment.answers.wanted import wanted
-
-    outcome = click.style(answer.outcome.sentence, fg="green" if answer.outcome.is_good else None)
-    click.echo(f"  {'Outcome:':<13}{outcome}.")
-    click.echo(f"  {'Desired:':<13}{wanted(config)}.")
+    fg = "green" if answer.outcome.is_good else None
+    print_statement("Outcome", click.style(answer.outcome.sentence, fg=fg))
+    print_statement("Desired", str(wanted(config)))
     for name, found in answer.answers.items():
         word = click.style(f"{found.sureness}:", fg=COLOURS.get(str(found.sureness)))
-        click.echo(f"  {QUESTIONS[name] + ':':<13}{word} {found.sentence}.")
+        print_statement(QUESTIONS[name], f"{word} {found.sentence}")
 
 
-def print_answers(
-    answers: "Sequence[tuple[Path, Config | None, RunAnswer]]",
-    warnings: Mapping[Path, Sequence[str]],
-) -> None:
+def print_answers(answers: Sequence[Answered], warnings: Mapping[Path, Sequence[str]]) -> None:
     """Print the answers of several runs: a table of their words, then their sentences.
 
     Answers that several runs share are printed once. The warnings of a run follow its answer, on
@@ -53,23 +54,20 @@ def print_answers(
     """
     if len(answers) > 1:
         _print_words(answers)
-    shared: dict[RunAnswer, list[Path]] = {}
-    for path, _, answer in answers:
-        shared.setdefault(answer, []).append(path)
+    shared: dict[RunAnswer, dict[Path, Config | None]] = {}
+    for path, config, answer in answers:
+        shared.setdefault(answer, {})[path] = config
     if len(shared) > MAX_SENTENCES:
         click.echo("rbstab show FILE says why.")
-        for path, _, _ in answers:
-            print_result_warnings(path, warnings[path])
-        return
-    configs = {path: config for path, config, _ in answers}
-    for answer, paths in shared.items():
-        click.echo(named(paths))
-        print_answer(answer, configs[paths[0]])
-        for path in paths:
+    for answer, runs in shared.items():
+        if len(shared) <= MAX_SENTENCES:
+            click.echo(_named(list(runs)))
+            print_answer(answer, next(iter(runs.values())))
+        for path in runs:
             print_result_warnings(path, warnings[path])
 
 
-def named(paths: Sequence[Path]) -> str:
+def _named(paths: Sequence[Path]) -> str:
     """Return the names of files, as many as fit into `MAX_WIDTH`, and how many more there are."""
     shown = str(paths[0])
     for number, path in enumerate(paths[1:], 1):
@@ -79,13 +77,11 @@ def named(paths: Sequence[Path]) -> str:
     return shown
 
 
-def _print_words(answers: "Sequence[tuple[Path, Config | None, RunAnswer]]") -> None:
-    from rbstab_cli.output.tables import add_row, new_table, print_table
-
+def _print_words(answers: Sequence[Answered]) -> None:
     words = ("outcome", "this start comes to rest", "whole range")
-    table = new_table("file", *words, words=words)
+    table = Table("file", *words, words=words)
     for path, _, answer in answers:
         sure = (found.word for found in (answer.this_start, answer.whole_range))
         style = "green" if answer.outcome.is_good else None
-        add_row(table, str(path), answer.outcome.brief, *sure, style=style)
-    print_table(table)
+        table.add(str(path), answer.outcome.brief, *sure, style=style)
+    table.print()

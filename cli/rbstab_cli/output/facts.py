@@ -2,15 +2,19 @@
 
 from typing import TYPE_CHECKING, Any
 
+from rbstab.config.schema import Config
+from rbstab.experiment.answers.run_answer import answer_of
+from rbstab.experiment.answers.words import word_of
+from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
+from rbstab.experiment.summary import summary_of
+from rbstab.store.result import Result
+
 if TYPE_CHECKING:
-    from rbstab.config.schema import Config
+    # A run without a proof imports none of it.
     from rbstab.experiment.stored_proof.proof import Proof
-    from rbstab.store.result import Result
 
 
-def run_data(
-    result: "Result", config: "Config | None", proof: "Proof | None" = None
-) -> dict[str, Any]:
+def run_data(result: Result, config: Config | None, proof: "Proof | None" = None) -> dict[str, Any]:
     """Return the outcome of a result, its attributes, summary, answers and convergence.
 
     Args:
@@ -18,11 +22,6 @@ def run_data(
         config: Its config; None if this version cannot read it.
         proof: The proof of its rest states, if there is one.
     """
-    from rbstab.experiment.answers.run_answer import answer_of
-    from rbstab.experiment.answers.words import word_of
-    from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
-    from rbstab.experiment.summary import summary_of
-
     answer = answer_of(result, config, proof)
     data: dict[str, Any] = {"outcome": answer.outcome.as_data()} | {
         name: value

@@ -11,7 +11,7 @@ from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.answers.words import word_of
 from rbstab.experiment.convergence.with_proof import known_now
 from rbstab.experiment.summary import at_least, at_rest_from, lyapunov_function_of
-from rbstab.listing.folder import only_result
+from rbstab.listing.folder import checked_content, only_result
 from rbstab.report.model.words import NO_VALUE, number, untrusted
 from rbstab.report.reading.sources import Run, SweepFile, read_sources
 from rbstab.report.runs.config_tables import flat, value_text, with_unit
@@ -123,12 +123,9 @@ def _text(value: float | str) -> str:
 
 def _of_run(run: Run) -> Outcome:
     result, s = run.result, run.summary
-    try:
+    with checked_content(run.path):
         known = known_now(run.path, result, run.config)
         answer = answer_of(known.result, known.config, known.proof)
-    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
-        reason = f"{type(error).__name__}: {error}"
-        raise StoreError(f"{run.path}: its content is wrong ({reason})") from error
     return {
         "outcome": answer.outcome.sentence,
         "run id": result.run_id,

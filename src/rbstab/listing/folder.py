@@ -1,36 +1,28 @@
 """The runs and sweeps in a folder of results, each with what it says of itself."""
 
-from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import NamedTuple
-
-import numpy as np
+from typing import Any, NamedTuple
 
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.convergence.with_proof import known_now
 from rbstab.experiment.proof_cache import PROOFS, why_unreadable
 from rbstab.files.counts import grouped
 from rbstab.files.shell_words import shell_word
-from rbstab.integrate.status import RunStatus
 from rbstab.listing.kinds import Kind, kind_of
 from rbstab.processes.mapped import mapped
+from rbstab.report.model.words import listed
 from rbstab.store.disk.paths import path_exists, path_is_file
 from rbstab.store.errors import StoreError
 from rbstab.store.result import open_result
-from rbstab.sweep.folder.member_answers import MemberAnswers, member_answers
-from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, SweepFolder, read_folder
-from rbstab.sweep.folder.sweep_table import read_sweep
-from rbstab.sweep.proofs.columns import CONVERGENCE, NO_PROOF
+from rbstab.sweep.folder.member_answers import member_answers
+from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder
 
 NOT_KNOWN = "-"
 
 NOT_PROVED = "not proved"
 """What a sweep says of its members if none is covered by a proof."""
-
-UNKNOWN = CONVERGENCE[NO_PROOF]
-
-MAX_COUNTED = 100_000
-"""Up to so many members of a sweep are compared with later proofs. A list may have many sweeps."""
 
 RUN_SUFFIX = ".h5"
 
@@ -64,27 +56,31 @@ class Entry(NamedTuple):
 
     path: Path
     kind: Kind
-    title: str
-    outcome: str
-    status: str
-    verdict: str
-    converges: str
-    this_start: str
-    whole_range: str
-    modified: float
+    title: str = ""
+    outcome: str = NOT_KNOWN
+    status: str = NOT_KNOWN
+    verdict: str = NOT_KNOWN
+    converges: str = NOT_KNOWN
+    this_start: str = NOT_KNOWN
+    whole_range: str = NOT_KNOWN
+    modified: float = 0.0
     problem: str = ""
 
 
-class _Said(NamedTuple):
-    """What a run or a sweep says of itself, as in `Entry`."""
+@contextmanager
+def checked_content(path: Path) -> Iterator[None]:
+    """Turn what the content of a result raises into an error that names its file.
 
-    title: str
-    outcome: str
-    status: str
-    verdict: str
-    converges: str
-    this_start: str
-    whole_range: str
+    Anybody may have written the file, and no check foresees everything.
+
+    Raises:
+        StoreError: The block raised such an error.
+    """
+    try:
+        yield
+    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
+        reason = f"{type(error).__name__}: {error}"
+        raise StoreError(f"{path}: its content is wrong ({reason})") from error
 
 
 def results_in(folder: Path) -> list[Path]:
@@ -133,7 +129,7 @@ def _kind(path: Path) -> Kind:
         return kind_of(path)
     except StoreError:
         if path.name == PROOFS:
-            return Kind.FOLDER
+            return Kind.PROOFS
         return Kind.RUN if path.suffix == RUN_SUFFIX else Kind.SWEEP
 
 
@@ -149,9 +145,8 @@ def only_result(path: Path) -> Path:
     if not found:
         return path  # reading it says so
     if len(found) > 1:
-        names = " ".join(map(shell_word, found[:MAX_NAMED]))
-        more = f" and {len(found) - MAX_NAMED} more" if len(found) > MAX_NAMED else ""
-        raise StoreError(f"{path} has {len(found)} results. Name one of them: {names}{more}")
+        names = listed(map(shell_word, found), MAX_NAMED)
+        raise StoreError(f"{path} has {len(found)} results. Name one of them: {names}")
     return found[0]
 
 
@@ -187,74 +182,52 @@ def proofs_in(folder: Path) -> list[Path]:
 
 def _entry(path: Path, kind: Kind = Kind.RUN) -> Entry:
     file = path / SWEEP_FILE if kind is Kind.SWEEP else path
+    entry = Entry(path, kind)
     try:
         modified = (file if path_exists(file) else path).stat().st_mtime
-        said = _sweep(path) if kind is Kind.SWEEP else _read_run(path)
+        said = _said_by_sweep(path) if kind is Kind.SWEEP else _said_by_run(path)
     except (StoreError, OSError) as error:
-        nothing = _Said("", *[NOT_KNOWN] * 6)
-        return Entry(path, kind, **nothing._asdict(), modified=0.0, problem=str(error))
-    return Entry(path, kind, **said._asdict(), modified=modified)
+        return entry._replace(problem=str(error))
+    return entry._replace(**said, modified=modified)
 
 
-def _read_run(path: Path) -> _Said:
+def _said_by_run(path: Path) -> dict[str, Any]:
+    """Return what a run says of itself, as fields of its entry."""
     result = open_result(path)
-    try:
+    answers: dict[str, str] = {}
+    # A result of an old or an unusual layout is listed all the same.
+    with suppress(StoreError), checked_content(path):
         known = known_now(path, result)
         result, answer = known.result, answer_of(known.result, known.config, known.proof)
-        outcome = answer.outcome.brief
-        answered = [one.word for one in (answer.this_start, answer.whole_range)]
-    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError):
-        # A result of an old or an unusual layout is listed all the same.
-        outcome, answered = NOT_KNOWN, [NOT_KNOWN, NOT_KNOWN]
+        answers = {
+            "outcome": answer.outcome.brief,
+            "this_start": answer.this_start.word,
+            "whole_range": answer.whole_range.word,
+        }
     attributes = result.attributes
-    words = (str(attributes.get(name, NOT_KNOWN)) for name in ("verdict", "convergence"))
-    title, status = (str(attributes[name]) for name in ("title", "status"))
-    return _Said(title, outcome, status, *words, *answered)
+    return answers | {
+        "title": str(attributes["title"]),
+        "status": str(attributes["status"]),
+        "verdict": str(attributes.get("verdict", NOT_KNOWN)),
+        "converges": str(attributes.get("convergence", NOT_KNOWN)),
+    }
 
 
-def _sweep(path: Path) -> _Said:
+def _said_by_sweep(path: Path) -> dict[str, Any]:
+    """Return what a sweep says of itself, as fields of its entry."""
     folder = read_folder(path)
-    manifest = folder.manifest
+    title, members = folder.manifest.title, folder.manifest.members
     if not path_is_file(folder.sweep_file):
-        shards = (
-            f"{grouped(len(folder.stored_shards()))} of {grouped(folder.shards)} shards are stored"
-        )
-        return _Said(manifest.title, NOT_KNOWN, shards, *[NOT_KNOWN] * 4)
-    table = read_sweep(folder.sweep_file, ("status", "convergence"))
-    counts = Counter(table.words("convergence").tolist())
-    completed = int(np.count_nonzero(table.words("status") == str(RunStatus.COMPLETED)))
-    found = None
-    if manifest.members <= MAX_COUNTED:
-        found = member_answers(folder.sweep_file)
-    proved = _proved_of(folder, counts, found)
-    converges = NOT_KNOWN if proved == NOT_PROVED else proved
-    return _Said(
-        manifest.title,
-        NOT_KNOWN if found is None else found.outcomes.brief,
-        f"{grouped(completed)} of {grouped(manifest.members)} completed",
-        *(NOT_KNOWN, converges, proved, NOT_KNOWN),
-    )
-
-
-def _proved_of(folder: SweepFolder, stored: dict[str, int], found: MemberAnswers | None) -> str:
-    """Return how many members of a sweep are proved to converge, in words.
-
-    Args:
-        folder: The folder of the sweep.
-        stored: The number of members with each word of the column `convergence`.
-        found: What is known of its members now; None for a sweep of very many.
-    """
-    members, results = folder.manifest.members, folder.path.absolute().parent
-    may_grow = UNKNOWN in stored or not stored
-    proofs = proofs_in(results)
-    if may_grow and found is not None and proofs:
-        return (
-            f"{grouped(found.proved)} of {grouped(members)} proved"
-            if found.any_proof
-            else NOT_PROVED
-        )
-    if all(word == UNKNOWN for word in stored):
-        # Of very many members it is not counted what the proofs cover.
-        return NOT_KNOWN if proofs or why_unreadable(results) else NOT_PROVED
-    proved = sum(count for word, count in stored.items() if word.startswith("proved"))
-    return f"{grouped(proved)} of {grouped(members)} proved"
+        stored = f"{grouped(len(folder.stored_shards()))} of {grouped(folder.shards)}"
+        return {"title": title, "status": f"{stored} shards are stored"}
+    found = member_answers(folder.sweep_file)
+    proved = f"{grouped(found.proved)} of {grouped(members)} proved"
+    # Proofs that cannot be read may say something.
+    nothing = NOT_KNOWN if why_unreadable(path.absolute().parent) else NOT_PROVED
+    return {
+        "title": title,
+        "outcome": found.outcomes.brief,
+        "status": f"{grouped(found.completed)} of {grouped(members)} completed",
+        "converges": proved if found.any_proof else NOT_KNOWN,
+        "this_start": proved if found.any_proof else nothing,
+    }

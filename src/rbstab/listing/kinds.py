@@ -7,7 +7,7 @@ from rbstab.config.source import YAML
 from rbstab.experiment.proof_cache import PROOFS
 from rbstab.store.disk.paths import path_is_dir, path_is_file
 from rbstab.sweep.folder.manifest import MANIFEST
-from rbstab.sweep.folder.sweep_folder import FILE_SUFFIX, SHARDS, SWEEP_FILE, TRACES
+from rbstab.sweep.folder.sweep_folder import SHARDS, SWEEP_FILE, TRACES
 
 
 class Kind(StrEnum):
@@ -15,11 +15,11 @@ class Kind(StrEnum):
 
     RUN = "run"
     SWEEP = "sweep"
-    SHARD = "shard of a sweep"
-    TRACES = "traces of a sweep"
+    PART = "part of a sweep"
     PROOF = "proof"
     CONFIG = "config or plan"
     FOLDER = "folder"
+    PROOFS = "folder of proofs"
 
 
 def kind_of(path: Path) -> Kind:
@@ -28,16 +28,16 @@ def kind_of(path: Path) -> Kind:
     Raises:
         StoreError: The path cannot be tested.
     """
+    whole = path.absolute()
+    folder = whole.parent
+    for part in (whole, folder):
+        if part.name in (SHARDS, TRACES) and path_is_file(part.parent / MANIFEST):
+            return Kind.PART
     if path_is_dir(path):
-        return Kind.SWEEP if path_is_file(path / MANIFEST) else Kind.FOLDER
-    folder = path.absolute().parent
-    in_sweep = path_is_file(folder.parent / MANIFEST)
+        kind = Kind.PROOFS if whole.name == PROOFS else Kind.FOLDER
+        return Kind.SWEEP if path_is_file(path / MANIFEST) else kind
     if path.name == SWEEP_FILE and path_is_file(folder / MANIFEST):
         return Kind.SWEEP
-    if in_sweep and folder.name == SHARDS and path.suffix == FILE_SUFFIX:
-        return Kind.SHARD
-    if in_sweep and folder.name == TRACES:
-        return Kind.TRACES
     if path.suffix == ".json" and folder.name == PROOFS:
         return Kind.PROOF
     is_yaml = path.suffix.lower() in YAML and path_is_file(path)
@@ -50,6 +50,7 @@ def sweep_folder_of(path: Path) -> Path:
     Raises:
         StoreError: The path cannot be tested.
     """
-    if path_is_dir(path):
-        return path
-    return path.parent if path.name == SWEEP_FILE else path.parent.parent
+    for folder in (path, path.parent):
+        if path_is_file(folder / MANIFEST):
+            return folder
+    return path.parent.parent

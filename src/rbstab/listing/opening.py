@@ -98,24 +98,35 @@ def _opened(read: Callable[[Path], T], path: str | Path, wanted: str) -> T:
 
 def _what_it_is(path: Path) -> tuple[str, str] | None:
     """Return what a path leads to, and what opens it; None if it is not known."""
+    from rbstab.experiment.proof_cache import WITHIN_TOLERANCES
     from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
 
     kind = kind_of(path)
-    if kind in (Kind.SHARD, Kind.TRACES):
-        function = "open_sweep" if kind is Kind.SHARD else "open_traces"
-        what = "a shard of a sweep" if kind is Kind.SHARD else "a file of traces of a sweep"
-        return what, _open_it(function, sweep_folder_of(path), "Open the sweep")
-    special = {Kind.FOLDER: _folder, Kind.SWEEP: _sweep, Kind.PROOF: _proof}
-    return special.get(kind, _other)(path)
+    if kind is Kind.PROOF and path.name.startswith(WITHIN_TOLERANCES):
+        return "a proof within tolerances", "`rbstab show` prints it."
+    whole = _open_it("open_sweep", sweep_folder_of(path), "Open the sweep")
+    known = {
+        Kind.SWEEP: ("a sweep", _open_it("open_sweep", path)),
+        Kind.PART: ("a part of a sweep", whole),
+        Kind.PROOF: ("a proof of rest states", _open_it("open_proof", path)),
+        Kind.PROOFS: ("a folder of proofs", "Name one of its files."),
+    }
+    if kind in known:
+        return known[kind]
+    return _folder(path) if kind is Kind.FOLDER else _other(path)
 
 
 def _other(path: Path) -> tuple[str, str] | None:
-    """Return what a file is that is told by its text."""
+    """Return what a file is that is told by its text, or a result that is not damaged."""
     from rbstab.report.reading.not_results import CONFIG, PARTS, PLAN, what_it_is
+    from rbstab.store.result import open_result
 
     what = what_it_is(path)
     if what is None:
-        return _run(path)
+        with suppress(StoreError):
+            open_result(path)
+            return "the result of a run", _open_it("open_result", path)
+        return None
     hints = {
         CONFIG: _open_it("simulate", path, "Run it"),
         PLAN: f"{_open_it('load_plan', path, 'Load it')}; `rbstab sweep` runs it",
@@ -124,42 +135,15 @@ def _other(path: Path) -> tuple[str, str] | None:
     return what, hints.get(what, "Results of runs end with .h5.")
 
 
-def _sweep(path: Path) -> tuple[str, str]:
-    return "a sweep", _open_it("open_sweep", path)
-
-
-def _run(path: Path) -> tuple[str, str] | None:
-    """Return what a file is if it is the result of a run, and not damaged."""
-    from rbstab.store.result import open_result
-
-    with suppress(StoreError):
-        open_result(path)
-        return "the result of a run", _open_it("open_result", path)
-    return None
-
-
-def _proof(path: Path) -> tuple[str, str]:
-    """Return which proof a file is. Those within tolerances have no function that opens them."""
-    from rbstab.experiment.proof_cache import WITHIN_TOLERANCES
-
-    if path.name.startswith(WITHIN_TOLERANCES):
-        return "a proof within tolerances", "`rbstab show` prints it."
-    return "a proof of rest states", _open_it("open_proof", path)
-
-
 def _folder(path: Path) -> tuple[str, str]:
     """Return what a folder is, and which results in it can be opened."""
     from rbstab.listing.folder import results_in
-    from rbstab.listing.inner_folders import inner_folder
+    from rbstab.report.model.words import listed
 
-    kind = inner_folder(path)
-    if kind is not None:
-        return f"a folder of {kind}", "Name one of its files."
-    found = [str(inside) for inside in results_in(path)]
+    found = listed(map(str, results_in(path)), MAX_NAMED)
     if not found:
         return "a folder without results", "Name the file of a run, or the folder of a sweep."
-    more = f" and {len(found) - MAX_NAMED} more" if len(found) > MAX_NAMED else ""
-    return "a folder", f"The results in it: {', '.join(found[:MAX_NAMED])}{more}."
+    return "a folder", f"The results in it: {found}."
 
 
 def _open_it(function: str, path: Path, task: str = "Open it") -> str:

@@ -1,14 +1,29 @@
-"""Reading the file of a proof of any kind, and what it says."""
+"""Stored proofs: what the file of a proof of any kind says, and those in a folder of results."""
 
+from collections import defaultdict
 from pathlib import Path
 from typing import NamedTuple
 
+from rbstab.experiment.proof_cache import proof_file
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.robust.sentences import within_sentences
 from rbstab.experiment.stability import statements_of
 from rbstab.experiment.start_sets.starts_record import StartsProof
+from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.listing.folder import proofs_in, results_in
+from rbstab.listing.kinds import Kind, kind_of
+from rbstab.processes.mapped import mapped
+from rbstab.report.model.words import listed
 from rbstab.store.document import read_model
+from rbstab.store.errors import StoreError
+from rbstab.store.result import open_result
+
+MAX_TITLES = 3
+"""The most titles that are named beside a proof."""
+
+SENTENCES = 2
+"""As many sentences of a proof: its rest states, and whether all motions end in one."""
 
 
 class Said(NamedTuple):
@@ -46,3 +61,40 @@ def what_it_says(path: Path) -> Said:
     proof = read_model(path, Proof)
     what = "proof of rest states and their regions"
     return Said(what, statements_of(proof), proof.id, proof.seconds)
+
+
+def proof_rows(results: Path) -> list[dict[str, str]]:
+    """Return the proofs in a folder of results, each with the titles of the runs beside it.
+
+    A proof that cannot be read has the reason in place of what it says.
+    """
+    titles = _titles_by_proof(results)
+    rows = []
+    for file in proofs_in(results):
+        try:
+            says = " ".join(what_it_says(file).sentences[:SENTENCES])
+        except StoreError as error:
+            says = str(error)
+        of = listed(titles[file.name], MAX_TITLES) or "-"
+        rows.append({"proof": file.name, "of": of, "says": says})
+    return rows
+
+
+def _titles_by_proof(folder: Path) -> dict[str, dict[str, None]]:
+    """Return the titles of the runs in a folder by the names of the files of their proofs."""
+    found: defaultdict[str, dict[str, None]] = defaultdict(dict)
+    runs = [path for path in results_in(folder) if kind_of(path) is Kind.RUN]
+    for title, name in mapped(_proof_of_run, runs):
+        found[name][title] = None
+    return found
+
+
+def _proof_of_run(path: Path) -> tuple[str, str]:
+    """Return the title of a run, and the name that the file of its proof has; "" if unknown."""
+    try:
+        result = open_result(path)
+    except StoreError:
+        return "", ""
+    config = stored_config(result).config
+    name = "" if config is None else proof_file(path.parent, config).name
+    return str(result.attributes["title"]), name

@@ -33,9 +33,8 @@ $ rbstab report results/experiment.h5
 
 `run` integrates the motion, stores it in `results/experiment.h5`, and proves what it can within
 some seconds: whether this motion comes to rest, and whether all others do. `show` prints what was
-found. `report` writes `results/report.html`, a page with figures of the motion; open it in a
-browser. It needs the packages of `pip install "rbstab[report]"`; `--format text` prints without
-them.
+found. `report` writes `results/report.html`, a page with figures of the motion; `--open` opens it
+in the browser.
 
 ## Is it stable?
 

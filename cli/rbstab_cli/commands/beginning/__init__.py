@@ -1,1 +1,0 @@
-"""Commands that write the files with which a new user begins."""

@@ -1,1 +1,0 @@
-"""Commands that print a text for other programs, and compute nothing."""

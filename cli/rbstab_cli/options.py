@@ -1,0 +1,140 @@
+"""The arguments and options of commands: each that several have is declared once, by its name."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+from click.core import ParameterSource
+
+from rbstab_cli.errors import Command
+
+Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
+
+PATH = click.Path(path_type=Path)
+FOLDER = click.Path(file_okay=False, path_type=Path)
+FILE = click.Path(dir_okay=False, path_type=Path)
+
+flag = partial(click.option, is_flag=True)
+repeatable = partial(click.option, multiple=True)
+
+
+def declare(name: str, example: str) -> Callable[..., Command]:
+    """Declare a command whose function returns its exit code, if it is not 0.
+
+    Args:
+        name: Its name.
+        example: A command line that can be typed as it is, for the end of the help.
+    """
+    # click leaves the line after \b as it is.
+    return click.command(name, cls=Command, epilog=f"\b\nExample:\n  {example}")
+
+
+class Choice(click.Choice[str]):
+    """`click.Choice` whose message says which word was likely meant."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """Return the word.
+
+        Raises:
+            BadParameter: It is none of the words.
+        """
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter as error:
+            from rbstab.config.errors import closest
+
+            close = closest(str(value), self.choices)
+            hint = "" if close is None else f" Did you mean {close}?"
+            raise click.BadParameter(f"{error.message}{hint}", ctx, param) from error
+
+
+SHARED: dict[str, Decorator] = {
+    "config": click.argument("config", metavar="CONFIG", type=PATH),
+    "configs": click.argument("configs", nargs=-1, required=True, metavar="CONFIG...", type=PATH),
+    "results": click.argument(
+        "results", nargs=-1, default=("results",), metavar="[RESULT]...", type=PATH
+    ),
+    "set": repeatable(
+        "--set",
+        "changes",
+        metavar="KEY=VALUE",
+        help="Replace a value in every config: body.mass=50, controller.K_t[0]=5000. Repeatable.",
+    ),
+    "allow_python": flag(
+        "--allow-python",
+        help="Run the Python files of elements with kind: python. They can do all that you can do, "
+        "so read them first; without this option a config with one is refused.",
+    ),
+    "json": flag("--json", "as_json", help="Print the results as JSON."),
+    "quiet": flag(
+        "-q",
+        "--quiet",
+        help="Print no progress and no hints; problems are still printed.",
+    ),
+    "force": flag("--force", help="Replace FILE if it exists."),
+}
+"""The arguments and options that several commands have."""
+
+
+def takes(*names: str) -> Decorator:
+    """Give a command arguments and options of `SHARED`, in this order."""
+
+    def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
+        for name in reversed(names):
+            function = SHARED[name](function)
+        return function
+
+    return decorate
+
+
+def output(
+    help_text: str, kind: click.Path = FILE, metavar: str = "FILE", **more: Any
+) -> Decorator:
+    """Return the option -o of commands that write a file, or into a folder."""
+    return click.option("-o", "--output", metavar=metavar, type=kind, help=help_text, **more)
+
+
+def results_folder(example: str, *names: str) -> Decorator:
+    """Return the option of the folder of results, -o unless it has other names.
+
+    Args:
+        example: The end of the help text: the file or folder that an input gives.
+        names: Other spellings of the option.
+    """
+    return click.option(
+        *(names or ("-o", "--output")),
+        default="results",
+        show_default=True,
+        metavar="DIR",
+        type=FOLDER,
+        help=f"Folder of the results; {example}.",
+    )
+
+
+def engine(default: str) -> Decorator:
+    """Return the option --engine."""
+    names = Choice(["heyoka", "scipy"])
+    return click.option("--engine", type=names, help=f"Integrator; default: {default}.")
+
+
+def refuse_unused(context: click.Context, reason: str, *used: str) -> None:
+    """Refuse what was given on the command line although it would have no effect.
+
+    Args:
+        context: The context of the command.
+        reason: The beginning of the message.
+        used: The names of the parameters that have an effect.
+
+    Raises:
+        UsageError: Another parameter was given.
+    """
+    unused = [
+        one.opts[0] if isinstance(one, click.Option) else one.make_metavar(context).strip("[].")
+        for one in context.command.params
+        if one.name not in used
+        and context.get_parameter_source(str(one.name)) is ParameterSource.COMMANDLINE
+    ]
+    if unused:
+        raise click.UsageError(f"{reason} {', '.join(unused)}")

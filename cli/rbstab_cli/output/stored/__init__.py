@@ -1,1 +1,0 @@
-"""What `rbstab show` prints of everything that is not the file of a run."""

@@ -1,1 +1,0 @@
-"""What the commands of sweeps print: progress, outcomes, and what is proved."""

@@ -1,0 +1,142 @@
+"""The results among the files and folders that a user names, as in `results/*`, and in folders."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from rbstab.files.existence import is_dir, is_file
+from rbstab.listing.folder import listed_folder, results_in
+from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
+from rbstab.report.model.words import counted, listed, untrusted
+from rbstab.report.reading.not_results import CONFIG, PLAN, what_it_is
+from rbstab.report.writers.signature import pictures_folder
+from rbstab.store.errors import StoreError
+from rbstab.sweep.folder.manifest import MANIFEST
+from rbstab.sweep.folder.sweep_folder import SWEEP_FILE
+from rbstab_cli.printing import say
+
+OTHER_FILES = (
+    *(".html", ".htm", ".md", ".markdown", ".pdf", ".txt", ".log"),
+    *(".svg", ".png", ".csv", ".json"),
+)
+"""Endings of files that stand beside results: reports, figures, data, notes and proofs."""
+
+MAX_NAMED = 4
+"""The most files that the note on what is left out names."""
+
+
+class Taken(NamedTuple):
+    """The results that were named, and those in the folders that were named.
+
+    Attributes:
+        paths: Files of runs, folders of sweeps, and whatever else was named.
+        in_folders: Those of `paths` that were found in a folder. The user named none of them, so
+            one that cannot be read does not hide the others.
+        named: What the user named, without what is no result.
+    """
+
+    paths: tuple[Path, ...]
+    in_folders: frozenset[Path]
+    named: tuple[Path, ...]
+
+
+def taken(named: Sequence[Path], *, quiet: bool = False) -> Taken:
+    """Return the results among some paths, those in a folder in place of the folder.
+
+    Prints how many results a folder has. Sweeps in it that are not finished are left out, and
+    named, if there are other results. A folder without results stays: reading it says so.
+
+    Args:
+        named: What the user named.
+        quiet: Whether to leave out what a folder has, and what is no result.
+    """
+    found: list[Path] = []
+    in_folders: set[Path] = set()
+    unfinished: set[Path] = set()
+    paths = results_among(named, quiet=quiet)
+    for path in paths:
+        try:
+            inside = results_in(path) if kind_of(path) is Kind.FOLDER else []
+            without = set(filter(_is_unfinished, inside))
+            sweeps = [is_dir(one) for one in inside]
+        except (StoreError, OSError):
+            # Reading it says why.
+            found.append(path)
+            continue
+        counts = ((sweeps.count(False), "run"), (sweeps.count(True), "sweep"))
+        if inside and not quiet:
+            words = " and ".join(counted(count, word) for count, word in counts if count)
+            say(f"{path}: {words}")
+        found += inside or [path]
+        in_folders.update(inside)
+        unfinished |= without
+    # One that is named, too, is not left out.
+    unfinished -= set(paths)
+    if unfinished and not unfinished.issuperset(found):
+        _say_left_out("not finished", sorted(unfinished))
+        found = [path for path in found if path not in unfinished]
+    return Taken(tuple(found), frozenset(in_folders.difference(paths)), paths)
+
+
+def results_among(paths: Sequence[Path], *, quiet: bool = False) -> tuple[Path, ...]:
+    """Return the results among some paths, and print what else is left out.
+
+    A pattern also matches proofs, reports, figures and notes, and the parts of a sweep. If nothing
+    but these is named, all paths are returned: reading them says what they are.
+
+    Args:
+        paths: What the user named.
+        quiet: Whether to leave out the note.
+    """
+    others = {path: None for path in paths if _stands_beside_results(path)}
+    results = tuple(path for path in paths if path not in others)
+    if not results or not others:
+        return tuple(paths)
+    if not quiet:
+        _say_left_out("not a result", others)
+    return results
+
+
+def _say_left_out(why: str, paths: Iterable[Path]) -> None:
+    say(f"Left out, {why}: {listed(map(untrusted, paths), MAX_NAMED)}")
+
+
+def _is_unfinished(path: Path) -> bool:
+    """Whether a path is the folder of a sweep that is not finished.
+
+    Raises:
+        OSError: The disk reports an error.
+    """
+    try:
+        return is_dir(path) and not is_file(path / SWEEP_FILE)
+    except PermissionError:
+        return False  # reading it says so
+
+
+def _stands_beside_results(path: Path) -> bool:
+    """Whether a path is a file or folder that the program or a user keeps beside results."""
+    try:
+        kind, parent = kind_of(path), path.absolute().parent
+        is_part = kind is not Kind.SWEEP and is_file(parent / MANIFEST)
+        if is_part or kind in (Kind.PROOF, Kind.PART, Kind.PROOFS):
+            return True
+        if kind is Kind.FOLDER:
+            # Of the pictures of a report in Markdown.
+            return path.absolute() in map(pictures_folder, parent.glob("*.md"))
+        # A config may have any name; the message about it names the command that runs it.
+        is_other = path.suffix.lower() in OTHER_FILES and is_file(path)
+        return is_other and what_it_is(path) not in (CONFIG, PLAN)
+    except (StoreError, OSError):
+        # Reading it says why.
+        return False
+
+
+def results_folder_of(path: Path) -> Path:
+    """Return the folder of results that a result is in; a folder of results is its own."""
+    try:
+        kind = kind_of(path)
+        if kind is Kind.FOLDER:
+            return listed_folder(path)
+        return sweep_folder_of(path).parent if kind is Kind.SWEEP else path.parent
+    except StoreError:
+        return path.parent  # reading the result gives the reason

@@ -1,0 +1,81 @@
+"""`rbstab check`: the errors of configs and plans, or of elements of users."""
+
+from pathlib import Path
+
+import click
+
+from rbstab.config.load import load_config, run_id
+from rbstab.config.schema import Config
+from rbstab.experiment.element_check.check import STATES, ElementFileError, check_file
+from rbstab.report.model.words import counted
+from rbstab.report.reading.not_results import PLAN, what_it_is
+from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.plan import Plan, plan_id
+from rbstab_cli import exit_codes
+from rbstab_cli.inputs import loaded, print_warnings
+from rbstab_cli.printing import say
+
+
+def check(
+    configs: tuple[Path, ...],
+    elements: tuple[Path, ...],
+    changes: tuple[str, ...],
+    allow_python: bool,
+) -> int:
+    """Print a line for each valid file, and what holds of elements; or all errors."""
+    if not configs and not elements:
+        raise click.UsageError("expected CONFIG or --element FILE")
+    if not configs and (changes or allow_python):
+        option = "--set" if changes else "--allow-python"
+        raise click.UsageError(f"{option} has no effect without CONFIG")
+
+    def load(path: Path) -> Config | Plan:
+        load_it = load_plan if what_it_is(path) == PLAN else load_config
+        return load_it(path, changes, allow_python=allow_python)
+
+    found = loaded(configs, load)
+    print_warnings(
+        (str(path), config)
+        for path, one in found.items()
+        for config in (one.bases.values() if isinstance(one, Plan) else [one])
+    )
+    for path, one in found.items():
+        click.echo(f"{path}: valid: {_facts(one)}")
+    # Each file is tested, also after one that is wrong.
+    wrong = [path for path in elements if not _holds(path)]
+    return exit_codes.USAGE if wrong else exit_codes.OK
+
+
+def _facts(found: Config | Plan) -> str:
+    """Return what is said of a valid config or plan."""
+    if isinstance(found, Plan):
+        members, variants = counted(found.members, "member"), ", ".join(found.variants)
+        return f"{PLAN}, {members}, {variants}, sweep id {plan_id(found)}"
+    variant, integration = found.controller.variant, found.integration
+    return (
+        f"{variant}, coordinates {integration.coordinates}, engine {integration.engine}, "
+        f"run id {run_id(found)}"
+    )
+
+
+def _holds(path: Path) -> bool:
+    """Print what was found in a file with elements, and return whether all of it holds."""
+    try:
+        classes = check_file(path)
+    except ElementFileError as error:
+        say(f"{path}: {error}")
+        return False
+    for checked in classes:
+        count = len(checked.problems)
+        verdict = f"{count} statement{'s do' if count > 1 else ' does'} not hold"
+        if not count:
+            verdict = f"all statements hold at {STATES} random states"
+        click.echo(f"{path}: {checked.name}: {verdict}")
+        for sign, texts in (
+            ("holds", checked.passed),
+            ("WRONG", checked.problems),
+            ("note ", checked.notes),
+        ):
+            for text in texts:
+                click.echo(f"  {sign}  {text}")
+    return not any(checked.problems for checked in classes)

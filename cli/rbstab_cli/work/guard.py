@@ -1,0 +1,187 @@
+"""`rbstab guard`: a guard of θ2 with which motions are proved to keep the range."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import click
+
+from rbstab.config.load import resolved_yaml
+from rbstab.experiment.summary import at_least
+from rbstab.experiment.tuning.guard import ANY_ANGLES, SOFT_ANGLE, Guarded, RunOutcome
+from rbstab.experiment.tuning.guard import guard as guarded
+from rbstab_cli import exit_codes
+from rbstab_cli.inputs import load_one
+from rbstab_cli.output.files import new_config, write_file
+from rbstab_cli.output.progress import working
+from rbstab_cli.printing import Table, number, print_json, say
+
+BARRIER = "barrier"
+
+STRENGTHS = {
+    BARRIER: "barrier k [N m]",
+    "stiff": "stiffness k [N m/rad]",
+    "repelling": "couple K [N m]",
+}
+
+
+def guard(
+    config: Path,
+    method: str,
+    soft_angle: float | None,
+    limit: float | None,
+    output: Path | None,
+    changes: tuple[str, ...],
+    allow_python: bool,
+    force: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Search for a guard, print what it changes in the run, and write the config with it."""
+    _check_options(method, soft_angle, limit)
+    target = new_config(config, output, "_guarded", force=force)
+    loaded = load_one(config, changes, allow_python=allow_python)
+    angle = SOFT_ANGLE if soft_angle is None else soft_angle
+    with working(f"{config.name}: guard", quiet=quiet) as work:
+
+        def tried(stiffness: float, outcome: str) -> None:
+            if not quiet:
+                work.print(f"k = {stiffness:g} N m: {outcome}")
+
+        found = guarded(loaded, method, angle, limit, tried)
+    accepted = found.config is not None and found.limit_kept is not False
+    if found.config is not None and accepted:
+        write_file(target, resolved_yaml(found.config), force=force)
+    if as_json:
+        file = str(target) if accepted else None
+        print_json({"file": file, "method": method, **_data(found, method, angle, limit)})
+    else:
+        _print(found, method, limit)
+    if found.strength == 0:
+        say(f"{config}: keeps the range without a guard: proved; nothing is written")
+    elif not accepted:
+        say(f"{config}: {_why_none(found, method, limit)}; nothing is written")
+        return exit_codes.NOT_COMPLETED
+    elif found.kept is None:
+        say(f"{config}: every start in the range converges: proved -> {target}")
+    else:
+        say(f"{config}: this start keeps the range: proved -> {target}")
+        say(f"{config}: convergence {found.kept.convergence}")
+    return exit_codes.OK
+
+
+def _check_options(method: str, soft_angle: float | None, limit: float | None) -> None:
+    given = {"--soft-angle": soft_angle, "--limit": limit}
+    unused = [name for name, value in given.items() if value is not None]
+    if method == BARRIER and unused:
+        raise click.UsageError(f"--method barrier has no use for {', '.join(unused)}")
+    if soft_angle is not None and not 0 < soft_angle < math.pi / 2:
+        raise click.UsageError(f"--soft-angle is {soft_angle:g} (expected between 0 and π/2 rad)")
+    if limit is not None and not 0 < limit < math.inf:
+        raise click.UsageError(f"--limit is {limit:g} (expected a couple above 0, N m)")
+
+
+def _exceeds(found: Guarded, limit: float | None) -> bool:
+    """Whether the couple is larger than the limit in the run itself."""
+    return found.guarded is not None and limit is not None and found.guarded.largest_couple > limit
+
+
+def _why_none(found: Guarded, method: str, limit: float | None) -> str:
+    """Return why nothing is written."""
+    if found.config is not None and (found.guarded is None or _exceeds(found, limit)):
+        return f"the couple exceeds the limit of {limit:g} N m in the run"
+    if found.config is not None:
+        return (
+            f"the samples do not show the largest |θ2|, so the couple may exceed the limit of "
+            f"{limit:g} N m between them; raise integration.samples"
+        )
+    if method != BARRIER:
+        return f"no guard was found: {found.reason}"
+    if found.tried and ANY_ANGLES in found.tried[-1][1]:
+        return (
+            f"no barrier was found. Every start can converge to one rest state only if there is no "
+            f"other {ANY_ANGLES}; a barrier keeps only θ2. For this start alone: --method stiff"
+        )
+    return "no barrier was found"
+
+
+def _print(found: Guarded, method: str, limit: float | None) -> None:
+    """Print the run of the given config beside that with the guard, and what is proved."""
+    numbers = ("given", "guarded")
+    table = Table("quantity", *numbers, numbers=numbers)
+    strength = "none was found" if found.strength is None else number(found.strength)
+    table.add(STRENGTHS[method], "-", strength)
+    given = _facts(found.given)
+    other = dict.fromkeys(given, "-") if found.guarded is None else _facts(found.guarded)
+    for name, text in given.items():
+        table.add(name, text, other[name])
+    for name, text in _proved(found, limit).items():
+        table.add(name, "-", text)
+    table.print()
+
+
+def _facts(outcome: RunOutcome) -> dict[str, str]:
+    """Return a run as texts by their labels."""
+
+    def peak(value: float) -> str:
+        # A guard without a couple in this run has none between the samples either, as far as known.
+        return at_least(outcome.pitch_resolved or value == 0) + number(value)
+
+    settling = outcome.settling_time
+    return {
+        "status": str(outcome.status),
+        "largest |θ2| [rad]": peak(outcome.largest_pitch),
+        "v below v(0)/1000 from [s]": (
+            "not in this run" if math.isnan(settling) else number(settling)
+        ),
+        "largest couple of the guard [N m]": peak(outcome.largest_couple),
+    }
+
+
+def _proved(found: Guarded, limit: float | None) -> dict[str, str]:
+    """Return what is proved with a soft guard, by labels."""
+    if found.kept is None or found.couple_bound is None:
+        return {}
+    rows = {
+        "energy at the start [J]": number(found.kept.energy),
+        "keeps the range below, proved [J]": number(found.kept.energy_bound),
+        "couple in any such motion at most [N m]": number(found.couple_bound),
+    }
+    if limit is None:
+        return rows
+    word = "in this run" if found.limit_kept else "not known"
+    if found.couple_bound <= limit:
+        word = "proved"
+    if _exceeds(found, limit):
+        word = "no"
+    return rows | {f"couple stays below {limit:g} N m": word}
+
+
+def _data(found: Guarded, method: str, soft_angle: float, limit: float | None) -> dict[str, Any]:
+    """Return what was found, as plain data."""
+    runs = {
+        "given": found.given._asdict(),
+        "guarded": None if found.guarded is None else found.guarded._asdict(),
+    }
+    if method == BARRIER:
+        tried = [{"stiffness": k, "outcome": outcome} for k, outcome in found.tried]
+        return {"stiffness": found.strength, "tried": tried, **runs}
+    kept, proved = found.kept, None
+    if kept is not None:
+        proved = {
+            "keeps_range": True,
+            "energy": kept.energy,
+            "energy_bound": kept.energy_bound,
+            "couple_bound": found.couple_bound,
+            "converges": bool(kept.states),
+            "rest_orientations": [state.orientation for state in kept.states],
+        }
+    return {
+        "soft_angle": soft_angle,
+        "couple" if method == "repelling" else "stiffness": found.strength,
+        "proved": proved,
+        "reason": found.reason or (kept.reason if kept is not None else ""),
+        "limit": limit,
+        "below_limit": found.limit_kept,
+        **runs,
+    }

@@ -1,0 +1,84 @@
+"""`rbstab sensitivities`: derivatives of a run, as tables or as JSON."""
+
+from pathlib import Path
+from typing import Any
+
+from rbstab.experiment.tuning.sensitivities import Sensitivities
+from rbstab.experiment.tuning.sensitivities import sensitivities as derivatives_of
+from rbstab_cli.inputs import load_one
+from rbstab_cli.output.files import check_target, write_file
+from rbstab_cli.output.progress import working
+from rbstab_cli.printing import Table, as_json_text, number, print_json, say
+
+IN_TABLES = ("settling_time", *(f"peak_contact_displacement[{axis}]" for axis in range(3)))
+"""Quantities in the tables; the JSON has all."""
+
+
+def sensitivities(
+    config: Path,
+    changes: tuple[str, ...],
+    allow_python: bool,
+    as_json: bool,
+    output: Path | None,
+    force: bool,
+    quiet: bool,
+) -> None:
+    """Compute the derivatives and print them."""
+    if output is not None:
+        check_target(output, force=force)
+    loaded = load_one(config, changes, allow_python=allow_python)
+    with working(f"{config.name}: sensitivities", quiet=quiet):
+        found = derivatives_of(loaded)
+    if not found.settles:
+        say(f"{config}: the run does not settle, so it has no settling time")
+    data = {"config": str(config), "title": loaded.title, **_data(found)}
+    if output is not None:
+        write_file(output, as_json_text(data) + "\n", force=force)
+    if as_json:
+        print_json(data)
+    else:
+        _print_tables(found)
+
+
+def _data(found: Sensitivities) -> dict[str, Any]:
+    names = [quantity.name for quantity in found.quantities]
+    rows = zip(found.entries, found.derivatives.tolist(), found.relative.tolist(), strict=True)
+    return {
+        "quantities": [
+            {**quantity._asdict(), "value": value}
+            for quantity, value in zip(found.quantities, found.values.tolist(), strict=True)
+        ],
+        "parameters": [
+            {
+                "key": entry.key,
+                "value": entry.value,
+                "derivatives": dict(zip(names, derivatives, strict=True)),
+                "relative": dict(zip(names, relative, strict=True)),
+            }
+            for entry, derivatives, relative in rows
+        ],
+    }
+
+
+def _print_tables(found: Sensitivities) -> None:
+    shown = [quantity for quantity in found.quantities if quantity.name in IN_TABLES]
+    columns = [found.column(quantity.name) for quantity in shown]
+    table = Table("quantity", "value", numbers=("value",))
+    for quantity, column in zip(shown, columns, strict=True):
+        table.add(f"{quantity.name} [{quantity.unit}]", number(found.values[column]))
+    table.print()
+    names = [quantity.name.replace("contact_displacement", "E") for quantity in shown]
+    units = [f" [{quantity.unit}]" for quantity in shown]
+    order = found.by_importance([quantity.name for quantity in shown])
+    for title, values, ends in (
+        ("relative", found.relative, [""] * len(shown)),
+        ("per unit", found.derivatives, units),
+    ):
+        first = f"{title}: parameter"
+        numbers = ("value", *map(str.__add__, names, ends))
+        table = Table(first, *numbers, words=(first,), numbers=numbers)
+        for index in order:
+            entry = found.entries[index]
+            cells = [number(values[index, column], 3) for column in columns]
+            table.add(entry.key, number(entry.value, 6), *cells)
+        table.print()

@@ -1,0 +1,1 @@
+"""`rbstab stability`: rest states, proofs within tolerances, and root loci."""

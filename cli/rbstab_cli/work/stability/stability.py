@@ -1,0 +1,116 @@
+"""`rbstab stability`: what is computed of each config, and in which order."""
+
+from pathlib import Path
+
+import click
+
+from rbstab.config.build import problem_of
+from rbstab.config.schema import Config
+from rbstab.experiment.convergence.convergence import Convergence, Enclose, stored_convergence
+from rbstab.experiment.convergence.exact_motion import prove_convergence
+from rbstab.experiment.proof import prove
+from rbstab.experiment.proof_cache import OLDER, cached_proof, is_older, proof_for
+from rbstab.experiment.run_to_file import finished_run
+from rbstab.experiment.simulate import simulate_problem
+from rbstab.experiment.stability import stability_of
+from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.integrate.problem import Problem
+from rbstab.store.errors import StoreError
+from rbstab.store.result import Result
+from rbstab_cli.inputs import load_configs
+from rbstab_cli.output.files import check_target, stdout_to_file
+from rbstab_cli.output.progress import compiling, working
+from rbstab_cli.printing import print_json, say
+from rbstab_cli.work.stability.along import checked_along, locus_of
+from rbstab_cli.work.stability.printed import Found, data_of, print_found
+from rbstab_cli.work.stability.within import checked_tolerances, proved_within
+
+
+def stability(
+    configs: tuple[Path, ...],
+    search_only: bool,
+    alongs: tuple[str, ...],
+    withins: tuple[str, ...],
+    largest: tuple[str, ...],
+    time_limit: float | None,
+    changes: tuple[str, ...],
+    allow_python: bool,
+    results: Path,
+    no_run: bool,
+    as_json: bool,
+    output: Path | None,
+    force: bool,
+    quiet: bool,
+) -> None:
+    """Compute everything that was asked for about each config, then print it."""
+    if search_only and (withins or largest):
+        option = "--within" if withins else "--largest-within"
+        raise click.UsageError(f"--search-only makes no proofs: leave out {option}")
+    if output is not None:
+        check_target(output, force=force)
+    loaded = load_configs(configs, changes, allow_python=allow_python)
+    tolerances = checked_tolerances(loaded, withins, largest)
+    loci = checked_along(loaded.values(), alongs)
+    enclose = Enclose.NOTHING if search_only else Enclose.UNTIL_PROVED
+    every = []
+    for path, config in loaded.items():
+        within = None
+        if withins or largest:
+            within = proved_within(
+                path.name,
+                config,
+                results,
+                withins,
+                tolerances[path],
+                largest,
+                time_limit,
+                quiet=quiet,
+            )
+        problem = problem_of(config)
+        with working(f"{path.name}: rest states", quiet=quiet):
+            proof = _proof(config, problem, results, search_only=search_only)
+        label = compiling(config.integration.engine, len(problem.system.elements)) or "exact motion"
+        nothing = no_run and search_only
+        with working(f"{path.name}: {label}", quiet=quiet or nothing):
+            stored = results / f"{path.stem}.h5"
+            run = None if no_run else _run(config, problem, stored, proof, enclose)
+            motion = None if search_only else _convergence(config, problem, proof, run)
+        points = [locus_of(config, along) for along in loci]
+        every.append(Found(path, config, stability_of(problem, proof, motion), run, points, within))
+    with stdout_to_file(output, force=force):
+        if as_json:
+            print_json([data_of(found) for found in every])
+        else:
+            for found in every:
+                print_found(found)
+
+
+def _proof(config: Config, problem: Problem, results: Path, *, search_only: bool) -> Proof:
+    try:
+        if search_only:
+            found = cached_proof(results, config)
+            decided = found is not None and (found.proved or found.states)
+            return found if found and decided else prove(config, problem, search_only=True)
+        if is_older(results, config):
+            say(f"{results}: {OLDER}")
+        return proof_for(results, config, problem)
+    except StoreError as error:
+        # Print the proof although it cannot be read or stored.
+        say(f"warning: {error}; the proof is not stored")
+        return prove(config, problem, search_only=search_only)
+
+
+def _convergence(config: Config, problem: Problem, proof: Proof, run: Result | None) -> Convergence:
+    """Return what is proved of the exact motion: that of the run, or else it is followed now."""
+    found = None if run is None else stored_convergence(run.attributes)
+    if found is not None and found.enclosed.covers(Enclose.UNTIL_PROVED):
+        return found
+    return prove_convergence(config, problem, proof).convergence
+
+
+def _run(config: Config, problem: Problem, file: Path, proof: Proof, enclose: Enclose) -> Result:
+    """Return the stored run of a config if it has finished, or else integrate it."""
+    found = finished_run(config, problem, file, proof=proof)
+    if found is not None:
+        return found
+    return simulate_problem(config, problem, proof=proof, enclose=enclose)

@@ -1,0 +1,81 @@
+"""`rbstab plot`: one figure of a report as a file."""
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import click
+
+from rbstab.config.errors import hint
+from rbstab.report.build import report_of
+from rbstab.report.model.figure import Figure
+from rbstab.report.reading.sources import read_sources
+from rbstab.report.writers.figure_files import FORMS, figure_bytes, figures_of, form_of
+from rbstab.store.disk.paths import path_exists
+from rbstab.store.errors import StoreError
+from rbstab_cli import exit_codes
+from rbstab_cli.errors import Failed
+from rbstab_cli.output.files import check_target, write_file
+from rbstab_cli.output.progress import working
+from rbstab_cli.printing import print_facts, say
+from rbstab_cli.results import Taken, taken
+
+
+def plot(
+    results: tuple[Path, ...], name: str | None, output: Path | None, column: bool, force: bool
+) -> None:
+    """Write a figure, or list all of them."""
+    form = None if output is None else _form(output)
+    if (name is None) != (output is None):
+        raise click.UsageError("give both --figure NAME and -o FILE, or none of them")
+    if column and form in (None, "csv"):
+        raise click.UsageError("--column is of use only with -o FILE that ends in .svg, .pdf, .png")
+    if output is not None:
+        check_target(output, force=force)
+    with working("figures", quiet=False):
+        figures = _figures(taken(results))
+    if name is None or output is None or form is None:
+        print_facts(((name, figure.title) for name, figure in figures.items()), "figure", "title")
+        return
+    if name not in figures:
+        one_of = f"{', '.join(figures)}{hint(name, figures)}"
+        raise click.UsageError(f"--figure {name}: unknown; expected one of {one_of}")
+    write_file(output, figure_bytes(figures[name], form, column=column), force=force)
+    say(f"-> {output}")
+
+
+def _form(output: Path) -> str:
+    """Return the form of a figure by the name of its file; what draws it is installed."""
+    form = form_of(output)
+    if form is None:
+        endings = ", ".join(f".{ending}" for ending in FORMS)
+        raise click.UsageError(f"-o {output}: expected a file name that ends in {endings}")
+    if form != "csv" and find_spec("vl_convert") is None:
+        raise click.UsageError(
+            "drawings need vl-convert-python, which a plain install lacks. Run "
+            '`pip install "rbstab[report]"`; a .csv file needs nothing more.'
+        )
+    return form
+
+
+def _figures(named: Taken) -> dict[str, Figure]:
+    """Return the figures of the report on some results, by name.
+
+    A result that the user named must be readable; of those in a folder, the others are drawn.
+    """
+    sources = read_sources(named.paths)
+    lines = [f"{one.path}: {one.reason}{_hint(Path(one.path))}" for one in sources.unread]
+    found = sources.runs or sources.sweeps
+    if not found or any(Path(one.path) not in named.in_folders for one in sources.unread):
+        raise Failed(exit_codes.STORAGE, *lines)
+    for line in lines:
+        say(line)
+    return figures_of(report_of(sources, ""))
+
+
+def _hint(path: Path) -> str:
+    """Return the end of a message if an argument that is no file may be the name of a figure."""
+    try:
+        may_be_figure = path.name == str(path) and not path.suffix and not path_exists(path)
+    except StoreError:
+        return ""
+    return "; a figure is named by --figure NAME" if may_be_figure else ""

@@ -1,0 +1,206 @@
+"""`rbstab show`: what is in the file of a run; of other files see `other`."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import click
+
+from rbstab.analysis.lyapunov import ENERGY_SCALE
+from rbstab.config.errors import printable
+from rbstab.experiment.answers.rest_modes import rest_modes
+from rbstab.experiment.answers.run_answer import answer_of
+from rbstab.experiment.answers.words import run_words
+from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
+from rbstab.experiment.convergence.with_proof import KnownNow, known_now
+from rbstab.experiment.own_states import final_state
+from rbstab.experiment.stored_config import stored_config
+from rbstab.experiment.summary import (
+    ReferenceValue,
+    at_least,
+    lyapunov_function_of,
+    reference_values_of,
+    stores_v_minus_work,
+    summary_of,
+)
+from rbstab.mechanics.numbers import Array
+from rbstab.report.runs.paper_cases import changed_keys
+from rbstab.store.errors import StoreError
+from rbstab.store.result import Result, open_result
+from rbstab_cli import exit_codes
+from rbstab_cli.errors import Failed
+from rbstab_cli.output.answers import print_answer
+from rbstab_cli.output.certificate import certificate_checks, print_certificate
+from rbstab_cli.output.facts import run_data
+from rbstab_cli.output.warnings import print_unread_proofs
+from rbstab_cli.printing import Table, number, print_facts, print_json, vector
+from rbstab_cli.streams import exact
+
+
+def show(path: Path, as_json: bool, as_config: bool) -> int | None:
+    """Print the content of a file or folder."""
+    if as_json and as_config:
+        raise click.UsageError("--json cannot be combined with --config")
+    try:
+        opened = open_result(path)
+    except StoreError:
+        # Imported late: a run is opened without these modules, and so without waiting for them.
+        from rbstab.listing.kinds import Kind, kind_of
+        from rbstab.report.reading.not_results import what_it_is
+        from rbstab_cli.work.stored.other import show_other
+
+        if kind_of(path) is Kind.RUN and what_it_is(path) is None:
+            raise
+        return show_other(path, as_json=as_json, as_config=as_config)
+    if as_config:
+        click.echo(exact(opened.config), nl=False)
+        return None
+    # Every line is that of the result together with the proof that lies beside it now.
+    print_unread_proofs([path.parent])
+    try:
+        known = known_now(path, opened)
+        if as_json:
+            print_json(_data(known))
+        else:
+            _print(known)
+    except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
+        reason = f"its content is wrong ({type(error).__name__}: {error})"
+        raise Failed(exit_codes.STORAGE, f"error: {path} cannot be shown: {reason}") from error
+    return None
+
+
+class _Reference(NamedTuple):
+    """What the stored config refers to, with printed and computed values.
+
+    source is empty if it refers to nothing. changed are the keys in which the config differs from
+    the case of its source: then printed values say nothing about it.
+    """
+
+    source: str = ""
+    changed: tuple[str, ...] = ()
+    values: tuple[ReferenceValue, ...] = ()
+
+
+def _reference(result: Result) -> _Reference:
+    """Return the reference of the stored config."""
+    stored = stored_config(result)
+    # The config is None if this version cannot read it; the rest is still shown.
+    reference = None if stored.config is None else stored.config.reference
+    if stored.config is None or reference is None:
+        return _Reference()
+    note = f" ({reference.note})" if reference.note else ""
+    changed = tuple(changed_keys(stored.config, stored.data))
+    values = tuple(reference_values_of(result, reference))
+    return _Reference(reference.source + note, changed, values)
+
+
+def _data(known: KnownNow) -> dict[str, Any]:
+    result = known.result
+    reference = _reference(result)
+    return {
+        **run_data(result, known.config, known.proof),
+        "certificate": certificate_checks(result),
+        "final": final_state(result),
+        "reference": {**reference._asdict(), "values": [v._asdict() for v in reference.values]},
+        "arrays": {
+            name: {"dimensions": v.dimensions, "shape": v.data.shape, "units": v.unit}
+            for name, v in result.variables.items()
+        },
+        "config": result.config,
+    }
+
+
+SHOWN_ABOVE = ("title", "status", "status_detail", "verdict", "lyapunov_zero", "warnings")
+"""Attributes that are not among the provenance."""
+
+
+def _print(known: KnownNow) -> None:
+    result = known.result
+    attributes = result.attributes
+    click.echo(printable(str(attributes["title"])))
+    print_answer(answer_of(result, known.config, known.proof), known.config)
+    _print_numbers(known)
+    print_certificate(result)
+    _print_reference(_reference(result))
+    table = Table("array", "dimensions", "unit", "meaning")
+    for name, variable in result.variables.items():
+        # A quantity without a symbol has "-" in its place.
+        meaning = variable.long_name.removeprefix("-: ")
+        table.add(name, ", ".join(variable.dimensions) or "-", variable.unit, meaning)
+    table.print()
+    provenance = (
+        (name, _provenance(name, value))
+        for name, value in attributes.items()
+        if name not in SHOWN_ABOVE and name.partition("_")[0] != ATTRIBUTE
+    )
+    print_facts(provenance, "provenance", "value")
+
+
+def _print_numbers(known: KnownNow) -> None:
+    """Print how the run ended, its Lyapunov function and audit, and its final state."""
+    result = known.result
+    s, attributes = summary_of(result), result.attributes
+    table = Table("quantity", "value")
+    detail = f": {attributes['status_detail']}" if attributes.get("status_detail") else ""
+    table.add("status", result.status + detail)
+    table.add("checks of the run", run_words(str(attributes.get("verdict", "-"))))
+    convergence = stored_convergence(attributes)
+    if convergence is not None and convergence.proved is not None:
+        table.add("exact motion", convergence.sentence)
+    table.add("v(0), v(end)", _ends(lyapunov_function_of(result)))
+    if stores_v_minus_work(result):
+        table.add("v - ε at 0 and at the end", _ends(result["lyapunov"]))
+    table.add("v = 0 at", str(attributes["lyapunov_zero"]))
+    table.add("", f"Θ = {vector(result['rest_orientation'])} rad")
+    modes = rest_modes(result, known.config)
+    if modes is not None:
+        table.add("modes", str(modes))
+    table.add(f"max |r| / {ENERGY_SCALE}", number(s.relative_residual, 2))
+    peak = "peak E by axis" if s.displacement_resolved else "largest sample of E by axis"
+    table.add(peak, vector(s.peak_contact_displacement) + " m")
+    table.add("max |θ2|", f"{at_least(s.pitch_resolved)}{number(s.largest_pitch)} rad")
+    if not s.resolved:
+        why = "the motion is faster than its samples; more `integration.samples` show its peaks"
+        table.add("", why, style="yellow")
+    if "impact_count" in result:
+        table.add("impacts", _impacts(result))
+    for name, value in final_state(result).items():
+        table.add(f"final {name}", f"{vector(value)} {result.variables[name].unit}")
+    for warning in str(attributes.get("warnings", "")).splitlines():
+        table.add("warning", warning, style="yellow")
+    table.print()
+
+
+def _provenance(name: str, value: object) -> str:
+    """Return an attribute as text: times with their unit, and "-" for what is not known."""
+    if name.endswith("wall_time") and isinstance(value, float):
+        return f"{number(value, 3)} s"
+    return str(value) or "-"
+
+
+def _ends(values: Array) -> str:
+    """Return an energy at 0 and at the end."""
+    return ", ".join(f"{number(float(value), 7)} J" for value in (values[0], values[-1]))
+
+
+def _impacts(result: Result) -> str:
+    """Return how often a body met its stop, what that took away, and whether it rests there."""
+    text = f"{int(result['impact_count'][-1])}, which took {number(result['impact_loss'][-1])} J"
+    if result["stop_contact"][-1]:
+        text += f"; rests against the stop from t = {number(result['rest_begin'][-1])} s"
+    return text
+
+
+def _print_reference(found: _Reference) -> None:
+    if not found.values:
+        return
+    click.echo(f"Reference: {printable(found.source)}")
+    if found.changed:
+        keys = ", ".join(map(printable, found.changed))
+        click.echo(f"Printed values are not compared: this config is another case, by {keys}.")
+        return
+    table = Table("quantity", "printed", "computed", "exact motion")
+    for value in found.values:
+        says = "the printed value does not follow, proved" if value.disproved else "-"
+        name = f"{value.name} [{value.unit}]"
+        table.add(name, vector(value.printed), vector(value.computed), says)
+    table.print()

@@ -1,0 +1,1 @@
+"""`rbstab sweep`: running a plan, its progress, what is proved afterwards, and what is printed."""

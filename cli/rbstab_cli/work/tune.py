@@ -1,0 +1,95 @@
+"""`rbstab tune`: scaled gains that minimize an objective."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import click
+
+from rbstab.config.load import resolved_yaml
+from rbstab.experiment.tuning.tune import Tuned
+from rbstab.experiment.tuning.tune import tune as tuned
+from rbstab_cli import exit_codes
+from rbstab_cli.inputs import load_one
+from rbstab_cli.output.files import new_config, write_file
+from rbstab_cli.output.progress import working
+from rbstab_cli.printing import Table, number, print_json, say
+
+
+def tune(
+    config: Path,
+    objective: str,
+    overs: tuple[str, ...],
+    bounds: str,
+    output: Path | None,
+    changes: tuple[str, ...],
+    allow_python: bool,
+    force: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Search for better gains, write the config with them, and print what was found."""
+    factors = _bounds(bounds)
+    target = new_config(config, output, "_tuned", force=force)
+    loaded = load_one(config, changes, allow_python=allow_python)
+    with working(f"{config.name}: tuning", quiet=quiet):
+        found = tuned(loaded, objective, ",".join(overs).split(","), factors)
+    if found.better:
+        write_file(target, resolved_yaml(found.config), force=force)
+    if as_json:
+        print_json(_data(found, target))
+    else:
+        _print(found)
+    if found.better:
+        say(f"{config}: found a better config -> {target}")
+    elif math.isfinite(found.value):
+        say(f"{config}: no better config was found; nothing is written")
+    else:
+        say(f"{config}: no run completed and settled; nothing is written")
+        return exit_codes.NOT_COMPLETED
+    return exit_codes.OK
+
+
+def _bounds(text: str) -> tuple[float, float]:
+    low, _, high = text.partition(":")
+    try:
+        bounds = float(low), float(high)
+    except ValueError:
+        bounds = math.nan, math.nan
+    if not 0 < bounds[0] <= 1 <= bounds[1] < math.inf:
+        wanted = f"'{text}' (expected LOW:HIGH with 0 < LOW <= 1 <= HIGH)"
+        raise click.BadParameter(wanted, param_hint="'--bounds'")
+    return bounds
+
+
+def _print(found: Tuned) -> None:
+    numbers = ("given", "tuned", "factor")
+    table = Table("quantity", *numbers, numbers=numbers)
+    objective = found.objective
+    # The objective of a run that fails, or does not settle, is infinite.
+    values = [
+        number(value) if math.isfinite(value) else "not in this run"
+        for value in (found.given, found.value)
+    ]
+    ratio = "-" if found.given in {0.0, math.inf} else number(found.value / found.given)
+    table.add(f"{objective.name} {objective.symbol} [{objective.unit}]", *values, ratio)
+    for scaling, factor in zip(found.scalings, found.factors, strict=True):
+        for entry in scaling.entries:
+            gains = (entry.value, entry.value * factor)
+            table.add(entry.key, *(number(gain, 6) for gain in gains), number(factor))
+    table.print()
+    say(f"{found.runs} runs, {found.failures} of them failed")
+
+
+def _data(found: Tuned, target: Path) -> dict[str, Any]:
+    return {
+        "file": str(target) if found.better else None,
+        "objective": found.objective.name,
+        "unit": found.objective.unit,
+        "given": found.given,
+        "tuned": found.value,
+        "better": found.better,
+        "factors": dict(zip((s.key for s in found.scalings), found.factors, strict=True)),
+        "runs": found.runs,
+        "failures": found.failures,
+    }

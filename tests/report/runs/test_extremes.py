@@ -8,10 +8,11 @@ from support.made_runs import made_result
 from support.sections import figures_in
 
 from rbstab.experiment.summary import summary_of
-from rbstab.report.model.figure import MUTED, Level
+from rbstab.report.model.figure import MUTED
 from rbstab.report.reading.sources import Run
+from rbstab.report.runs.facts import facts_of
 from rbstab.report.runs.figures.extremes import MOST_COLOURED, extremes_in_colour
-from rbstab.report.runs.sections import run_sections
+from rbstab.report.runs.sections import figures_section
 from rbstab.report.writers.vega.legend import legend_of
 from rbstab.report.writers.vega.specification import specification
 from rbstab.store.result import Result
@@ -56,13 +57,12 @@ def test_few_runs_have_a_colour_each():
 
 def test_the_extremes_are_coloured_and_named():
     coloured, sentence = roles(made_runs())
-    assert coloured == {"r1": 0, "r2": 1, "r5": 2, "r7": 3}
+    assert coloured == {"r2": 0, "r5": 1, "r7": 2}
     for words in (
-        "r1 (smallest peak of |E|)",
         "r2 (first at rest)",
         "r5 (last at rest)",
         "r7 (largest peak of |E|)",
-        "The 5 other runs are grey.",
+        "The 6 other runs are grey.",
     ):
         assert words in sentence
 
@@ -100,7 +100,7 @@ def test_held_contact_points_have_no_largest_peak():
 
 @pytest.fixture(scope="module")
 def sections():
-    return run_sections(made_runs())
+    return [figures_section(facts_of(made_runs()))]
 
 
 def test_the_section_begins_with_the_sentence(sections):
@@ -111,22 +111,16 @@ def test_grey_curves_are_behind_and_keep_their_names(sections):
     for panel in figures_in(sections)["runs-decay"].panels:
         lines = lines_of(panel)
         assert {line.label for line in lines} == {f"r{k}" for k in range(COUNT)}
-        assert [bool(line.group) for line in lines] == [True] * 5 + [False] * 4
+        assert [bool(line.group) for line in lines] == [True] * 6 + [False] * 3
         assert all(line.colour == MUTED for line in lines if line.group)
         assert all(line.opacity < 1 > line.wider for line in lines if line.group)
-
-
-def test_figures_of_single_runs_are_as_in_other_reports(sections):
-    figure = figures_in(sections)["run-4-rotation"]
-    marks = [mark for panel in figure.panels for mark in panel.marks if not isinstance(mark, Level)]
-    assert not any(getattr(mark, "group", "") for mark in marks)
 
 
 def test_the_legend_names_the_others_once_and_last(sections):
     figure = figures_in(sections)["runs-decay"]
     labels = [entry["label"] for entry in legend_of(figure)]
-    assert sorted(labels[:-1]) == ["r1", "r2", "r5", "r7"]
-    assert labels[-1] == "5 other runs"
+    assert sorted(labels[:-1]) == ["r2", "r5", "r7"]
+    assert labels[-1] == "6 other runs"
 
 
 def test_the_pointer_names_each_run(sections):

@@ -1,8 +1,7 @@
 """Tables of the config keys that differ between runs, and of the keys that are equal."""
 
-import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeGuard
 
 from rbstab.config.units import Kind, unit_of
@@ -36,40 +35,14 @@ are stored, and stay as they are."""
 Flat = dict[str, Any]
 
 
-def config_section(facts: Sequence[RunFacts]) -> Section | None:
-    """Return the section with the differing keys, then the equal keys.
-
-    Returns:
-        The section; None if no config can be read.
-    """
-    configs = {entry.run.label: flat(entry.run.data) for entry in facts if entry.run.data}
-    if not configs:
+def differences_section(facts: Sequence[RunFacts]) -> Section | None:
+    """Return the section with the keys in which runs differ; None for one run, or no config."""
+    configs = _configs(facts)
+    if len(facts) < 2 or not configs:
         return None
-    keys = list(dict.fromkeys(k for config in configs.values() for k in config if _is_shown(k)))
-    differing = [key for key in keys if _differs(key, list(configs.values()))]
-    equal = [key for key in keys if key not in differing]
-    blocks: list[Block] = []
-    if len(configs) == 1:
-        title = "The experiment"
-    else:
-        title = "Differences between the runs"
-        blocks += _differences(configs, differing)
-    if equal:
-        first = next(iter(configs.values()))
-        rows = tuple((Cell(with_unit(key, configs)), _cell(first.get(key))) for key in equal)
-        heading = "The resolved config" if len(configs) == 1 else "Equal in all runs"
-        blocks.append(Table("equal", heading, (Head("key"), Head("value")), rows))
-    if len(configs) < len(facts):
-        blocks.append(
-            f"Not shown: {counted(len(facts) - len(configs), 'run')} with an unreadable config."
-        )
-    return Section("differences", title, tuple(blocks), folded=True)
-
-
-def _differences(configs: Mapping[str, Flat], keys: Sequence[str]) -> list[Block]:
-    if not keys:
-        return ["The configs of all runs are equal."]
-    if len(configs) <= MAX_RUN_COLUMNS:
+    keys = _keys(configs.values(), differing=True)
+    block: Block = "The configs of all runs are equal."
+    if keys and len(configs) <= MAX_RUN_COLUMNS:
         rows = tuple(
             (
                 Cell(with_unit(key, configs)),
@@ -77,10 +50,38 @@ def _differences(configs: Mapping[str, Flat], keys: Sequence[str]) -> list[Block
             )
             for key in keys
         )
-        heads = (Head("key"), *(Head(label) for label in configs))
-        return [Table("differences", "Keys that differ", heads, rows)]
-    shown = keys[:MAX_KEYS]
-    return [_ranges(configs, keys), _by_run(configs, shown, omitted=len(keys) - len(shown))]
+        heads = (Head("key"), *map(Head, configs))
+        block = Table("differences", "Keys that differ", heads, rows)
+    elif keys:
+        block = _by_run(configs, keys[:MAX_KEYS], omitted=len(keys[MAX_KEYS:]))
+    return Section("differences", "Differences between the runs", (block,))
+
+
+def config_section(facts: Sequence[RunFacts]) -> Section | None:
+    """Return the section with the keys that are equal in all runs; None if there are none."""
+    configs = _configs(facts)
+    keys = _keys(configs.values(), differing=False)
+    blocks: list[Block] = []
+    if keys:
+        first = next(iter(configs.values()))
+        rows = tuple((Cell(with_unit(key, configs)), _cell(first.get(key))) for key in keys)
+        title = "The resolved config" if len(facts) == 1 else "Equal in all runs"
+        blocks.append(Table("equal", title, (Head("key"), Head("value")), rows))
+    if len(configs) < len(facts):
+        unread = counted(len(facts) - len(configs), "run")
+        blocks.append(f"Not shown: {unread} with an unreadable config.")
+    return Section("config", "Config", tuple(blocks), folded=True) if blocks else None
+
+
+def _configs(facts: Sequence[RunFacts]) -> dict[str, Flat]:
+    return {entry.run.label: flat(entry.run.data) for entry in facts if entry.run.data}
+
+
+def _keys(configs: Iterable[Flat], *, differing: bool) -> list[str]:
+    """Return the keys in which configs differ, or those in which they are equal."""
+    every = list(configs)
+    keys = dict.fromkeys(key for config in every for key in config if _is_shown(key))
+    return [key for key in keys if _differs(key, every) == differing]
 
 
 def own_keys(facts: Sequence[RunFacts]) -> list[str]:
@@ -90,8 +91,7 @@ def own_keys(facts: Sequence[RunFacts]) -> list[str]:
     values, and for all runs if they differ in so many keys that they are different experiments.
     """
     configs = [flat(entry.run.data) for entry in facts]
-    keys = dict.fromkeys(key for config in configs for key in config if _is_shown(key))
-    differing = [key for key in keys if key not in NOT_SPECIAL and _differs(key, configs)]
+    differing = [key for key in _keys(configs, differing=True) if key not in NOT_SPECIAL]
     if not differing or len(differing) > MAX_SPECIAL or not all(configs):
         return [""] * len(facts)
     values = {key: [value_text(config.get(key)) for config in configs] for key in differing}
@@ -110,22 +110,6 @@ def _usual(values: Sequence[str]) -> str | None:
     """Return the value that more than half of the runs have; None if there is none."""
     ((value, count),) = Counter(values).most_common(1)
     return value if 2 * count > len(values) else None
-
-
-def _ranges(configs: Mapping[str, Flat], keys: Sequence[str]) -> Table:
-    """Return the range of each differing key."""
-    heads = (Head("key"), Head("values", numbers=True), Head("smallest"), Head("largest"))
-    rows = []
-    for key in keys:
-        values = [config.get(key) for config in configs.values()]
-        numbers = [float(value) for value in values if _is_number(value)]
-        all_numbers = len(numbers) == len(values)
-        ends = (min(numbers), max(numbers)) if all_numbers else (None, None)
-        count = len({json.dumps(value, default=str) for value in values})
-        rows.append(
-            (Cell(with_unit(key, configs)), Cell(str(count), float(count)), *map(_cell, ends))
-        )
-    return Table("varied", "Ranges of the keys that differ", heads, tuple(rows))
 
 
 def _by_run(configs: Mapping[str, Flat], keys: Sequence[str], omitted: int) -> Table:

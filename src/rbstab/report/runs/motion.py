@@ -13,7 +13,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Animation, Tie
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.curves import norms
-from rbstab.report.runs.solid import semi_axes, solid_of
+from rbstab.report.runs.solid import solid_of
 
 MAX_FRAMES = 360
 """Maximum number of frames. A page stores the pose of each; more would not be visible."""
@@ -35,8 +35,8 @@ def animation_of(run: Run) -> Animation:
         raise ValueError(f"{run.label}: the run has no finite state")
     turns = Rotation.from_matrix(attitude.rotations(Theta[finite]))
     times = run.result["time"][finite]
-    lengths, _ = semi_axes(system.body)
-    scaled = X[finite] / lengths[-1]
+    solid = solid_of(system.body)
+    scaled = X[finite] / np.linalg.norm(solid.vertices, axis=1).max()
     frames = _frames(times, scaled, turns, MAX_FRAMES)
     has_anchor = run.config.controller.variant not in ("none", "free")
     return Animation(
@@ -45,7 +45,7 @@ def animation_of(run: Run) -> Animation:
         times=times[frames],
         positions=X[finite][frames],
         rotations=turns[frames].as_quat(scalar_first=True),
-        solid=solid_of(system.body),
+        solid=solid,
         contact_point=system.body.contact_point,
         # E is measured from the contact point at X = 0, Θ = 0, moved by X_a (eq. 38).
         anchor=system.body.contact_point + system.anchor if has_anchor else None,

@@ -55,11 +55,7 @@ def warnings_section(facts: Sequence[RunFacts]) -> Section | None:
 
 def provenance_section(facts: Sequence[RunFacts]) -> Section:
     """Return the section with versions, identities, tolerances, and commands that repeat runs."""
-    blocks: list[Block] = []
-    shared = _shared(facts)
-    if shared is not None:
-        blocks.append(shared)
-    blocks += [_by_run(facts), *_commands(facts)]
+    blocks = [*_shared(facts), _by_run(facts), *_commands(facts)]
     return Section("provenance", "Provenance", tuple(blocks), folded=True)
 
 
@@ -87,8 +83,8 @@ def _text(value: Any) -> str:
     return str(value) or NO_VALUE
 
 
-def _shared(facts: Sequence[RunFacts]) -> Table | None:
-    """Return the table of values that all runs share; None if there are none."""
+def _shared(facts: Sequence[RunFacts]) -> list[Block]:
+    """Return the table of values that all runs share; [] if there are none."""
     origins = [_origin(entry) for entry in facts]
     rows = tuple(
         (Cell(name), Cell(value))
@@ -96,7 +92,7 @@ def _shared(facts: Sequence[RunFacts]) -> Table | None:
         if all(origin.get(name) == value for origin in origins)
     )
     title = "Shared by all runs" if len(facts) > 1 else "Origin of the run"
-    return Table("versions", title, (Head("property"), Head("value")), rows) if rows else None
+    return [Table("versions", title, (Head("property"), Head("value")), rows)] if rows else []
 
 
 def _by_run(facts: Sequence[RunFacts]) -> Table:

@@ -114,7 +114,7 @@ def test_a_text_alone_is_one_paragraph(text):
 def figure(name, slope=1.0):
     x = np.linspace(0, 1, 5)
     panel = Panel(Axis("x"), Axis("y"), (Line(x, slope * x),))
-    return Figure(name, "A <figure>", (panel,), source="fig. *1*", caption="It | rises.")
+    return Figure(name, "A <figure>", (panel,), caption="It | rises.")
 
 
 def pictures(folder):
@@ -131,7 +131,7 @@ def test_pictures_stand_beside_the_report(tmp_path):
     text = (tmp_path / "my report.md").read_text()
     for name in names:
         assert f"(my%20report_files/{name})" in text
-    assert "A <figure> (fig. *1*). It | rises." in read(text).text
+    assert "A <figure>. It | rises." in read(text).text
 
 
 def test_old_pictures_give_way_and_other_files_do_not(tmp_path):

@@ -126,18 +126,20 @@ def names_of(report):
 def test_the_parts_of_a_report(tmp_path):
     paths = [made_file(tmp_path / f"{k}.h5", title=f"Run {k}") for k in range(2)]
     report = report_of(read_sources(paths), "rbstab report")
-    names = names_of(report)
-    assert names[:3] == ["summary", "runs-compared", "runs"]
-    assert names[-3:] == ["certificates", "differences", "provenance"]
-    of_each = ["run-1-figures", "run-2-figures"]
-    assert [s.name for s in report.sections if s.folded] == [*of_each, *names[-3:]]
-    alone = report_of(read_sources(paths[:1]), "rbstab report")
-    assert [s.name for s in alone.sections if s.folded] == names[-3:]
-    assert "motion" in names
-    assert len(set(names)) == len(names)
+    shown = ["summary", "motion", "figures", "runs", "differences"]
+    folded = ["certificates", "config", "provenance"]
+    assert names_of(report) == [*shown, *folded]
+    assert [section.name for section in report.sections if section.folded] == folded
     assert report.title == "2 runs"
-    assert report_of(read_sources(paths[:1]), "").title == "Run 0"
+    alone = report_of(read_sources(paths[:1]), "")
+    assert names_of(alone) == [*shown[:-1], *folded]
+    assert alone.title == "Run 0"
     assert report_of(read_sources(paths), "", "My\u202e title").title == "My\\u202e title"
+
+
+def test_what_is_wrong_comes_right_after_the_answers(tmp_path):
+    paths = [made_file(tmp_path / f"{k}.h5", warnings="one") for k in range(2)]
+    assert names_of(report_of(read_sources(paths), ""))[:2] == ["summary", "warnings"]
 
 
 def test_answers_of_sweeps_stand_with_those_of_runs(tmp_path):
@@ -194,4 +196,4 @@ def test_a_file_name_can_be_anything(tmp_path):
     names = ["<b>x</b>.h5", "[red]x.h5", "a|b`c`.h5", "\u202ex.h5", "x" * 200 + ".h5", "-o.h5"]
     paths = [made_file(Path(tmp_path, name)) for name in names]
     report = report_of(read_sources(paths), "")
-    assert len(report.sections[0].blocks) == 3
+    assert len(report.sections[0].blocks) == 2

@@ -46,6 +46,9 @@ SYMBOLS = (
 WIDTH = 1.5
 """The width of a curve in front, in pixels."""
 
+OF_MANY = 0.6
+"""The width and the opacity of a curve that is one of many in its entry of the legend."""
+
 LARGEST = 1e300
 """Numbers beyond this are not drawn: the length of an axis would be infinite."""
 
@@ -160,7 +163,7 @@ def _line(mark: Line, panel: Panel, at: JSON) -> Iterator[JSON]:
         rows = [row | {"series": mark.group, "text": mark.label} for row in rows]
     style = {
         "type": "line",
-        "strokeWidth": WIDTH * mark.wider,
+        "strokeWidth": WIDTH * (OF_MANY if mark.group else 1.0),
         "strokeDash": DASHES[mark.dash % len(DASHES)],
         "strokeJoin": "round",
         "interpolate": "step-after" if mark.step else "linear",
@@ -170,7 +173,7 @@ def _line(mark: Line, panel: Panel, at: JSON) -> Iterator[JSON]:
         edges = {"strokeWidth": CASING_WIDTH * WIDTH, "strokeDash": [1, 0]} | DECORATION
         yield _layer(rows, style | edges, at, CASING)
     tint = CASED if mark.cased else colour(mark.colour)
-    yield _layer(rows, style, at, tint, mark.opacity)
+    yield _layer(rows, style, at, tint, OF_MANY if mark.group else 1.0)
 
 
 def _points(mark: Points, panel: Panel, at: JSON) -> JSON:

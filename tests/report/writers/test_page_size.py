@@ -11,7 +11,7 @@ from rbstab.report.build import report_of
 from rbstab.report.reading.sources import Run, Sources
 from rbstab.report.writers.html import page
 
-MAX_SHOWN = 1_600_000
+MAX_SHOWN = 2_000_000
 """Bytes of the page of twenty runs; of these, the library takes 405,000."""
 
 

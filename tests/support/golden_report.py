@@ -55,7 +55,7 @@ def _said(report: Report) -> dict[str, Any]:
         if isinstance(block, Cards):
             (card,) = block.cards
             said |= {one.question: f"{one.word}. {one.sentence}" for one in card.statements}
-            said |= {name: value for name, value in card.facts}
+            said |= dict(card.facts)
             said["alarm"] = card.alarm
         elif isinstance(block, Table) and block.name == "runs":
             (row,) = block.rows

@@ -23,7 +23,6 @@ from rbstab.experiment.stored_proof.starts import start_level
 from rbstab.report.model.document import Cards
 from rbstab.report.reading.answers import RegionCheck
 from rbstab.report.runs.answers import MAX_CARDS, answer_blocks, answer_sentence
-from rbstab.report.runs.config_tables import MAX_SPECIAL, own_keys
 from rbstab.report.runs.facts import FACTS
 from rbstab.store.result import write_result
 
@@ -145,34 +144,6 @@ def test_a_run_that_ended_early_says_so_first(tmp_path):
     path = made_file(tmp_path / "a.h5", status="range left")
     assert cards_of(path)[0].alarm == "ended early: range left at 2 s"
     assert cards_of(made_file(tmp_path / "b.h5"))[0].alarm == ""
-
-
-def masses(folder, *values, changes=()):
-    return [
-        made_file(folder / f"m{k}.h5", made_config(f"body.mass={value}", *changes))
-        for k, value in enumerate(values)
-    ]
-
-
-def test_cards_say_in_which_keys_a_run_differs_from_the_others(tmp_path):
-    cards = cards_of(*masses(tmp_path, 40, 50, 50))
-    assert [dict(card.facts).get("differs in") for card in cards] == ["body.mass = 40", None, None]
-    # Without a usual value each run is special.
-    assert own_keys(facts(*masses(tmp_path / "two", 40, 50))) == [
-        "body.mass = 40",
-        "body.mass = 50",
-    ]
-
-
-def test_different_experiments_do_not_list_their_keys(tmp_path):
-    others = [f"controller.{name}=[1,2,3]" for name in ("K_t", "L_t", "K_r", "L_r", "K_c", "L_c")]
-    others += ["integration.samples=7", "integration.duration=1"]
-    assert len(others) == MAX_SPECIAL
-    usual = made_file(tmp_path / "a.h5")
-    eight = made_file(tmp_path / "b.h5", made_config(*others))
-    nine = made_file(tmp_path / "c.h5", made_config(*others, "body.mass=1"))
-    assert own_keys(facts(usual, eight))[1].count(" = ") == MAX_SPECIAL
-    assert own_keys(facts(usual, nine)) == ["", ""]
 
 
 def late(path, *changes):

@@ -113,7 +113,6 @@ def test_grey_curves_are_behind_and_keep_their_names(sections):
         assert {line.label for line in lines} == {f"r{k}" for k in range(COUNT)}
         assert [bool(line.group) for line in lines] == [True] * 6 + [False] * 3
         assert all(line.colour == MUTED for line in lines if line.group)
-        assert all(line.opacity < 1 > line.wider for line in lines if line.group)
 
 
 def test_the_legend_names_the_others_once_and_last(sections):

@@ -77,4 +77,4 @@ def test_distributions_without_numbers():
     figures = figures_of(*odd, cut(run, 1))
     drawn(figures)
     figure = figures["runs-distributions"]
-    assert f"v(end)/v(0): {MAX_CURVES}" in figure.caption
+    assert f"at rest from [s]: {MAX_CURVES + 1}" in figure.caption

@@ -12,7 +12,6 @@ from rbstab.experiment.convergence.convergence import EVERY_START
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
 from rbstab.report.model.words import NO_VALUE, counted, listed, number
-from rbstab.report.runs.config_tables import own_keys
 from rbstab.report.runs.facts import FACTS, RunFacts
 from rbstab.report.runs.sketches import decay_sketches
 from rbstab.report.runs.tables import ANSWER_TONES, outcome_tone
@@ -42,9 +41,8 @@ def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
     if len(facts) > MAX_CARDS:
         return (*sentences, meanings())
     sketches = decay_sketches([entry.run for entry in facts])
-    special = own_keys(facts)
     cards = (
-        tuple(map(_card, facts, special, sketches))
+        tuple(map(_card, facts, sketches))
         if len(facts) > 1
         else (_whole_card(facts[0], sketches[0]),)
     )
@@ -105,19 +103,12 @@ def _whole_card(facts: RunFacts, sketch: Sketch | None) -> Card:
     return _of(facts, answers, [*_numbers(facts), *more], sketch)
 
 
-def _card(facts: RunFacts, special: str, sketch: Sketch | None) -> Card:
-    """Return the card of one of several runs; the table of answers has their sentences.
-
-    Args:
-        facts: What is known of the run.
-        special: In which keys of its config it differs from the others; "" for none.
-        sketch: Its picture.
-    """
+def _card(facts: RunFacts, sketch: Sketch | None) -> Card:
+    """Return the card of one of several runs; the table of answers has their sentences."""
     numbers = [
         ("this start", facts.answer.this_start.word),
         ("whole range", facts.answer.whole_range.word),
         *_numbers(facts),
-        ("differs in", special),
     ]
     return _of(facts, [], numbers, sketch)
 

@@ -7,10 +7,10 @@ from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.answers.words import word_of
 from rbstab.experiment.convergence.convergence import FALSE
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
-from rbstab.report.model.words import NO_VALUE, counted
+from rbstab.report.model.words import counted
 from rbstab.report.runs.answers import QUESTIONS
 from rbstab.report.runs.facts import RunFacts
-from rbstab.report.runs.tables import ANSWER_TONES, TONES, number_cell, verdict_cell
+from rbstab.report.runs.tables import ANSWER_TONES, TONES, number_cell
 
 MAX_FULL_CERTIFICATES = 8
 """If there are more runs, only failed checks are listed."""
@@ -27,12 +27,10 @@ LINE_HEADS = (
 )
 
 NOTE = (
-    "The last column puts the checks of the computed run together; global stability and the "
-    "certified region have no part in it, because they speak of the exact motion. A start outside "
-    "of the certified region decides nothing."
+    "Global stability and the certified region speak of the exact motion, the other checks of the "
+    "computed one. A start outside of the certified region decides nothing. Where inputs supply "
+    "power, v may rise, and nothing is stated of that."
 )
-
-DRIVEN_NOTE = " Where inputs supply power, v may rise, and nothing is stated of that."
 
 
 def certificate_section(facts: Sequence[RunFacts]) -> Section:
@@ -43,7 +41,6 @@ def certificate_section(facts: Sequence[RunFacts]) -> Section:
         rows = tuple(row for entry in facts for row in _answers(entry))
         blocks.append(Table("answers-in-full", "Answers in full", ANSWER_HEADS, rows))
     blocks += _convergence(facts)
-    blocks.append(_matrix(facts))
     in_full = len(facts) <= MAX_FULL_CERTIFICATES
     lines = tuple(
         _line(entry.run.label, line)
@@ -53,7 +50,7 @@ def certificate_section(facts: Sequence[RunFacts]) -> Section:
     )
     if lines:
         title = "Checks of the certificates" if in_full else "Checks that failed"
-        blocks.append(Table("certificate-lines", title, LINE_HEADS, lines))
+        blocks.append(Table("certificate-lines", title, LINE_HEADS, lines, NOTE))
     without = sum(not entry.lines for entry in facts)
     if without:
         blocks.append(f"Without a certificate: {counted(without, 'result')} of an older rbstab.")
@@ -82,20 +79,6 @@ def _convergence(facts: Sequence[RunFacts]) -> list[Block]:
             rows.append((Cell(entry.run.label), Cell(found.word, tone=tone), Cell(found.sentence)))
     heads = (Head("run"), Head("converges"), Head("what is proved of the exact motion"))
     return [Table("convergence", "Convergence", heads, tuple(rows))] if rows else []
-
-
-def _matrix(facts: Sequence[RunFacts]) -> Table:
-    """Return the words for the checks of each run."""
-    checks = list(dict.fromkeys(line.check for entry in facts for line in entry.lines))
-    heads = (Head("run"), *map(Head, checks), Head("computed run"))
-    rows = []
-    for entry in facts:
-        cells = {line.check: check_cell(line) for line in entry.lines}
-        overall = verdict_cell(entry.attribute("verdict"))
-        found = (cells.get(check, Cell(NO_VALUE)) for check in checks)
-        rows.append((Cell(entry.run.label), *found, overall))
-    note = NOTE + (DRIVEN_NOTE if any(entry.run.is_driven for entry in facts) else "")
-    return Table("certificate-matrix", "Checks of each run", heads, tuple(rows), note)
 
 
 def check_cell(line: Check) -> Cell:

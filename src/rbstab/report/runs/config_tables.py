@@ -1,6 +1,5 @@
 """Tables of the config keys that differ between runs, and of the keys that are equal."""
 
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeGuard
 
@@ -10,23 +9,14 @@ from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, counted, number, untrusted
 from rbstab.report.runs.facts import RunFacts
 
-MAX_RUN_COLUMNS = 6
-"""Up to this many runs have a column each; with more, each has a row."""
-
 MAX_LISTED = 24
 """The most entries of a list that are shown."""
 
 MAX_KEYS = 12
-"""Maximum number of keys in the table with one row for each run."""
+"""Maximum number of keys that differ, each with a column."""
 
 OMITTED_KEYS = ("schema_version", "reference")
 """Keys that do not describe the experiment."""
-
-NOT_SPECIAL = ("title",)
-"""Keys of which the cards of runs say nothing."""
-
-MAX_SPECIAL = 8
-"""If runs differ in more keys, their cards do not say in which."""
 
 TIMES = ("integration.duration", "integration.time_limit")
 """Keys in s. They are no part of `unit_of`, which also names the units of columns of sweeps: those
@@ -42,18 +32,15 @@ def differences_section(facts: Sequence[RunFacts]) -> Section | None:
         return None
     keys = _keys(configs.values(), differing=True)
     block: Block = "The configs of all runs are equal."
-    if keys and len(configs) <= MAX_RUN_COLUMNS:
+    if keys:
+        heads = [Head(untrusted(key), _unit(key, configs)) for key in keys[:MAX_KEYS]]
         rows = tuple(
-            (
-                Cell(with_unit(key, configs)),
-                *(_cell(config.get(key)) for config in configs.values()),
-            )
-            for key in keys
+            (Cell(label), *(_cell(config.get(key)) for key in keys[:MAX_KEYS]))
+            for label, config in configs.items()
         )
-        heads = (Head("key"), *map(Head, configs))
-        block = Table("differences", "Keys that differ", heads, rows)
-    elif keys:
-        block = _by_run(configs, keys[:MAX_KEYS], omitted=len(keys[MAX_KEYS:]))
+        omitted = len(keys[MAX_KEYS:])
+        note = f"Not shown: {counted(omitted, 'more differing key')}." if omitted else ""
+        block = Table("differences", "Keys that differ", (Head("run"), *heads), rows, note)
     return Section("differences", "Differences between the runs", (block,))
 
 
@@ -82,51 +69,6 @@ def _keys(configs: Iterable[Flat], *, differing: bool) -> list[str]:
     every = list(configs)
     keys = dict.fromkeys(key for config in every for key in config if _is_shown(key))
     return [key for key in keys if _differs(key, every) == differing]
-
-
-def own_keys(facts: Sequence[RunFacts]) -> list[str]:
-    """Return what is special of each run: its values of the keys in which not all runs are alike.
-
-    A value that most of the runs have is not special. The text is empty for a run without special
-    values, and for all runs if they differ in so many keys that they are different experiments.
-    """
-    configs = [flat(entry.run.data) for entry in facts]
-    differing = [key for key in _keys(configs, differing=True) if key not in NOT_SPECIAL]
-    if not differing or len(differing) > MAX_SPECIAL or not all(configs):
-        return [""] * len(facts)
-    values = {key: [value_text(config.get(key)) for config in configs] for key in differing}
-    usual = {key: _usual(found) for key, found in values.items()}
-    return [
-        ", ".join(
-            f"{untrusted(key)} = {found[k]}"
-            for key, found in values.items()
-            if found[k] != usual[key]
-        )
-        for k in range(len(facts))
-    ]
-
-
-def _usual(values: Sequence[str]) -> str | None:
-    """Return the value that more than half of the runs have; None if there is none."""
-    ((value, count),) = Counter(values).most_common(1)
-    return value if 2 * count > len(values) else None
-
-
-def _by_run(configs: Mapping[str, Flat], keys: Sequence[str], omitted: int) -> Table:
-    heads = (
-        Head("run"),
-        *(Head(untrusted(key), _unit(key, configs), _numeric(key, configs)) for key in keys),
-    )
-    rows = tuple(
-        (Cell(label), *(_cell(config.get(key)) for key in keys))
-        for label, config in configs.items()
-    )
-    note = f"Not shown: {counted(omitted, 'more differing key')}." if omitted else ""
-    return Table("differences", "Keys that differ, by run", heads, rows, note)
-
-
-def _numeric(key: str, configs: Mapping[str, Flat]) -> bool:
-    return all(_is_number(config.get(key)) for config in configs.values())
 
 
 def flat(data: Mapping[str, Any], prefix: str = "") -> Flat:

@@ -5,28 +5,30 @@ from collections.abc import Sequence
 import numpy as np
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE
-from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Bars, Figure, Panel
-from rbstab.report.reading.sources import Run
 from rbstab.report.runs.facts import FACTS, RunFacts
 
-NUMBERS = {"at rest from": False, "peak |E|": False, f"|r|/{ENERGY_SCALE}": True}
+NUMBERS = {
+    "at rest from": False,
+    "peak |E|": False,
+    "peak |θ2|": False,
+    f"|r|/{ENERGY_SCALE}": True,
+}
 """The numbers whose distributions are drawn, and whether their axes are logarithmic."""
 
 MAX_BARS = 40
 
 
 def distribution_figure(facts: Sequence[RunFacts]) -> Figure:
-    """Return histograms of settling time, peak |E|, v(end)/v(0) and the relative |r|.
+    """Return histograms of settling time, peak |E|, peak |θ2| and the relative |r|.
 
     A quantity that no run has a value of is left out.
     """
-    outcomes: dict[Axis, Array] = {
+    outcomes = {
         Axis(FACTS[name].head.text, log=log): np.array([FACTS[name].value(f) for f in facts])
         for name, log in NUMBERS.items()
     }
-    outcomes[Axis("v(end)/v(0)", log=True)] = np.array([_share_left(entry.run) for entry in facts])
     drawn = {axis: _drawable(values, axis) for axis, values in outcomes.items()}
     panels = [_histogram(values, axis) for axis, values in drawn.items() if len(values)]
     missing = {a.label: len(facts) - len(v) for a, v in drawn.items() if len(v) < len(facts)}
@@ -36,14 +38,6 @@ def distribution_figure(facts: Sequence[RunFacts]) -> Figure:
         caption = f"Number of runs without a value to draw: {named}."
     title = f"Outcomes of {len(facts)} runs"
     return Figure("runs-distributions", title, tuple(panels), 2, caption=caption)
-
-
-def _share_left(run: Run) -> float:
-    """Return v(end)/v(0); NaN of a run that starts at rest, which does not decay."""
-    # Not what a result may store in place of v: v - ε does not end at zero.
-    v = lyapunov_function_of(run.result)
-    with np.errstate(all="ignore"):
-        return float(v[-1] / v[0]) if run.settling_time != 0.0 else np.nan
 
 
 def _drawable(values: Array, axis: Axis) -> Array:

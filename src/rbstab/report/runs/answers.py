@@ -41,14 +41,19 @@ def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
     if len(facts) > MAX_CARDS:
         return (*sentences, meanings())
     sketches = decay_sketches([entry.run for entry in facts])
-    cards = (
-        tuple(map(_card, facts, sketches))
-        if len(facts) > 1
-        else (_whole_card(facts[0], sketches[0]),)
-    )
+    if len(facts) == 1:
+        cards = [_whole_card(facts[0], sketches[0])]
+    else:
+        # What is the same of all runs, the sentence says.
+        varying = [
+            name
+            for name in ("this_start", "whole_range")
+            if len({entry.answer.answers[name].word for entry in facts}) > 1
+        ]
+        cards = [_card(*each, varying) for each in zip(facts, sketches, strict=True)]
     names = {name for card in cards for name, _ in card.facts}
     words = ((f.name, f.words) for f in FACTS.values() if f.name in names and f.words)
-    return (*sentences, Cards("answers", cards, (*words_with_meanings(), *words)))
+    return (*sentences, Cards("answers", tuple(cards), (*words_with_meanings(), *words)))
 
 
 def answer_sentence(facts: Sequence[RunFacts]) -> str:
@@ -103,14 +108,17 @@ def _whole_card(facts: RunFacts, sketch: Sketch | None) -> Card:
     return _of(facts, answers, [*_numbers(facts), *more], sketch)
 
 
-def _card(facts: RunFacts, sketch: Sketch | None) -> Card:
-    """Return the card of one of several runs; the table of answers has their sentences."""
-    numbers = [
-        ("this start", facts.answer.this_start.word),
-        ("whole range", facts.answer.whole_range.word),
-        *_numbers(facts),
-    ]
-    return _of(facts, [], numbers, sketch)
+def _card(facts: RunFacts, sketch: Sketch | None, varying: Sequence[str]) -> Card:
+    """Return the card of one of several runs; the table of answers has their sentences.
+
+    Args:
+        facts: What is known of the run.
+        sketch: Its picture.
+        varying: The answers in which the runs differ, by their names.
+    """
+    answers = facts.answer.answers
+    words = [(name.replace("_", " "), answers[name].word) for name in varying]
+    return _of(facts, [], [*_numbers(facts), *words], sketch)
 
 
 def _numbers(facts: RunFacts) -> list[tuple[str, str]]:
@@ -125,12 +133,10 @@ def _of(
 ) -> Card:
     """Return a card that begins with the outcome, and with what is wrong."""
     status, end = facts.run.result.status, number(facts.run.summary.end_time)
-    warnings = len(facts.attribute("warnings").splitlines())
-    shown = [*numbers, ("warnings", str(warnings or ""))]
     return Card(
         facts.run.label,
         (_outcome(facts), *answers),
-        tuple((name, text) for name, text in shown if text),
+        tuple((name, text) for name, text in numbers if text),
         target="certificates",
         sketch=sketch,
         alarm="" if status == RunStatus.COMPLETED else f"ended early: {status} at {end} s",

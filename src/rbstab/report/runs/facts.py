@@ -207,7 +207,7 @@ FACTS = {
             "°",
             _tilt,
             "the angle from the desired attitude to that at which it rests, or at its end",
-            digits=3,
+            text=lambda f: number(round(_tilt(f), 3), 3),
         ),
         Fact(
             "at rest from",

@@ -22,8 +22,6 @@ from rbstab.report.model.figure import (
     Line,
     Panel,
     Points,
-    Shares,
-    Stack,
 )
 from rbstab.report.writers.figure_data import csv_of
 
@@ -172,24 +170,6 @@ def test_a_button_copies_the_command_of_a_notable_member(
         assert page.evaluate("navigator.clipboard.readText()") == command
 
 
-def test_a_bar_gives_its_shares_and_counts(opened: Opened) -> None:
-    counts = np.array([[3, 1], [0, 5]])
-    mark = Shares(counts, ("settled", "range left"), (0, 1))
-    panel = Panel(Axis("share"), Axis("", categories=("second", "first")), (mark,))
-    figure = Figure("bars", "Bars", (panel,))
-    page = opened(replace(plain_report(), sections=(Section("s", "S", (figure,)),)))
-    found = downloaded(page, "bars")
-    expected = list(csv.reader(StringIO(csv_of(figure))))
-    assert len(found) == len(expected) == 5
-    for one, other in zip(sorted(found), sorted(expected), strict=True):
-        assert all(map(same, one, other))
-    assert ["settled", "0.75", "second", "", "", "3"] in [row[3:] for row in expected]
-    # The counts are in the bars: not that of no member.
-    box = drawn(page, "bars")
-    texts = box.locator(".mark-text.role-mark text").all_text_contents()
-    assert sorted(texts) == ["1", "3", "5"]
-
-
 def test_the_extremes_are_marked_and_run_by_a_click(opened: Opened, sweep: Report) -> None:
     page = opened(sweep)
     figure = figure_in(sweep, "sweep-1-map")
@@ -251,16 +231,6 @@ def test_the_button_gives_the_data_of_any_figure(opened: Opened, name: str) -> N
     assert missing == []
     kinds = {(row[0], row[3]) for row in expected}
     assert {(row[0], row[3]) for row in found} == kinds
-
-
-def test_a_stack_gives_its_parts_whole(opened: Opened) -> None:
-    # The page draws the halves above and below zero apart.
-    parts = np.array([[1.0, -2.0], [-3.0, 4.0]])
-    panel = Panel(Axis("t"), Axis("e"), (Stack(np.array([0.0, 1.0]), parts, ("a", "b")),))
-    figure = Figure("stack", "A stack", (panel,))
-    page = opened(replace(plain_report(), sections=(Section("s", "S", (figure,)),)))
-    values = [(row[3], float(row[5])) for row in downloaded(page, "stack")[1:]]
-    assert sorted(values) == [("a", -3), ("a", 1), ("b", -2), ("b", 4)]
 
 
 def test_the_data_of_maps_is_whole(opened: Opened, sweep: Report) -> None:

@@ -146,7 +146,7 @@ def test_what_a_sliding_connector_does():
     assert sorted(seen) == sorted(zip(*stored, strict=True))
     for panel in (*modes, chatter):
         (limit,) = [mark for mark in panel.marks if isinstance(mark, Level)]
-        assert (limit.vertical, limit.value) == (True, result["trusted_until"])
+        assert (limit.vertical, limit.value) == (True, float(result["trusted_until"]))
 
 
 def translations(config):

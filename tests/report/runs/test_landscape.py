@@ -1,6 +1,7 @@
 """Protects the energy landscape: curves are those of the stored proofs and runs."""
 
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -45,7 +46,7 @@ def store_proof(folder, text):
     config = load_config(yaml.safe_load(text))
     (state,) = parabola((0.0, 0.0, 0.0), 1.0)["states"]
     zero = {"position": (0.0, 0.0, 0.0), "connector_state": (), "energy": 0.0}
-    region = {"energy": LEVEL, "level": LEVEL, "lower_bound": LEVEL, "proved": True}
+    region: dict[str, Any] = {"energy": LEVEL, "level": LEVEL, "lower_bound": LEVEL, "proved": True}
     region |= {"attained_at": (0.0, 0.0, 0.0), "face": None}
     data = {"id": proof_id(config), "outcome": "all", "proved": True, "unique": True}
     data |= {"examined": 1, "seconds": 0.1, "undecided": (), "states": [state | zero]}

@@ -270,7 +270,6 @@ class Panel:
         y: The vertical axis.
         marks: The marks, from back to front.
         title: Text above the panel; "" for none.
-        equal: Whether both axes have the same scale.
         square: Whether it is as high as it is wide, as a map over two parameters of one kind.
     """
 
@@ -278,7 +277,6 @@ class Panel:
     y: Axis
     marks: tuple[Mark, ...]
     title: str = ""
-    equal: bool = False
     square: bool = False
 
 

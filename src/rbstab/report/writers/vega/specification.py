@@ -99,7 +99,7 @@ def _panel(figure: Figure, number: int, size: float, domain: Domain, for_page: b
     view: JSON = {
         "name": f"p{number}",
         "width": size,
-        "height": size if panel.square or panel.equal else high,
+        "height": size if panel.square else high,
         "layer": layers,
     }
     return view | ({"title": panel.title} if panel.title else {})

@@ -132,13 +132,6 @@ def test_a_card_shows_the_margin_to_the_region(tmp_path):
     assert list(dict(without.words))[-3:] == ["v(0)", "peak |E|", "peak |θ2|"]
 
 
-@pytest.mark.parametrize("level", [(100.0, 200.0), (300.0, 200.0), (math.nan, math.nan)])
-def test_the_margin_is_that_of_the_certificate(level, tmp_path):
-    path = made_file(tmp_path / "a.h5", verdicts={"certified region": "unknown"}, level=level)
-    expected = None if math.isnan(level[0]) else f"{level[0] / level[1]:g}"
-    assert margin_on_card(path) == expected
-
-
 def test_a_run_that_ended_early_says_so_first(tmp_path):
     path = made_file(tmp_path / "a.h5", status="range left")
     assert cards_of(path)[0].alarm == "ended early: range left at 2 s"
@@ -173,12 +166,6 @@ def test_who_is_at_rest_first_and_who_is_not(tmp_path):
     cards = cards_of(early, tmp_path / "late.h5")
     found = [[dict(card.facts)[name] for name in ("this start", "at rest from")] for card in cards]
     assert found == [["seen", "0.8635 s"], ["not decided", "-"]]
-
-
-def test_different_bodies_do_not_race(tmp_path):
-    heavy = made_file(tmp_path / "heavy.h5", made_config("body.mass=99"))
-    blocks = answer_blocks(facts(made_file(tmp_path / "light.h5"), heavy))
-    assert not any(isinstance(block, str) and block.startswith("At rest") for block in blocks)
 
 
 def test_a_peak_that_the_samples_do_not_show_is_explained(tmp_path):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page, expect
 from support.browser import Opened
-from support.pages import END, hostile_report, motion, report
+from support.pages import END, hostile_report, report
 
 from rbstab.report.model.document import Section
 from rbstab.report.model.figure import Axis, Figure, Line, Panel
@@ -66,17 +66,6 @@ def test_a_table_is_sorted_by_values_with_the_mouse(opened: Opened) -> None:
         head.locator("button").click()
         assert head.get_attribute("aria-sort") == order
         assert names(page) == expected
-
-
-def test_a_table_is_sorted_with_the_keyboard(opened: Opened) -> None:
-    page = opened(report())
-    head = page.locator("thead th").first
-    head.locator("button").focus()
-    page.keyboard.press("Enter")
-    assert head.get_attribute("aria-sort") == "ascending"
-    assert names(page) == ["alpha", "beta", "gamma"]
-    page.keyboard.press("Space")
-    assert names(page) == ["gamma", "beta", "alpha"]
 
 
 def test_the_legend_hides_and_shows_all_curves_of_a_name(opened: Opened) -> None:
@@ -235,33 +224,6 @@ def test_the_pointer_says_nothing_false_of_a_curve(opened: Opened) -> None:
     # In the middle between 1 and 1e-4, up to a pixel; on a linear axis it would be 0.5.
     assert float(found[0]) == pytest.approx(0.01, rel=0.03)
     assert found[1] == ""
-
-
-def test_a_body_is_seen_whole(opened: Opened) -> None:
-    still = motion()
-    still = replace(still, positions=np.zeros_like(still.positions))
-    far = replace(still, name="run-2", anchor=np.array([0.0, 0.0, 6.0]))
-    page = opened(replace(report(), sections=(Section("m", "Motions", (still, far)),)))
-    # The ground and its axes extend beyond the view, so the test paints them white on white.
-    for name in ("soft", "grid"):
-        page.evaluate(f"document.documentElement.style.setProperty('--{name}', '#fff')")
-    for canvas in page.locator("canvas").all():
-        canvas.focus()
-        page.keyboard.press("0")
-        expect(canvas).to_have_attribute("data-pose", re.compile("^0"))
-        places = canvas.evaluate("""(canvas) => {
-            const { width, height } = canvas;
-            const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
-            const drawn = Array.from({ length: width * height }, (_, i) => i)
-                .filter((i) => data[4 * i + 3] > 128 && data[4 * i] < 250);
-            const ends = (all) => all.reduce(([a, b], c) => [Math.min(a, c), Math.max(b, c)],
-                [Infinity, -Infinity]);
-            return [...ends(drawn.map((i) => i % width)),
-                ...ends(drawn.map((i) => Math.floor(i / width))), width, height];
-        }""")
-        left, right, top, bottom, width, height = places
-        assert 0 < left < right < width - 1
-        assert 0 < top < bottom < height - 1
 
 
 def test_play_and_pause(opened: Opened) -> None:

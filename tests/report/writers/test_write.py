@@ -46,13 +46,6 @@ def test_a_report_is_known_to_be_one_and_gives_way(form, tmp_path):
     assert [p.name for p in path.parent.iterdir()] == ["report"]
 
 
-@pytest.mark.parametrize("form", FORMATS)
-def test_a_report_of_another_format_gives_way_too(form, tmp_path):
-    path = tmp_path / "report"
-    write_report(SMALL, path, "text")
-    write_report(SMALL, path, form)
-
-
 @pytest.mark.parametrize("content", [b"", b"title: mine\n", b"made by rbstab report, I think\n"])
 @pytest.mark.parametrize("form", FORMATS)
 def test_what_is_no_report_is_kept(content, form, tmp_path):
@@ -65,23 +58,9 @@ def test_what_is_no_report_is_kept(content, form, tmp_path):
     assert is_report(path)
 
 
-def test_a_result_is_no_report(tmp_path):
-    path = made_file(tmp_path / "a.h5")
-    before = path.read_bytes()
-    with pytest.raises(ResultExistsError):
-        write_report(SMALL, path, "html")
-    assert path.read_bytes() == before
-
-
 def test_a_folder(tmp_path):
     with pytest.raises(StoreError, match="it is a folder"):
         write_report(SMALL, tmp_path, "html", force=True)
-
-
-def test_below_a_file(tmp_path):
-    (tmp_path / "a").write_bytes(b"")
-    with pytest.raises(StoreError):
-        write_report(SMALL, tmp_path / "a" / "b.html", "html")
 
 
 @pytest.mark.parametrize("form", FORMATS)

@@ -38,7 +38,7 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     # Runs that are alike have no first one.
     sentence, cards = answer_blocks(facts(*paths))
     assert sentence == (
-        f"{MAX_CARDS} runs. Rests elsewhere: {MAX_CARDS}. "
+        f"{MAX_CARDS} runs. Rests elsewhere: {MAX_CARDS}. Desired: upright (default), within 10°. "
         f"Comes to rest from its start: seen ({MAX_CARDS}). "
         "All motions that stay in the range, and keep a distance from θ2 = ±π/2: "
         f"not decided ({MAX_CARDS})."
@@ -47,7 +47,7 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     assert [card.title for card in cards.cards] == [str(k) for k in range(MAX_CARDS)]
     (outcome,) = cards.cards[0].statements
     assert re.fullmatch(r"Rests elsewhere, [0-9.]+° away: seen", outcome.word)
-    assert outcome.sentence.endswith(". Desired: upright (default), within 10°")
+    assert outcome.sentence.endswith("° from the desired attitude")
     # In both answers the runs are alike, as the sentence says.
     assert list(dict(cards.cards[0].facts)) == ["at rest from", "peak |E|"]
     assert list(dict(cards.words))[:4] == ["proved", "seen", "false", "not decided"]

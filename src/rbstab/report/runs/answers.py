@@ -44,13 +44,7 @@ def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
     if len(facts) == 1:
         cards = [_whole_card(facts[0], sketches[0])]
     else:
-        # What is the same of all runs, the sentence says.
-        varying = [
-            name
-            for name in ("this_start", "whole_range")
-            if len({entry.answer.answers[name].word for entry in facts}) > 1
-        ]
-        cards = [_card(*each, varying) for each in zip(facts, sketches, strict=True)]
+        cards = _cards_of_several(facts, sketches)
     names = {name for card in cards for name, _ in card.facts}
     words = ((f.name, f.words) for f in FACTS.values() if f.name in names and f.words)
     return (*sentences, Cards("answers", tuple(cards), (*words_with_meanings(), *words)))
@@ -65,7 +59,7 @@ def answer_sentence(facts: Sequence[RunFacts]) -> str:
     kept = sum(entry.answer.whole_range.sentence == EVERY_START for entry in facts)
     proved = f"; of {kept}, it is also proved that all motions stay in it" if kept else ""
     return (
-        f"{counted(len(facts), 'run')}. {_capital(outcomes)}. "
+        f"{counted(len(facts), 'run')}. {_capital(outcomes)}.{_common_desire(facts)} "
         f"Comes to rest from its start: {_counts(entry.answer.this_start for entry in facts)}. "
         f"{ALL_MOTIONS}: {_counts(entry.answer.whole_range for entry in facts)}{proved}."
     )
@@ -108,17 +102,29 @@ def _whole_card(facts: RunFacts, sketch: Sketch | None) -> Card:
     return _of(facts, answers, [*_numbers(facts), *more], sketch)
 
 
-def _card(facts: RunFacts, sketch: Sketch | None, varying: Sequence[str]) -> Card:
-    """Return the card of one of several runs; the table of answers has their sentences.
+def _cards_of_several(facts: Sequence[RunFacts], sketches: Sequence[Sketch | None]) -> list[Card]:
+    """Return the cards of several runs: what is the same of all, the sentence says.
 
-    Args:
-        facts: What is known of the run.
-        sketch: Its picture.
-        varying: The answers in which the runs differ, by their names.
+    The table of answers has their sentences.
     """
-    answers = facts.answer.answers
-    words = [(name.replace("_", " "), answers[name].word) for name in varying]
-    return _of(facts, [], [*_numbers(facts), *words], sketch)
+    varying = [
+        name
+        for name in ("this_start", "whole_range")
+        if len({entry.answer.answers[name].word for entry in facts}) > 1
+    ]
+    desired = not _common_desire(facts)
+    cards = []
+    for entry, sketch in zip(facts, sketches, strict=True):
+        answers = entry.answer.answers
+        words = [(name.replace("_", " "), answers[name].word) for name in varying]
+        cards.append(_of(entry, [], [*_numbers(entry), *words], sketch, desired=desired))
+    return cards
+
+
+def _common_desire(facts: Sequence[RunFacts]) -> str:
+    """Return the desired attitude of all runs as a sentence; "" if they differ."""
+    wishes = {str(wanted(entry.run.config)) for entry in facts}
+    return f" Desired: {wishes.pop()}." if len(wishes) == 1 else ""
 
 
 def _numbers(facts: RunFacts) -> list[tuple[str, str]]:
@@ -130,12 +136,14 @@ def _of(
     answers: Sequence[Statement],
     numbers: Sequence[tuple[str, str]],
     sketch: Sketch | None,
+    *,
+    desired: bool = True,
 ) -> Card:
     """Return a card that begins with the outcome, and with what is wrong."""
     status, end = facts.run.result.status, number(facts.run.summary.end_time)
     return Card(
         facts.run.label,
-        (_outcome(facts), *answers),
+        (_outcome(facts, desired=desired), *answers),
         tuple((name, text) for name, text in numbers if text),
         target="certificates",
         sketch=sketch,
@@ -143,11 +151,12 @@ def _of(
     )
 
 
-def _outcome(facts: RunFacts) -> Statement:
+def _outcome(facts: RunFacts, *, desired: bool) -> Statement:
     """Return where the body rests, how far from where it should, and how surely."""
     outcome = facts.answer.outcome
     where = outcome.sentence.partition(outcome.kind.words)[2].removesuffix(f": {outcome.sureness}")
-    sentences = (_capital(where.removeprefix(":").strip()), f"Desired: {wanted(facts.run.config)}")
+    wish = f"Desired: {wanted(facts.run.config)}" if desired else ""
+    sentences = (_capital(where.removeprefix(":").strip()), wish)
     word = f"{_capital(outcome.brief)}: {outcome.sureness}"
     sentence = ". ".join(filter(None, sentences))
     return Statement("Where does it rest?", word, sentence, outcome_tone(outcome))

@@ -28,7 +28,7 @@ MOST = 6
 
 CAPTION = (
     "Grey: the least stored energy at each θ2, without a barrier and with one; no motion is below "
-    "it. Coloured: the energy of each run, which never grows. Below c*, dashed, every motion is "
+    "it. Coloured: the energy of each run. Below c*, dashed, every motion is "
     "proved to converge."
 )
 

@@ -8,10 +8,11 @@ from support.figure_runs import KINDS, SAMPLES, lines_of, run_of, without_config
 from support.sections import figures_in
 
 from rbstab.experiment.summary import lyapunov_function_of
-from rbstab.report.model.figure import Bars, Level, Points, Stack
+from rbstab.report.model.figure import Level, Points, Stack
 from rbstab.report.runs.facts import facts_of
+from rbstab.report.runs.figures.extremes import MAX_CURVES
 from rbstab.report.runs.figures.states import HELD
-from rbstab.report.runs.sections import MAX_CURVES, MOST_FIGURES, figures_section
+from rbstab.report.runs.sections import MOST_FIGURES, figures_section
 
 
 def figures_of(*runs):
@@ -178,22 +179,16 @@ def test_eigenvalues_of_unreadable_configs_are_left_out():
     assert "runs-eigenvalues" not in figures_of(without_config(run_of("free")))
 
 
-def test_of_many_runs_there_are_distributions():
+def test_of_many_runs_the_extremes_are_drawn():
     kinds = ("embedded", "free", "permanent")
-    runs = [run_of(kinds[n % 3], n, f"run {n}") for n in range(MAX_CURVES + 1)]
-    (figure,) = figures_of(*runs).values()
-    labels = [panel.x.label for panel in figure.panels]
-    assert labels == ["peak |E| [m]", "peak |θ2| [rad]", "|r|/largest energy"]
-    # In 0.3 s no run settles: there are no empty axes, and the caption says why.
-    assert f"at rest from [s]: {len(runs)}" in figure.caption
-    for panel in figure.panels:
-        (bars,) = panel.marks
-        assert isinstance(bars, Bars)
-        assert bars.heights.sum() == len(runs)
-    (bars,) = figure.panels[1].marks
-    peaks = [float(run.result["largest_pitch"]) for run in runs]
-    assert isinstance(bars, Bars)
-    assert (bars.edges[0], bars.edges[-1]) == pytest.approx((min(peaks), max(peaks)))
+    runs = [without_config(run_of(kinds[n % 3], n, f"run {n}")) for n in range(MAX_CURVES + 1)]
+    section = figures_section(facts_of(runs))
+    figures = figures_in([section])
+    # In 0.3 s no run settles; of equal runs it is the first.
+    labels = {line.label for line in lines_of(figures["runs-decay"].panels[0])}
+    largest = max(runs[:3], key=lambda run: run.summary.peak_distance).label
+    assert labels == {"run 0", largest}
+    assert str(section.blocks[0]).startswith(f"Of {len(runs)} runs, the figures show the extremes:")
 
 
 def test_up_to_that_many_there_are_curves():

@@ -13,7 +13,7 @@ from support.figure_runs import (
 from support.sections import figures_in
 
 from rbstab.report.runs.facts import facts_of
-from rbstab.report.runs.sections import MAX_CURVES, figures_section
+from rbstab.report.runs.sections import figures_section
 from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.figure_files import figure_bytes
 
@@ -69,12 +69,3 @@ def test_nothing_but_odd_numbers():
 def test_a_trust_that_is_not_known():
     figures = figures_of(with_arrays(run_of("sliding"), trusted_until=np.array(np.nan)))
     drawn({"run-1-events": figures["run-1-events"]})
-
-
-def test_distributions_without_numbers():
-    run = run_of("free")
-    odd = [with_broken_half(run_of("free", n, f"{n}"), np.nan) for n in range(MAX_CURVES)]
-    figures = figures_of(*odd, cut(run, 1))
-    drawn(figures)
-    figure = figures["runs-distributions"]
-    assert f"at rest from [s]: {MAX_CURVES + 1}" in figure.caption

@@ -6,7 +6,6 @@ from dataclasses import replace
 from rbstab.report.model.document import Block, Section
 from rbstab.report.model.figure import Figure
 from rbstab.report.runs.facts import RunFacts
-from rbstab.report.runs.figures.distributions import distribution_figure
 from rbstab.report.runs.figures.eigenvalues import eigenvalue_figure
 from rbstab.report.runs.figures.events import events_figure
 from rbstab.report.runs.figures.extremes import extremes_in_colour
@@ -14,22 +13,16 @@ from rbstab.report.runs.figures.landscape import landscape_figure
 from rbstab.report.runs.figures.lyapunov import decay_figure, energy_figure
 from rbstab.report.runs.figures.states import contact_figure, phase_figure, rotation_figure
 
-MAX_CURVES = 24
-"""Maximum number of runs drawn as curves; readers cannot distinguish more."""
-
 MOST_FIGURES = 6
 
 
 def figures_section(facts: Sequence[RunFacts]) -> Section:
-    """Return the section with the figures of runs.
-
-    Of more than `MAX_CURVES` runs only the distributions are drawn.
-    """
-    if len(facts) > MAX_CURVES:
-        figure = distribution_figure(facts)
-        return Section("figures", "Outcomes of all runs", (figure,))
+    """Return the section with the figures of runs."""
     runs, sentence = extremes_in_colour([entry.run for entry in facts])
-    looks = [replace(entry, run=run) for entry, run in zip(facts, runs, strict=True)]
+    shown = {run.name: run for run in runs}
+    looks = [
+        replace(entry, run=shown[entry.run.name]) for entry in facts if entry.run.name in shown
+    ]
     # Of curves that cover each other, the last one is seen.
     looks.sort(key=lambda entry: not entry.run.legend)
     title = "Figures" if len(facts) == 1 else "Comparison of runs"

@@ -15,6 +15,9 @@ from rbstab.report.runs.figures.states import HELD
 MOST_COLOURED = 7
 """Up to so many runs have a colour each: the eye does not follow more curves."""
 
+MAX_CURVES = 24
+"""Of more runs, only the extremes are drawn."""
+
 MOST_EARLY = 2
 """At most so many of the runs that ended early are coloured, to leave colours for the others."""
 
@@ -27,8 +30,8 @@ def extremes_in_colour(runs: Sequence[Run]) -> tuple[tuple[Run, ...], str]:
 
     Returns:
         The runs in their order: up to `MOST_COLOURED` as they are, otherwise the extremes with the
-        first colours, and the others grey, with one entry in the legend. The sentence is "" if all
-        have a colour.
+        first colours, and the others grey, with one entry in the legend; of more than `MAX_CURVES`
+        the extremes only. The sentence is "" if all have a colour.
     """
     if len(runs) <= MOST_COLOURED:
         return tuple(runs), ""
@@ -44,6 +47,9 @@ def extremes_in_colour(runs: Sequence[Run]) -> tuple[tuple[Run, ...], str]:
         for place, run in enumerate(runs)
     )
     named = listed(f"{runs[place].label} ({', '.join(chosen[place])})" for place in sorted(chosen))
+    if len(runs) > MAX_CURVES:
+        extremes = tuple(run for run in looks if not run.legend)
+        return extremes, f"Of {len(runs)} runs, the figures show the extremes: {named}."
     sentence = (
         f"In the figures of all {len(runs)} runs, the extremes have colours: {named}. "
         f"The {others} {'is' if len(runs) - len(chosen) == 1 else 'are'} grey."

@@ -2,7 +2,6 @@
 
 import csv
 import re
-from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 
@@ -14,14 +13,10 @@ from support.made_sweeps import SPIN, code, write_sweep
 from support.pages import report as plain_report
 from support.sections import sweep_sections
 
-from rbstab.report.model.document import Report, Section
+from rbstab.report.model.document import Report
 from rbstab.report.model.figure import (
-    Axis,
     Cells,
     Figure,
-    Line,
-    Panel,
-    Points,
 )
 from rbstab.report.writers.figure_data import csv_of
 
@@ -181,18 +176,6 @@ def test_the_extremes_are_marked_and_run_by_a_click(opened: Opened, sweep: Repor
     expect(box.locator(".tip")).to_contain_text("settling time of v: 5.2 s")
     page.mouse.click(*place)
     expect(page.locator(".chosen code")).to_have_text(re.compile("--member 18$"))
-
-
-def test_the_pointer_on_a_curve_is_on_the_cell_of_the_condition(opened: Opened) -> None:
-    x = np.arange(3.0)
-    cells = Cells(x, x, np.outer(x, x), Axis("z"), span=(0.0, 4.0))
-    marks = (cells, Line(x, x, "border", cased=True), Points(x, x, "point"))
-    panels = tuple(Panel(Axis("across"), Axis("up"), marks, title) for title in ("soft", "stiff"))
-    figure = Figure("made", "Made", panels, columns=2, shared="xy")
-    page = opened(replace(plain_report(), sections=(Section("made", "Made", (figure,)),)))
-    box = drawn(page, "made")
-    page.mouse.move(*point_at(box, figure, 1, 1, 1))
-    expect(box.locator(".tip")).to_have_text("stiff\nacross = 1\nup = 1\nz: 1", use_inner_text=True)
 
 
 def test_a_tap_on_a_phone_shows_the_command(opened: Opened, sweep: Report) -> None:

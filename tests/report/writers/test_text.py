@@ -55,11 +55,6 @@ def test_long_words_fold_and_numbers_do_not():
     assert "1.23456789" in text
 
 
-def test_a_table_without_rows_or_of_one_column():
-    printed(report(Table("t", "", (WORDS, *NUMBERS), ())))
-    assert "only" in printed(report(Table("t", "", (WORDS,), ((Cell("only"),),))))
-
-
 def test_what_is_not_read():
     text = printed(report(unread=(Unread("a.h5", "is damaged"),)))
     assert "a.h5: is damaged" in text

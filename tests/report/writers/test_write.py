@@ -109,6 +109,9 @@ def test_the_parts_of_a_report(tmp_path):
     folded = ["certificates", "config", "provenance"]
     assert names_of(report) == [*shown, *folded]
     assert [section.name for section in report.sections if section.folded] == folded
+    blocks = [block for section in report.sections for block in section.blocks]
+    names = [block.name for block in blocks if not isinstance(block, str)]
+    assert len(set(names)) == len(names)
     assert report.title == "2 runs"
     alone = report_of(read_sources(paths[:1]), "")
     assert names_of(alone) == [*shown[:-1], *folded]
@@ -139,13 +142,6 @@ def test_answers_of_sweeps_stand_with_those_of_runs(tmp_path):
     (alone, *_) = report_of(read_sources(sweeps[:1]), "").sections
     assert alone.name == "sweep-1"
     assert isinstance(alone.blocks[1], Cards)
-
-
-def test_names_of_blocks_are_their_own(tmp_path):
-    paths = [made_file(tmp_path / f"{k}.h5") for k in range(3)]
-    report = report_of(read_sources(paths), "rbstab report")
-    names = [b.name for s in report.sections for b in s.blocks if not isinstance(b, str)]
-    assert len(set(names)) == len(names)
 
 
 def test_only_the_first_runs_move(tmp_path):

@@ -1,15 +1,20 @@
 """Protects the figures of runs: at most six, chosen by what a run has, of the stored arrays."""
 
 import functools
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from support.figure_runs import KINDS, SAMPLES, lines_of, run_of, without_config
 from support.sections import figures_in
 
+from rbstab.config.load import load_config
+from rbstab.experiment.locus import linearised_at_rest
 from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.report.model.figure import Level, Points, Stack
 from rbstab.report.runs.facts import facts_of
+from rbstab.report.runs.figures.eigenvalues import eigenvalue_figure
 from rbstab.report.runs.figures.extremes import MAX_CURVES
 from rbstab.report.runs.figures.states import HELD
 from rbstab.report.runs.sections import MOST_FIGURES, figures_section
@@ -170,13 +175,32 @@ def test_the_slow_eigenvalues_of_a_free_body_are_those_of_its_oscillators():
     expected = translations(run.config)
     for value in expected[-expected.real <= 10 * -found.real.max()]:
         assert np.abs(found - value).min() < 1e-6 * abs(value)
-    assert f"Not drawn: {12 - len(found)} eigenvalue" in figure.caption
+    assert f"Not drawn: {12 - len(found)} that decay" in figure.caption
     first = complex(found[0])
     assert points.texts[0].endswith(f"ζ = {-first.real / abs(first):.4g}")
 
 
 def test_eigenvalues_of_unreadable_configs_are_left_out():
-    assert "runs-eigenvalues" not in figures_of(without_config(run_of("free")))
+    alone = without_config(run_of("free"))
+    assert "runs-eigenvalues" not in figures_of(alone)
+    figure = figures_of(alone, run_of("permanent", 1))["runs-eigenvalues"]
+    assert figure.caption.endswith("Not known of 1 run.")
+    assert "modes exp(-κt)" in of_kinds("sliding")["runs-eigenvalues"].caption
+
+
+def test_where_a_stop_holds_the_pitch_its_zero_eigenvalues_are_not_drawn():
+    """They are those of θ2, and say nothing on stability."""
+    config = load_config(Path("configs/examples/stop.yaml"))
+    run = replace(run_of("free"), config=config)
+    linear = linearised_at_rest(config).linearisation
+    assert linear is not None
+    assert linear.eigenvalues.tolist().count(0) == 2
+    figure = eigenvalue_figure([run])
+    assert figure is not None
+    points, _ = figure.panels[0].marks
+    assert isinstance(points, Points)
+    assert (points.x != 0).all()
+    assert "held by a stop" in figure.caption
 
 
 def test_of_many_runs_the_extremes_are_drawn():

@@ -28,15 +28,19 @@ BORDER = Level(0.0, "border of stability", vertical=True)
 def eigenvalue_figure(runs: Sequence[Run]) -> Figure | None:
     """Return the slow eigenvalues of the motions linearised at rest; None if none is known."""
     marks: list[Points] = []
-    left_out = 0
+    notes = ["Linearised at the rest state Θ in the legend."]
+    fast = 0
     for run in runs:
         point = _point(run)
         if point is None or point.linearisation is None or point.orientation is None:
             continue
         values = point.linearisation.eigenvalues
+        if _has_stop(run) and (values == 0).any():
+            values = values[values != 0]
+            notes.append("θ2, held by a stop, has none.")
         slowest = -float(values.real.max())
         slow = values[-values.real <= (SLOW_FACTOR * slowest if slowest > 0 else np.inf)]
-        left_out += len(values) - len(slow)
+        fast += len(values) - len(slow)
         marks.append(
             Points(
                 slow.real,
@@ -48,20 +52,31 @@ def eigenvalue_figure(runs: Sequence[Run]) -> Figure | None:
                 group=run.legend,
             )
         )
+        if _slides_on_surface(run):
+            notes.append("Not drawn: the modes exp(-κt) of a sliding surface.")
     if not marks:
         return None
-    caption = "The motion is linearised at the rest state at Θ = (θ1, θ2, θ3) in the legend."
-    if left_out:
-        caption += (
-            f" Not drawn: {counted(left_out, 'eigenvalue')} that "
-            f"{'decays' if left_out == 1 else 'decay'} more than {SLOW_FACTOR:g} times as fast as "
-            "the slowest of the run."
-        )
+    if fast:
+        notes.append(f"Not drawn: {fast} that decay over {factor} times as fast as the slowest.")
+    if len(marks) < len(runs):
+        notes.append(f"Not known of {counted(len(runs) - len(marks), 'run')}.")
     # What stands back is behind.
     ordered = sorted(marks, key=lambda mark: not mark.group)
     panel = Panel(REAL, IMAGINARY, (*ordered, BORDER))
-    title = "Eigenvalues at the rest state"
-    return Figure("runs-eigenvalues", title, (panel,), caption=caption)
+    caption = " ".join(dict.fromkeys(notes))
+    return Figure("runs-eigenvalues", "Eigenvalues at the rest state", (panel,), caption=caption)
+
+
+def _has_stop(run: Run) -> bool:
+    """Whether a stop may hold θ2 at rest: its eigenvalues, then zero, say nothing on stability."""
+    elements = () if run.config is None else run.config.elements.values()
+    return any(getattr(element, "method", None) == "stop" for element in elements)
+
+
+def _slides_on_surface(run: Run) -> bool:
+    """Whether a run slides on s = F + κE: its body is linearised as held at E = 0."""
+    controller = None if run.config is None else run.config.controller
+    return getattr(getattr(controller, "surface", None), "slope", None) is not None
 
 
 def _point(run: Run) -> LocusPoint | None:

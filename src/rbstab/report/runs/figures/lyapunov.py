@@ -26,8 +26,16 @@ def decay_figure(runs: Sequence[Run]) -> Figure:
         Panel(TIME, axis_of("lyapunov", log=True), v),
         Panel(TIME, Axis("dissipated power", "W", log=True), lost),
     )
-    driven = any(run.is_driven for run in runs)
-    caption = "Where inputs supply power, v may rise." if driven else "The dissipated power is -v'."
+    caption = "The dissipated power is -v'."
+    if any(run.is_driven for run in runs):
+        caption = "Where inputs supply power, v may rise."
+    elif any(run.stores_v_minus_work for run in runs):
+        caption = (
+            "The dissipated power is -v', and on a surface s = F + κE it is -(v - ε)', where ε is "
+            "the work of the contact force."
+        )
+    if any("impact_loss" in run.result for run in runs):
+        caption += " At an impact v falls at once."
     title = "Decay of the Lyapunov function"
     return Figure("runs-decay", title, panels, 2, caption=caption, shares_time=True)
 

@@ -57,6 +57,7 @@ def eigenvalue_figure(runs: Sequence[Run]) -> Figure | None:
     if not marks:
         return None
     if fast:
+        factor = f"{SLOW_FACTOR:g}"
         notes.append(f"Not drawn: {fast} that decay over {factor} times as fast as the slowest.")
     if len(marks) < len(runs):
         notes.append(f"Not known of {counted(len(runs) - len(marks), 'run')}.")

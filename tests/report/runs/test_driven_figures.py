@@ -53,6 +53,11 @@ def test_the_curves_add_up_to_v(shaken):
 def test_the_loads_of_elements_are_the_sizes_of_their_forces(shaken):
     figure = events_figure(shaken)
     assert figure is not None
+    # An element has one colour in all figures; inputs have no energy.
+    sizes = {line.label: line.colour for line in lines_of(energy_figure(shaken).panels[2])}
+    colours = {line.label: line.colour for p in figure.panels for line in lines_of(p)}
+    assert colours["foot"] == sizes["foot"]
+    assert not {colours["push"], colours["turn"]} & {*sizes.values()}
     forces = {line.label: line.y for line in lines_of(figure.panels[0])}
     for number_, name in enumerate(shaken.result["element"].tolist()):
         size = np.linalg.norm(shaken.result["element_force"][:, number_], axis=1)

@@ -74,6 +74,7 @@ def test_a_body_with_and_without_a_barrier_has_one_panel(paths, tmp_path):
     assert figure is not None
     assert [panel.title for panel in figure.panels] == ["bare, guarded", "other"]
     assert len(figure.caption.split()) <= 40
+    assert "Below c*" in figure.caption
     marks = figure.panels[0].marks
     lines = {mark.label: mark for mark in marks if isinstance(mark, Line)}
     least, walled = lines["least, without barrier"], lines["least, with barrier"]

@@ -65,14 +65,25 @@ def curve_of(run: Run, y: Array, x: Array | None = None) -> Line:
     )
 
 
+def acting_parts(run: Run) -> list[str]:
+    """Return the names of the parts of a system that have energy, or dissipate it."""
+    acting = run.result["energy"].any(axis=0) | run.result["dissipation"].any(axis=0)
+    return [str(part) for part in run.result["part"][acting]]
+
+
 def parts_of(run: Run, names: Sequence[str], values: Array) -> list[Line]:
-    """Return the curve of each part of a system, columns of values, that is not zero throughout."""
-    t = run.result["time"]
-    return [
-        Line(t, column, name, colour=number, dash=number // len(COLOURS))
-        for number, (name, column) in enumerate(zip(names, values.T, strict=True))
-        if column.any()
-    ]
+    """Return the curve of each part of a system, columns of values, that is not zero throughout.
+
+    A part has one colour in all figures; inputs, without energy, follow the others.
+    """
+    colours = list(dict.fromkeys((*acting_parts(run), *names)))
+    curves = []
+    for name, column in zip(names, values.T, strict=True):
+        if column.any():
+            number = colours.index(name)
+            dash = number // len(COLOURS)
+            curves.append(Line(run.result["time"], column, name, colour=number, dash=dash))
+    return curves
 
 
 def norms(values: Array) -> Array:

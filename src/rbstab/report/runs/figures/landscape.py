@@ -28,9 +28,10 @@ MOST = 6
 
 CAPTION = (
     "Grey: the least stored energy at each θ2, without a barrier and with one; no motion is below "
-    "it. Coloured: the energy of each run. Below c*, dashed, every motion is "
-    "proved to converge."
+    "it. Coloured: the energy of each run."
 )
+
+LEVEL_CAPTION = " Below c*, dashed, every motion is proved to converge."
 
 
 def landscape_figure(facts: Sequence[RunFacts]) -> Figure | None:
@@ -47,7 +48,9 @@ def landscape_figure(facts: Sequence[RunFacts]) -> Figure | None:
     if not panels:
         return None
     title = "Energy that is needed to reach θ2"
-    return Figure("energy-landscape", title, panels, min(3, len(panels)), caption=CAPTION)
+    has_level = any(isinstance(mark, Level) for panel in panels for mark in panel.marks)
+    caption = CAPTION + (LEVEL_CAPTION if has_level else "")
+    return Figure("energy-landscape", title, panels, min(3, len(panels)), caption=caption)
 
 
 def _without_barriers(config: Config) -> str:
@@ -99,7 +102,7 @@ def _panel(body: Sequence[RunFacts]) -> Panel:
         Line(PITCH, np.where(y <= top, y, np.nan), label, MUTED, dash)
         for dash, (y, label) in enumerate(profiles)
     ]
-    at = np.array(states).reshape(-1, 2)
+    at = np.array([state for state in states if state[1] <= top]).reshape(-1, 2)
     marks += [*motions, *levels, Points(at[:, 0], at[:, 1], "rest state", MUTED)]
     title = listed(entry.run.label for entry in body)
     return Panel(axis_of("orientation", 1), Axis("energy", "J"), tuple(marks), title)

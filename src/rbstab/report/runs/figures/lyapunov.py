@@ -8,7 +8,13 @@ from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis, Figure, Line, Panel, Stack
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import TIME, axis_of, curve_of, parts_of
+from rbstab.report.runs.figures.curves import (
+    TIME,
+    acting_parts,
+    axis_of,
+    curve_of,
+    parts_of,
+)
 
 ENERGIES = ("energy", "dissipation")
 
@@ -71,8 +77,8 @@ def _supply_figure(run: Run) -> Figure:
 def energy_figure(run: Run) -> Figure:
     """Return energy and dissipation by part: stacked, and each part on logarithmic axes."""
     stacks, parts = [], []
-    acting = (run.result["energy"].any(axis=0)) | (run.result["dissipation"].any(axis=0))
-    labels = tuple(map(str, run.result["part"][acting]))
+    labels = tuple(acting_parts(run))
+    acting = np.isin(run.result["part"].astype(str), labels)
     t = run.result["time"]
     for name in ENERGIES:
         values = run.result[name][:, acting]

@@ -3,8 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+from rbstab.config.user_code.permission import has_code
 from rbstab.report.model.document import Block, Section
 from rbstab.report.model.figure import Figure
+from rbstab.report.model.words import listed
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.figures.eigenvalues import eigenvalue_figure
 from rbstab.report.runs.figures.events import events_figure
@@ -27,6 +29,12 @@ def figures_section(facts: Sequence[RunFacts]) -> Section:
     looks.sort(key=lambda entry: not entry.run.legend)
     title = "Figures" if len(facts) == 1 else "Comparison of runs"
     blocks: list[Block] = [*([sentence] if sentence else []), *_figures(looks)]
+    with_code = [run.label for run in runs if run.config is not None and has_code(run.config)]
+    if with_code:
+        blocks.append(
+            "No eigenvalues are drawn for runs with elements of users, whose code a report never "
+            f"runs: {listed(with_code)}. The command rbstab stability --allow-python prints them."
+        )
     return Section("figures", title, tuple(blocks))
 
 

@@ -32,6 +32,8 @@ SHOWN_CONFIGS = {
 """The configs of each part of the page, in `configs`."""
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73")
+SENTENCES = 2
+"""Sentences of a config's comment that the page shows."""
 STILLS, SHOWN = 6, 0.6
 """Number of stills of the body, and the fraction of the motion's way to rest that they show."""
 SMALLEST_ANGLE = 0.1
@@ -44,28 +46,21 @@ def configs(part: str) -> list[Path]:
 
 
 def section(path: Path) -> str:
-    """Return the section of a config: its title, its picture, its own words, its command."""
+    """Return the section of a config: its title, its picture, its first sentences, its file."""
     text = path.read_text(encoding="utf-8")
     (title,) = re.findall(r"^title: (.*)$", text, flags=re.MULTILINE)
     words = " ".join(line.lstrip("# ") for line in text.split("\n") if line.startswith("#"))
-    # The command stands below.
+    # The option stands beside the file.
     words = re.sub(r" It runs code, so it needs the option --allow-python:.*$", "", words)
-    words = re.sub(r"\(docs/(\w+)\.md\)", r"([more on this](\1.md))", words)
-    words = re.sub(r"docs/(\w+)\.md", r"[\1](\1.md)", words)
+    words = " ".join(re.split(r"(?<=[.:]) (?=[A-Z])", words)[:SENTENCES])
+    words = re.sub(r" ?\(docs/(\w+)\.md\)", r" ([more](\1.md))", words)
     inside = path.relative_to(ROOT).as_posix()
-    allowed = " --allow-python" if "kind: python" in text else ""
-    picture = f"pictures/gallery/{path.stem}.png"
+    allowed = ", with `--allow-python`" if "kind: python" in text else ""
     return f"""### {title}
 
-![{title}: stills of the body, its angles over time, and its energy as it falls]({picture})
+![{title}](pictures/gallery/{path.stem}.png)
 
-{words}
-
-```console
-$ rbstab run {inside}{allowed}
-```
-
-[{inside}](../{inside})
+{words} [{path.name}](../{inside}){allowed}
 """
 
 

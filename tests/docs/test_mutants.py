@@ -9,15 +9,24 @@ from support.mutants import FOLDER, ROOT, Mutant, mutants
 ALL = list(mutants())
 
 
-@pytest.mark.parametrize("mutant", ALL, ids=lambda one: f"{one.room}: {one.what}")
-def test_a_mutant_changes_one_place_of_the_code(mutant: Mutant) -> None:
+ROOMS = sorted({mutant.room for mutant in ALL})
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_each_mutant_of_a_room_changes_one_place_of_the_code(room: str) -> None:
+    for mutant in (one for one in ALL if one.room == room):
+        assert fits(mutant), mutant.what
+
+
+def fits(mutant: Mutant) -> bool:
+    """Return whether a mutant is a program, and its tests are there."""
     ast.parse(mutant.changed())
     for test in (*mutant.first, *mutant.tests):
         path, _, name = test.partition("::")
-        assert (ROOT / path).exists()
-        if name:
-            text = (ROOT / path).read_text(encoding="utf-8")
-            assert f"def {name.partition('[')[0]}(" in text
+        text = (ROOT / path).read_text(encoding="utf-8") if (ROOT / path).is_file() else ""
+        if not (ROOT / path).exists() or (name and f"def {name.partition('[')[0]}(" not in text):
+            return False
+    return True
 
 
 def test_mutants_differ():

@@ -26,10 +26,10 @@ def config_of(elements, engine="scipy", **sections):
     return load_config(driven(elements, engine, controller=CONTROLLER, **sections))
 
 
-@pytest.mark.parametrize("signal", [{"kind": "constant"}, SINE, LEGS["noise"]])
-def test_nothing_is_proved(signal):
+@pytest.mark.parametrize("push", [couple({"kind": "constant"}), force(SINE), force(LEGS["noise"])])
+def test_nothing_is_proved(push):
     """The same body without the input is proved globally stable; with it nothing is said."""
-    config = config_of({"push": force(signal)})
+    config = config_of({"push": push})
     proof = rbstab.prove(config)
     assert not proof.states
     assert proof.globally_stable is None

@@ -77,7 +77,7 @@ def _arrays(plan: Plan, columns: Columns) -> dict[str, Any]:
     arrays = varied_arrays(plan, 0, plan.members) | {RUN: np.arange(plan.members)}
     for name, column in columns_of(plan).items():
         arrays[name] = np.ones((plan.members, *column.shape), dtype=column.dtype)
-    for name in ("status", "rest_orientation", "final_orientation"):
+    for name in ("status", "rest_orientation", "rest_unstable", "final_orientation"):
         if name in arrays:
             arrays[name][:] = 0
     for name, column in KNOWN_COLUMNS.items():

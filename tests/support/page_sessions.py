@@ -84,9 +84,6 @@ NOT_EXECUTED: dict[str, dict[str, str]] = {
         "#!/bin/bash": "needs Slurm",
         "export": "sets a variable of the shell",
     },
-    "docs/gallery.md": {
-        "rbstab run configs/examples/stability/fast.yaml": "its exit code is 3",
-    },
     "docs/reports.md": {
         "rbstab run configs/paper/*.yaml configs/examples/stability": "its exit code is 3",
         "rbstab report results/*.h5": "needs those results",

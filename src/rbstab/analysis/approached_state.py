@@ -6,9 +6,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations, as_at_rest, configurations
+from rbstab.analysis.descents.descent import numerical_hessian
 from rbstab.analysis.rest_state import RestState, energy_in, rest_state_below
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
+from rbstab.systems.impact import side_of
 from rbstab.systems.system import System
 
 SAME_STATE = 1e-3
@@ -16,6 +18,10 @@ SAME_STATE = 1e-3
 
 ENERGY_TOLERANCE = 1e-9
 """Two energies at rest that differ by less, relative to the sum of both plus 1 J, are equal."""
+
+
+FALLS = 1e-6
+"""A curvature of the energy below minus this, relative to the largest entry, is no round-off."""
 
 
 class LyapunovZero(NamedTuple):
@@ -68,6 +74,33 @@ def lyapunov_zero(
     if close and not (lower or higher):
         return LyapunovZero(nearest, approached=True, is_lowest=True)
     return LyapunovZero(found, approached=True, is_lowest=not lower)
+
+
+def is_unstable(system: System, rest: RestState) -> bool:
+    """Return whether the stored energy falls in some direction from a rest state.
+
+    One against a stop, or where a force jumps, is not known to be unstable.
+
+    Args:
+        system: The smooth system of the problem.
+        rest: The rest state.
+    """
+    at_rest = configurations(as_at_rest(system))
+    q = at_rest.configuration(rest.motion, rest.own)
+    if not rest.is_at_rest or rest.on_kink or side_of(system, q):
+        return False
+    return bool(falls(numerical_hessian(at_rest.gradient, q)[np.newaxis])[0])
+
+
+def falls(H: Array) -> Array:
+    """Return whether energies fall in some direction from where their slope is zero, shape (m,).
+
+    Args:
+        H: Their Hessians there, shape (m, n, n). One that is not finite says nothing.
+    """
+    H = np.where(np.isfinite(H).all(axis=(1, 2), keepdims=True), H, 0.0)
+    found: Array = np.linalg.eigvalsh(H)[:, 0] < -FALLS * np.abs(H).max(axis=(1, 2))
+    return found
 
 
 def is_lower(energy: Array | float, other: Array | float) -> Any:

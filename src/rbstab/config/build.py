@@ -130,13 +130,19 @@ def _conversions(numbers: Numbers) -> Convert:
         "matrix": lambda value: numbers(_matrix(value)),
         "diagonal": lambda value: numbers(np.array(value)),
         "number": lambda value: numbers(np.array(value))[()],
-        "direction": lambda value: _unit_vector(numbers(np.array(value))),
+        "direction": lambda value: _direction(np.array(value), numbers),
     }
 
 
-def _unit_vector(vector: Array) -> Array:
-    """Return a vector divided by its length."""
-    return vector / sqrt(vector @ vector)
+def _direction(vector: Array, numbers: Numbers) -> Array:
+    """Return a vector divided by its length.
+
+    Where its entries are plain numbers, the result means the decimals of this quotient: its length
+    has no exact decimals.
+    """
+    vector = vector if vector.dtype != object else numbers(vector)
+    unit = vector / sqrt(vector @ vector)
+    return unit if vector.dtype == object else numbers(unit)
 
 
 def _gains(element: type[Element], section: Any, convert: Convert) -> dict[str, Any]:

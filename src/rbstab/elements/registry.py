@@ -14,7 +14,13 @@ from rbstab.elements.gravity import Gravity
 from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
 from rbstab.elements.guards.stop import Stop
-from rbstab.elements.inputs.loads import BodyCoupleInput, BodyForceInput, CoupleInput, ForceInput
+from rbstab.elements.inputs.loads import (
+    BodyCoupleInput,
+    BodyForceInput,
+    ConstantForce,
+    CoupleInput,
+    ForceInput,
+)
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import (
@@ -85,13 +91,16 @@ def element_of(section: Any) -> type[Element]:
         section: Its `kind` is a key of `KINDS`; it has a selector if the kind has several classes.
             A sliding tie has its `form` instead, a key of `SLIDING_TIES`. A spring without rest
             length and damping has formulas of its own; the general ones hold for it too, so they
-            are taken where one of these numbers varies.
+            are taken where one of these numbers varies. A force that never changes is no input.
     """
     if section.kind == "sliding":
         return SLIDING_TIES[section.form]
     if section.kind == "spring" and _is_zero(section.rest_length, section.damping):
         return ZeroLengthSpring
-    return KINDS[section.kind][selected(section)]
+    found = KINDS[section.kind][selected(section)]
+    if found is ForceInput and section.signal.kind == "constant":
+        return ConstantForce
+    return found
 
 
 def _is_zero(*values: Any) -> bool:

@@ -5,7 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from rbstab.analysis.approached_state import is_unstable
 from rbstab.analysis.certificate.verdict import overall
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
 from rbstab.config.errors import describe
 from rbstab.config.load import load_config, resolved_yaml, run_id
@@ -100,6 +104,8 @@ def simulate_problem(
     wall_time = time.perf_counter() - begin
     record = record_of(problem, trajectory, rest, deadline)
     trajectory = record.trajectory
+    with np.errstate(all="ignore"):
+        unstable = is_unstable(smooth_rest_system(problem), record.zero.rest)
     arrays = Result(record.variables, {"variant": config.controller.variant}, "")
     attributes: dict[str, str | int | float] = {
         "title": config.title,
@@ -115,7 +121,7 @@ def simulate_problem(
                 *resolution_warnings(config.integration, trajectory, record.variables),
             ]
         ),
-        "lyapunov_zero": zero_description(record.zero, arrays),
+        "lyapunov_zero": zero_description(record.zero, arrays, unstable=unstable),
         "verdict": str(overall(record.checks)),
         "run_id": run_id(config),
         "engine": config.integration.engine,

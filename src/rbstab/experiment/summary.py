@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.extrema import ABSOLUTE
 from rbstab.analysis.lyapunov import energy_scale
 from rbstab.analysis.settling import moves_on
@@ -18,6 +19,10 @@ RESOLVED = 0.01
 
 KINETIC = "kinetic"
 """The name of the kinetic energy among the parts of the energy of a result."""
+
+
+STILL = 1e-6
+"""A body stands still if its kinetic energy stays below this share of the largest one."""
 
 
 class Summary(NamedTuple):
@@ -124,6 +129,20 @@ def moves_on_in(result: Result) -> bool:
     kinetic = result["energy"][:, result["part"].tolist().index(KINETIC)]
     v = lyapunov_function_of(result)
     return moves_on(result["time"], v, kinetic, float(result["energy_round_off"]))
+
+
+def stands_under_inputs(result: Result) -> bool:
+    """Return whether a driven body stands still over the last tenth of its run, as under a load.
+
+    Its kinetic energy is below `STILL` of the largest one, and it moves by less than `SAME_STATE`.
+    """
+    if not is_driven(result):
+        return False
+    kinetic = result["energy"][:, result["part"].tolist().index(KINETIC)]
+    late = result["time"] >= 0.9 * result["time"][-1]
+    with np.errstate(all="ignore"):
+        moved = [np.ptp(result[name][late], axis=0).max() for name in ("orientation", "position")]
+        return bool(kinetic[late].max() <= STILL * kinetic.max() and max(moved) < SAME_STATE)
 
 
 def is_driven(result: Result) -> bool:

@@ -135,6 +135,58 @@ def test_the_tilt_is_the_angle_of_the_rotation_between_two_attitudes(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("stiffness", "kind"), [(10, "returns"), (5, "at_unstable_rest")])
+def test_a_body_at_rest_where_it_would_fall_is_said_to_be_unstable(
+    stiffness: float, kind: str
+) -> None:
+    given = leg(stiffness, initial={"position": [0, 0, -3.5 * 9.81 / (4e4 + 1e-6)]})
+    found = outcome_of(rbstab.simulate(rbstab.load_config(given, ["integration.duration=0.1"])))
+    assert (found.kind, found.is_good) == (kind, kind == "returns")
+
+
+HELD = {"variant": "permanent", "K_r": [10, 10, 5], "L_r": [0.8, 0.8, 0.3]}
+
+
+def pushed(quantity: str, signal: dict[str, Any], amplitude: float, **more: Any) -> Config:
+    """Return a held leg of 10 N m/rad under an input, at rest at first."""
+    load = {"kind": "input", "quantity": quantity, "amplitude": amplitude, "signal": signal, **more}
+    given = leg(controller=HELD, initial={}, elements={"push": load})
+    return rbstab.load_config(given, ["integration.duration=8"])
+
+
+def test_a_constant_force_is_a_load_under_which_rest_is_proved() -> None:
+    """K θ = m g l sin θ + F h cos θ, with the force F at the height h above the joint."""
+    given = pushed("force", {"kind": "constant"}, 5.0, point=[0, 0, 0.1], direction=[1, 0, 0])
+    proof = rbstab.prove(given)
+    leans = brentq(lambda a: 10.0 * a - LOAD * math.sin(a) - 5.0 * 0.286 * math.cos(a), 0.0, 1.5)
+    (state,) = proof.states
+    assert state.orientation == pytest.approx((0.0, leans, 0.0), abs=1e-9)
+    assert proof.globally_stable
+    run = rbstab.simulate(given, proof=proof)
+    found = outcome_of(run, given, proof)
+    assert (found.kind, found.sureness) == ("rests_elsewhere", "proved")
+    assert found.tilt == pytest.approx(leans, abs=1e-9)
+    assert "supplied_energy" not in run
+
+
+@pytest.mark.parametrize(
+    ("signal", "kind", "why"),
+    [
+        ({"kind": "constant"}, "rests_elsewhere", "under its inputs"),
+        ({"kind": "sine", "frequency": 1.0}, "moving", ""),
+    ],
+)
+def test_a_body_that_stands_under_a_load_is_not_moving(
+    signal: dict[str, Any], kind: str, why: str
+) -> None:
+    """A couple M about y: K θ = m g l sin θ + M."""
+    found = outcome_of(rbstab.simulate(pushed("couple", signal, 1.2, direction=[0, 1, 0])))
+    assert (found.kind, found.why) == (kind, why)
+    if why:
+        leans = brentq(lambda angle: 10.0 * angle - LOAD * math.sin(angle) - 1.2, 0.0, 1.0)
+        assert found.tilt == pytest.approx(leans, abs=1e-6)
+
+
 def test_a_result_shows_its_outcome_first(fallen: Result) -> None:
     away = f"{math.degrees(LEANING):.1f}°"
     assert f"outcome rests elsewhere, {away} away: seen, status completed" in repr(fallen)

@@ -12,7 +12,7 @@ import pytest
 from support.open_files import open_descriptors
 from support.results import result
 
-from rbstab.store.disk import atomic
+from rbstab.store.disk import atomic, lock
 from rbstab.store.disk.atomic import (
     write_atomically,
 )
@@ -264,3 +264,21 @@ def test_without_hard_links_a_file_that_cannot_be_tested_is_not_replaced(tmp_pat
         with pytest.raises(OSError, match=os.strerror(errno.EIO)):
             write_atomically(path, NEW)
     assert path.read_bytes() == OLD
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no folder with an open file is moved there")
+def test_the_lock_of_a_folder_that_was_just_moved_is_not_that_of_the_new_one(tmp_path, monkeypatch):
+    folder, real = tmp_path / "a", lock.try_lock
+    folder.mkdir()
+
+    def moved_before(file, *, shared=False):
+        folder.rename(tmp_path / "aside")
+        folder.mkdir()
+        return real(file, shared=shared)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(lock, "try_lock", moved_before)
+        with pytest.raises(lock.FolderInUseError, match="just moved"), lock.locked(folder):
+            pass
+    with lock.locked(folder):
+        assert lock.is_locked(folder)

@@ -24,11 +24,17 @@ from rbstab.sweep.plan.plan import Plan
 
 NAN = math.nan
 
+UPSIDE = 40.0
+"""The pitch of an unstable rest state in a made table, degrees."""
+
 
 def table_of(rows: list[tuple[RunStatus, float, float, float]]) -> Table:
     """Return a table of members: status, settling time, pitch at rest and at the end, degrees."""
     status, settling, rest, end = zip(*rows, strict=True)
-    names = ("status", "settling_time", "end_time", "rest_orientation", "final_orientation")
+    names = [
+        *("status", "settling_time", "end_time"),
+        *("rest_orientation", "rest_unstable", "final_orientation"),
+    ]
     arrays: dict[str, Any] = {
         RUN: np.arange(len(rows)),
         "status": np.array([STATUSES.index(one) for one in status], np.int8),
@@ -36,6 +42,7 @@ def table_of(rows: list[tuple[RunStatus, float, float, float]]) -> Table:
         "end_time": np.ones(len(rows)),
         "rest_orientation": np.radians([[0, angle, 0] for angle in rest]),
         "final_orientation": np.radians([[0, angle, 0] for angle in end]),
+        "rest_unstable": np.array([angle == UPSIDE for angle in rest], np.int8),
     }
     return Table(columns_from({name: COLUMNS[name] for name in names}, arrays), {})
 
@@ -54,6 +61,7 @@ def test_kinds_follow_from_status_rest_and_tilt():
         (RunStatus.COMPLETED, 1.0, 10.01, 3.0, "rests_elsewhere", 10.01, 2),
         # 1e-3 rad are 0.057°: this is the pose of the member before.
         (RunStatus.COMPLETED, 1.0, 10.05, 3.0, "rests_elsewhere", 10.05, 2),
+        (RunStatus.COMPLETED, 1.0, UPSIDE, 3.0, "at_unstable_rest", UPSIDE, 3),
         (RunStatus.COMPLETED, NAN, 0.0, 3.0, "moving", 3.0, 0),
         # v was small before, but the run ended early.
         (RunStatus.RANGE_LEFT, 1.0, 0.0, 89.9, "left_range", 89.9, 0),
@@ -116,6 +124,46 @@ def test_the_stiffness_at_which_a_leg_stands(tmp_path):
     assert middle.startswith("still moving at 5 s at 6.5")
     assert "rests elsewhere for ≤ 6.0" in last
     assert found.sentence.startswith(f"returns: {np.sum(kinds == 'returns')} of 51 members; ")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+@pytest.mark.parametrize("start", [[0, 0, 0], [0, 0.1, 0]])
+def test_a_leg_that_would_fall_about_one_axis_is_not_said_to_return(tmp_path, engine, start):
+    """It never moves about x, where a spring of less than m g l does not hold it."""
+    vary = {"controller.K_r[0]": {"values": [5.0, 6.3, 6.5, 8.0]}}
+    controller = {"variant": "permanent", "K_r": [8, 20, 5], "L_r": [2, 2, 2]}
+    base = leg(controller=controller, initial={"orientation": start})
+    file = swept(tmp_path / "a", plan_of(vary, base, engine)).sweep_file
+    table = rbstab.open_sweep(file)
+    expected = ["at_unstable_rest"] * 2 + ["returns"] * 2
+    assert table.words("outcome").tolist() == expected
+    found = member_answers(file).outcomes
+    assert found.deciding.startswith("returns by 5 s for K_r[0] ≥ 6.5 N m/rad; at an unstable rest")
+    assert "at an unstable rest state: 2" in found.sentence
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("signal", "expected"),
+    [
+        ({"kind": "constant"}, ["returns", "rests_elsewhere"]),
+        ({"kind": "sine", "frequency": 1.0}, ["moving", "moving"]),
+    ],
+)
+def test_members_that_stand_under_a_load_are_not_moving(tmp_path, signal, expected):
+    """A couple M about y: K θ = m g l sin θ + M."""
+    push = {"kind": "input", "quantity": "couple", "direction": [0, 1, 0], "amplitude": 1.0}
+    controller = {"variant": "permanent", "K_r": [10, 10, 5], "L_r": [0.8, 0.8, 0.3]}
+    base = leg(controller=controller, initial={}, elements={"push": push | {"signal": signal}})
+    base["integration"]["duration"] = 8
+    plan = plan_of({"elements.push.amplitude": {"values": [0.5, 1.5]}}, base)
+    table = rbstab.open_sweep(swept(tmp_path / "a", plan).path)
+    assert table.words("outcome").tolist() == expected
+    if "moving" not in expected:
+        tilts = table["final_tilt"]
+        assert 10 * tilts - WEIGHT_MOMENT * np.sin(tilts) == pytest.approx([0.5, 1.5], abs=1e-6)
+        assert table["rest_state"].tolist() == [1, 2]
 
 
 @pytest.mark.heavy

@@ -312,7 +312,7 @@ def test_rest_energies_that_are_not_found_at_once_are_looked_for(monkeypatch):
     def nothing(_, parameters, last):
         count = parameters.shape[1]
         none = np.zeros(count, dtype=bool)
-        return RestStatesOfMembers(np.full(count, 1e9), np.full((count, 3), 1e9), none)
+        return RestStatesOfMembers(np.full(count, 1e9), np.full((count, 3), 1e9), none, none)
 
     monkeypatch.setattr(ApproachedStates, "find", nothing)
     found = batches(plan).compute(0, 4).outcome

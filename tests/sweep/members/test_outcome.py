@@ -20,6 +20,7 @@ def quantities_of(*members):
         "lyapunov": 20.0 - growth,
         "energy_at_rest": -np.array(members),
         "rest_orientation": np.ones((len(members), 3)),
+        "rest_unstable": np.arange(len(members)) > 0,
     }
 
 
@@ -56,6 +57,7 @@ def test_ends():
     assert found["lyapunov_start"].tolist() == [20.0, 20.0]
     assert found["lyapunov_end"].tolist() == [18.0, 19.0]
     assert found["energy_at_rest"].tolist() == [-0.2, -0.1]
+    assert found["rest_unstable"].tolist() == [False, True]
     by_engines = {"status", "steps", "energy_residual", "energy_scale"}
     # A body without a connector has no state of it.
     assert set(COLUMNS) - set(found) == by_engines | {"final_connector_state"}

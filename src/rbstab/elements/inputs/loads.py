@@ -1,7 +1,8 @@
 """Inputs: forces and couples on the body that come from outside, and supply power.
 
 An input stores nothing and dissipates nothing. So v may rise: v' is the power of all inputs minus
-what the other elements dissipate.
+what the other elements dissipate. The exception is a force that never changes: it has an energy, as
+a weight has, and is no such input.
 """
 
 from dataclasses import dataclass
@@ -69,6 +70,33 @@ class ForceInput(Input):
     def wrench(self, motion: Motion, own: Array) -> Wrench:
         """a s(t) d, N, inertial, at the point."""
         return point.force_at(motion, self.point, self.load(motion))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ConstantForce(Element):
+    """A force f = a d at a point of the body that never changes; it stores -f'(X + A p).
+
+    Args:
+        name: The name of the element in its config.
+        direction: d, a unit vector, shape (3,), inertial.
+        amplitude: a, N.
+        point: p, shape (3,), m, body coordinates, from the centre of gravity.
+    """
+
+    gains: ClassVar[tuple[Gain, ...]] = ForceInput.gains
+
+    name: str
+    direction: Array
+    amplitude: Number
+    point: Array
+
+    def wrench(self, motion: Motion, own: Array) -> Wrench:
+        """a d, N, inertial, at the point."""
+        return point.force_at(motion, self.point, self.amplitude * self.direction)
+
+    def stored(self, motion: Motion, own: Array) -> Number:
+        """-f'(X + A p), J: the force is minus its slope."""
+        return -((self.amplitude * self.direction) @ point.position(motion, self.point))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

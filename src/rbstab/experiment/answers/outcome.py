@@ -14,7 +14,8 @@ from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.wanted import in_degrees, one_in_degrees, wanted
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import stored_convergence
-from rbstab.experiment.summary import settling_time_of
+from rbstab.experiment.convergence.zero_description import UNSTABLE
+from rbstab.experiment.summary import settling_time_of, stands_under_inputs
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
@@ -32,6 +33,9 @@ class OutcomeKind(StrEnum):
     RESTS_ELSEWHERE = "rests_elsewhere"
     """It is at rest at another attitude."""
 
+    UNSTABLE = "at_unstable_rest"
+    """It is at rest where the stored energy falls in some direction: a small push moves it away."""
+
     MOVING = "moving"
     """It is still moving at the end of the run."""
 
@@ -44,9 +48,9 @@ class OutcomeKind(StrEnum):
     @property
     def words(self) -> str:
         """The kind as people read it."""
-        return {"moving": "still moving", "left_range": "left the range"}.get(
-            self, self.replace("_", " ")
-        )
+        named = {"moving": "still moving", "left_range": "left the range"}
+        named["at_unstable_rest"] = "at an unstable rest state"
+        return named.get(self, self.replace("_", " "))
 
 
 KINDS = tuple(OutcomeKind)
@@ -60,7 +64,9 @@ KIND_OF_STATUS: dict[str, OutcomeKind] = {
 """The kind of a motion that is not at rest, by the status of its run. Others have failed."""
 
 
-def outcome_codes(by_status: Array, at_rest: Array, tilts: Array, within: float) -> Array:
+def outcome_codes(
+    by_status: Array, at_rest: Array, tilts: Array, within: float, unstable: Array
+) -> Array:
     """Return the codes of the outcomes of motions: indices in `KINDS`.
 
     Args:
@@ -68,8 +74,10 @@ def outcome_codes(by_status: Array, at_rest: Array, tilts: Array, within: float)
         at_rest: Whether the completed run was at rest at its end, shape (m,).
         tilts: The tilt at rest, shape (m,), rad.
         within: The largest tilt of a body that rests where it should, rad.
+        unstable: Whether the rest state is unstable, shape (m,).
     """
     rests = np.where(tilts <= within, KINDS.index(OutcomeKind.RETURNS), 1)
+    rests = np.where(unstable, KINDS.index(OutcomeKind.UNSTABLE), rests)
     moving = by_status == KINDS.index(OutcomeKind.MOVING)
     return np.where(moving & at_rest, rests, by_status)
 
@@ -99,7 +107,7 @@ class Outcome:
 
     @property
     def is_good(self) -> bool:
-        """Whether the body rests where it should, and not at an unstable rest state."""
+        """Whether the body rests where it should by itself, and not at an unstable rest state."""
         return self.kind is OutcomeKind.RETURNS and not self.why
 
     @property
@@ -140,7 +148,9 @@ def outcome_of(
         proof: The proof of its rest states, if there is one.
     """
     status, settled = result.status, settling_time_of(result)
-    at_rest = status == RunStatus.COMPLETED and not math.isnan(settled)
+    completed, zero = status == RunStatus.COMPLETED, str(result.attributes.get("lyapunov_zero"))
+    at_rest = completed and not math.isnan(settled)
+    loaded = completed and not at_rest and stands_under_inputs(result)
     end = result["rest_orientation"] if at_rest else result["orientation"][-1]
     found, aim = stored_convergence(result.attributes), wanted(config)
     proved = None if found is None else found.proved
@@ -158,9 +168,10 @@ def outcome_of(
     away = None if Theta is None else aim.tilt(Theta)
     code = outcome_codes(
         np.array([KINDS.index(KIND_OF_STATUS.get(status, OutcomeKind.FAILED))]),
-        np.array([at_rest]),
+        np.array([at_rest or loaded]),
         np.array([math.nan if away is None else away]),
         aim.within,
+        np.array([at_rest and bool(UNSTABLE in zero if state is None else state.index)]),
     )
     sureness, why = Sureness.SEEN, ""
     if result.attributes.get("verdict") == Verdict.VIOLATED:
@@ -169,11 +180,11 @@ def outcome_of(
         sureness = Sureness.PROVED
     if status not in {RunStatus.COMPLETED, RunStatus.RANGE_LEFT}:
         why = printable(status)
+    elif loaded:
+        why = "under its inputs"
     elif not at_rest and number is not None:  # only a proof knows it
         there = "its rest state" if state is None else in_degrees(state.orientation)
         why = f"the exact motion is proved to converge to {there}"
-    elif at_rest and state is not None and state.index:
-        why = "an unstable rest state"
     return Outcome(
         kind=KINDS[int(code[0])],
         sureness=sureness,

@@ -31,13 +31,17 @@ AT_END = "the pose at the end of the motion, which moves on"
 OUTSIDE = ", outside the range of eq. 5"
 """Follows if this state has other angles."""
 
+UNSTABLE = ", an unstable one"
+"""Follows if the stored energy falls in some direction from this state."""
 
-def zero_description(zero: LyapunovZero, run: Result) -> str:
+
+def zero_description(zero: LyapunovZero, run: Result, *, unstable: bool = False) -> str:
     """Return a text that names the state at which v is zero, and says whether a lower one exists.
 
     Args:
         zero: The state.
         run: The run, by its arrays.
+        unstable: Whether the stored energy falls in some direction from it.
     """
     if not zero.rest.is_at_rest:
         return NO_REST_STATE
@@ -46,7 +50,7 @@ def zero_description(zero: LyapunovZero, run: Result) -> str:
             "the rest state nearest to the unloaded position; none was found below the end of the "
             "motion"
         )
-    outside = "" if zero.rest.found else OUTSIDE
+    outside = f"{'' if zero.rest.found else OUTSIDE}{UNSTABLE if unstable else ''}"
     moved = [run[name][-1] - run[f"rest_{name}"] for name in ("orientation", "position")]
     if moves_on_in(run) and np.abs(moved).max() < SAME_STATE:
         return AT_END

@@ -19,6 +19,7 @@ from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.guards.soft_guards import StiffGuard
+from rbstab.elements.inputs.loads import ConstantForce
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.spring import Spring, ZeroLengthSpring
@@ -31,6 +32,7 @@ from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
 
 SMOOTH = (
     Gravity,
+    ConstantForce,
     TranslationalStabilizer,
     RotationalStabilizer,
     ViscoElasticConnector,

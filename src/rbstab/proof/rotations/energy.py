@@ -16,6 +16,7 @@ from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.inputs.loads import ConstantForce
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.spring import Spring, ZeroLengthSpring
@@ -38,6 +39,7 @@ RATES = 2000
 
 KINDS = (
     Gravity,
+    ConstantForce,
     TranslationalStabilizer,
     RotationalStabilizer,
     ViscoElasticConnector,
@@ -47,7 +49,7 @@ KINDS = (
     Spring,
     Ligament,
 )
-"""The elements of which it is known that they store and dissipate no less than nothing."""
+"""The elements that may read the rotation alone, and dissipate no less than nothing."""
 
 NO_POSITION = "nothing holds the position of the body"
 

@@ -12,6 +12,7 @@ from rbstab.elements.at_point import AtPoint
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.inputs.loads import ConstantForce
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
@@ -76,7 +77,7 @@ def why_not_damped_on_rotations(exact: System) -> str | None:
 
 
 def _two_ties_are_enough(exact: System) -> bool:
-    """Return whether (iii) holds: gravity and damped ties alone, two of them with G off their line.
+    """Return whether (iii) holds: weights and damped ties alone, two of them with G off their line.
 
     Where nothing is dissipated for a while, the points of all ties are fixed, so all forces are
     constant. X is bounded, and a quadratic function of the time: G is fixed as well.
@@ -93,7 +94,9 @@ def _two_ties_are_enough(exact: System) -> bool:
         elif isinstance(element, TranslationalStabilizer):
             if any(k != 0 for k in element.K_t.flat):
                 return False
-        elif not isinstance(element, (Gravity, AttitudeSpring, RotationalStabilizer)):
+        elif not isinstance(
+            element, (Gravity, ConstantForce, AttitudeSpring, RotationalStabilizer)
+        ):
             return False
     return any(any(cross(p, q)) for p in points for q in points)
 

@@ -42,7 +42,7 @@ proved that it does not."""
 def outcome_tone(outcome: Outcome) -> str:
     """Return the tone of an outcome; a body that still moves, or may leave, is no alarm."""
     tones = dict.fromkeys((OutcomeKind.LEFT_RANGE, OutcomeKind.FAILED), "bad")
-    tones[OutcomeKind.RESTS_ELSEWHERE] = "warning"
+    tones |= dict.fromkeys((OutcomeKind.RESTS_ELSEWHERE, OutcomeKind.UNSTABLE), "warning")
     return "good" if outcome.is_good else tones.get(outcome.kind, "")
 
 

@@ -14,7 +14,7 @@ from rbstab.report.model.palette import BAD, GOOD, OPEN, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
 from rbstab.store.table import Table
 from rbstab.store.variables import safe_name
-from rbstab.sweep.folder.outcomes import SweepOutcomes, outcomes_of, plan_of, with_outcomes
+from rbstab.sweep.folder.outcomes import SPEEDS, SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import PROVED
@@ -47,19 +47,21 @@ COLUMNS = (
     "steps",
     "energy_at_rest",
     "rest_orientation",
+    "rest_unstable",
+    *SPEEDS,
 )
 """Columns to read besides the parameters; all columns of a sweep could need too much memory."""
 
-RETURNS, RESTS_ELSEWHERE, MOVING, LEFT_RANGE, FAILED = range(len(KINDS))
+RETURNS, RESTS_ELSEWHERE, UNSTABLE, MOVING, LEFT_RANGE, FAILED = range(len(KINDS))
 """The codes of the outcomes of members."""
 
 OUTCOMES = tuple(kind.words for kind in KINDS)
 """The words of the outcomes, by their codes."""
 
-OUTCOME_COLOURS = (GOOD, BAD, UNTRIED, THIRD, UNKNOWN)
+OUTCOME_COLOURS = (GOOD, BAD, OPEN, UNTRIED, THIRD, UNKNOWN)
 """Numbers of the colours of outcomes in the palette: green is only for members that return."""
 
-POINT_COLOURS = (GOOD, BAD, OPEN, THIRD, UNKNOWN)
+POINT_COLOURS = (GOOD, BAD, UNTRIED, OPEN, THIRD, UNKNOWN)
 """Those of single points, which differ by their symbols too: pale grey would not show."""
 
 
@@ -103,7 +105,7 @@ class Members:
     @property
     def at_rest(self) -> Array:
         """Boolean mask of the members at rest at the end of their runs, shape (n,)."""
-        return np.isin(self.outcomes, (RETURNS, RESTS_ELSEWHERE))
+        return np.isin(self.outcomes, (RETURNS, RESTS_ELSEWHERE, UNSTABLE))
 
     @cached_property
     def found(self) -> SweepOutcomes:

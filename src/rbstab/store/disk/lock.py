@@ -1,6 +1,7 @@
 """The lock of a folder: one process holds it alone, or several share it."""
 
 import errno
+import os
 import sys
 import time
 from collections.abc import Iterator
@@ -44,7 +45,7 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
         shared: Whether other processes may share the lock.
 
     Raises:
-        FolderInUseError: Another process holds the lock.
+        FolderInUseError: Another process holds the lock, or has just renamed the folder.
         StoreError: The lock file cannot be opened or locked.
     """
     try:
@@ -67,6 +68,9 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
                 time.sleep(RETRY_INTERVAL)
             except OSError as error:
                 raise not_done(folder, "locked", error) from error
+        if not _is_in(file, folder):
+            # Its owner has renamed the folder, as `--force` does.
+            raise FolderInUseError(f"{folder} was just moved by another process. Try again")
         yield
     finally:
         # Nothing was written to it: an error of closing means nothing, and the lock is released.
@@ -94,6 +98,14 @@ def _open_lock_file(path: Path) -> BinaryIO | None:
     with suppress(FileNotFoundError, PermissionError):
         return path.open("rb")
     return None
+
+
+def _is_in(file: BinaryIO, folder: Path) -> bool:
+    """Return whether an open lock file is still that of a folder."""
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), (folder / LOCK_FILE).stat())
+    except FileNotFoundError:
+        return False
 
 
 def is_locked(folder: Path) -> bool:

@@ -25,7 +25,7 @@ from rbstab.sweep.plan.plan import Plan
 CHANCE = 0.01
 """Of sampled members, a parameter decides only if chance does so less often than this."""
 
-NOT_RETURNED = (OutcomeKind.RESTS_ELSEWHERE, OutcomeKind.LEFT_RANGE)
+NOT_RETURNED = (OutcomeKind.RESTS_ELSEWHERE, OutcomeKind.UNSTABLE, OutcomeKind.LEFT_RANGE)
 """The kinds of members that are known not to return. One that still moves may return later."""
 
 

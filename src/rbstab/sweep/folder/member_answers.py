@@ -19,7 +19,14 @@ from rbstab.sweep.folder.members_file import (
     counts_by_status,
     relative_residuals,
 )
-from rbstab.sweep.folder.outcomes import READ, SweepOutcomes, outcomes_of, plan_of, with_outcomes
+from rbstab.sweep.folder.outcomes import (
+    READ,
+    SPEEDS,
+    SweepOutcomes,
+    outcomes_of,
+    plan_of,
+    with_outcomes,
+)
 from rbstab.sweep.folder.sweep_folder import resuming_command
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.members.outcome import STATUSES
@@ -96,7 +103,7 @@ def read_answers(file: Path) -> Table:
     """
     plan = plan_of(read_sweep(file, ()))
     varied = [] if plan is None else [safe_name(varied.key) for varied in plan.varied_keys]
-    columns = (*READ, *RELATIVE_RESIDUAL, *PROOF_COLUMNS, *varied)
+    columns = (*READ, *SPEEDS, *RELATIVE_RESIDUAL, *PROOF_COLUMNS, *varied)
     return with_outcomes(read_sweep(file, columns), plan)
 
 

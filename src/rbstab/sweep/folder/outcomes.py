@@ -8,6 +8,7 @@ import numpy as np
 from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.config.build import supplies_power
 from rbstab.config.errors import ConfigError
+from rbstab.config.schema import Config
 from rbstab.config.source import parse_source
 from rbstab.experiment.answers.outcome import KIND_OF_STATUS, KINDS, OutcomeKind, outcome_codes
 from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN
@@ -23,8 +24,20 @@ from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.load import plan_to_read
 from rbstab.sweep.plan.plan import Plan
 
-READ = ("status", "settling_time", "end_time", "rest_orientation", "final_orientation")
+READ = (
+    *("status", "settling_time", "end_time"),
+    *("rest_orientation", "rest_unstable", "final_orientation"),
+)
 """The columns from which the outcomes follow."""
+
+SPEEDS = ("final_angular_velocity", "final_velocity")
+"""Those that tell whether a member stands still under its inputs (`stands_under_inputs`)."""
+
+STILL = 1e-4
+"""rad/s and m/s: a body that is slower at the end of its run stands still."""
+
+STEADY = {"constant", "pulse", "ramp", "table"}
+"""The signals that do not change for ever."""
 
 OUTCOME_COLUMNS = {
     "outcome": Column((), "i1", "1", "what became of the member", tuple(map(str, KINDS))),
@@ -74,20 +87,46 @@ def with_outcomes(table: Table, plan: Plan | None) -> Table:
     end = table["final_orientation"]
     rest = table["rest_orientation"]
     settled = np.isfinite(table["settling_time"])
-    at_rest = settled & (table["status"] == STATUSES.index(RunStatus.COMPLETED))
+    completed = table["status"] == STATUSES.index(RunStatus.COMPLETED)
+    at_rest = completed & (settled | stands_under_inputs(table, plan))
     aim = wanted_of(plan)
     desired = np.array(aim.orientation)
     # What is no number has no tilt; a foreign file may have any numbers.
     with np.errstate(all="ignore"):
-        tilts = _tilts(np.where(at_rest[:, np.newaxis], rest, end), desired)
+        poses = np.where(settled[:, np.newaxis], rest, end)
+        tilts = _tilts(np.where(at_rest[:, np.newaxis], poses, end), desired)
+    # A sweep of an earlier version has no such column.
+    unstable = settled & (table["rest_unstable"] > 0 if "rest_unstable" in table else False)
     data = {
-        "outcome": outcome_codes(_STATUS_CODES[table["status"]], at_rest, tilts, aim.within),
+        "outcome": outcome_codes(
+            _STATUS_CODES[table["status"]], at_rest, tilts, aim.within, unstable
+        ),
         "final_tilt": tilts,
-        "rest_state": pose_numbers(rest, tilts, at_rest),
+        "rest_state": pose_numbers(poses, tilts, at_rest),
     }
     found = {name: column.of(data[name]) for name, column in OUTCOME_COLUMNS.items()}
     first = {name: table.variables[name] for name in (RUN, *table.varied) if name in table}
     return replace(table, variables=first | found | dict(table.variables))
+
+
+def stands_under_inputs(table: Table, plan: Plan | None) -> Array:
+    """Return which members stand still at the end, under inputs that have become steady.
+
+    Args:
+        table: The table, with the columns in `READ` and `SPEEDS`.
+        plan: Its plan.
+    """
+    bases = () if plan is None else plan.bases.values()
+    if not any(map(supplies_power, bases)) or not all(map(_is_steady, bases)):
+        return np.zeros(len(table["status"]), bool)
+    found: Array = np.all([np.abs(table[name]).max(axis=1) < STILL for name in SPEEDS], axis=0)
+    return found
+
+
+def _is_steady(base: Config) -> bool:
+    """Return whether all inputs of a config are constant from some time on."""
+    inputs = (one for one in base.elements.values() if one.kind == "input")
+    return all(one.signal.kind in STEADY for one in inputs)
 
 
 def _tilts(orientations: Array, desired: Array) -> Array:

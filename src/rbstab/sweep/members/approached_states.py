@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.approached_state import SAME_STATE, is_lower
+from rbstab.analysis.approached_state import SAME_STATE, falls, is_lower
 from rbstab.analysis.configuration import ORIENTATION, POSITION, Configurations, configurations
 from rbstab.analysis.descents.descent import descend
 from rbstab.analysis.rest_state import gradient_tolerance
@@ -26,11 +26,13 @@ class RestStatesOfMembers(NamedTuple):
         energy: The stored energy, shape (m,), J.
         orientation: Θ, shape (m, 3), rad.
         found: Whether the state was found, shape (m,).
+        unstable: Whether it is unstable, shape (m,).
     """
 
     energy: Array
     orientation: Array
     found: Array
+    unstable: Array
 
 
 class SharedState(NamedTuple):
@@ -39,10 +41,12 @@ class SharedState(NamedTuple):
     Attributes:
         q: The configuration, shape (n,); None if it is the unloaded position of each member.
         energy: The stored energy, J.
+        unstable: Whether it is unstable.
     """
 
     q: Array | None
     energy: float
+    unstable: bool = False
 
 
 class ApproachedStates:
@@ -72,16 +76,18 @@ class ApproachedStates:
             shared = self._shared_configurations(parameters)
             found = np.abs(last - shared).max(axis=0) < NEAR
             q[:, found], energy[found] = shared[:, found], self.shared.energy
+        unstable = found & (self.shared is not None and self.shared.unstable)
         rows = np.flatnonzero(~found & np.isfinite(last).all(axis=0))
         if len(rows):
             q[:, rows], energy[rows], found[rows] = self._descended(
                 parameters[:, rows], last[:, rows]
             )
+            unstable[rows] = falls(self._energy().at(parameters[:, rows], q[:, rows]).hessian)
             if self.shared is not None:
                 lower = is_lower(energy, self.shared.energy) | is_lower(self.shared.energy, energy)
                 same = (np.abs(q - shared).max(axis=0) < SAME_STATE) & ~lower
                 q[:, same], energy[same] = shared[:, same], self.shared.energy
-        return RestStatesOfMembers(energy, q[ORIENTATION].T, found)
+        return RestStatesOfMembers(energy, q[ORIENTATION].T, found, unstable & found)
 
     def _descended(self, parameters: Array, starts: Array) -> tuple[Array, Array, Array]:
         def energy(rows: Array, q: Array) -> ScalarAt:

@@ -14,7 +14,7 @@ from functools import partial
 
 import numpy as np
 
-from rbstab.analysis.approached_state import lyapunov_zero
+from rbstab.analysis.approached_state import is_unstable, lyapunov_zero
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.settling import value_round_off
@@ -175,8 +175,9 @@ class _VariantEngine:
         if all(map(is_of_initial_state, varied)):
             with np.errstate(all="ignore"):
                 nearest = nearest_rest_state(self.problem.system)
+                unstable = is_unstable(self.problem.system, nearest)
             q = configurations(self.problem.system).configuration(nearest.motion, nearest.own)
-            return SharedState(q, nearest.energy) if nearest.found else None
+            return SharedState(q, nearest.energy, unstable) if nearest.found else None
         # Without a load it is the unloaded position, where no energy is stored. Elements of the
         # config may pull there.
         return None if loaded else SharedState(None, 0.0)
@@ -217,6 +218,7 @@ class _VariantEngine:
             "lyapunov": quantities[TOTAL.name] - rest.energy[:, np.newaxis],
             "energy_at_rest": rest.energy,
             "rest_orientation": rest.orientation,
+            "rest_unstable": rest.unstable,
         }
         round_off = value_round_off(partial(ensemble.energies, parameters), starts)
         with np.errstate(all="ignore"):
@@ -264,6 +266,7 @@ class _VariantEngine:
                 zero = lyapunov_zero(system, motion, own[:, k], nearest_rest_state(system))
             rest.energy[k] = zero.rest.energy
             rest.orientation[k] = zero.rest.motion.Theta if zero.approached else np.nan
+            rest.unstable[k] = is_unstable(system, zero.rest)
         return rest
 
     def _problem(self, values: Values, k: int) -> Problem:

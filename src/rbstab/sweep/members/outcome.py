@@ -16,6 +16,7 @@ from rbstab.sweep.proofs.columns import MOTION_COLUMNS
 from rbstab.systems.quantities import (
     BY_NAME,
     PEAKS,
+    RUN_DIMENSIONS,
     Quantity,
     is_element_state,
     run_dimensions,
@@ -66,7 +67,7 @@ COLUMNS: dict[str, Column] = {
     "status": _number("i1", "1", "how the member ended, by its code", tuple(map(str, STATUSES))),
     "end_time": _number("f8", "s", "time reached"),
     **{
-        FINAL_PREFIX + name: _final(quantity, {})
+        FINAL_PREFIX + name: _final(quantity, RUN_DIMENSIONS)
         for name, quantity in BY_NAME.items()
         if quantity.end is not None
     },
@@ -74,6 +75,9 @@ COLUMNS: dict[str, Column] = {
     "lyapunov_end": _number("f8", "J", "v at the end"),
     "energy_at_rest": _number("f8", "J", "stored energy of the rest state at which v is zero"),
     "rest_orientation": _vector("rad", "Θ of that rest state; NaN: the member approaches none"),
+    "rest_unstable": _number(
+        "i1", "1", "whether the stored energy falls in some direction there", ("no", "yes")
+    ),
     "energy_residual": _number("f8", "J", "the largest |r| of the samples or ends of steps"),
     "energy_scale": _number("f8", "J", f"the {ENERGY_SCALE}: |r| is divided by it"),
     **_peak_columns(),
@@ -141,6 +145,7 @@ def outcome_of(quantities: Mapping[str, Array], extremes: Extremes) -> dict[str,
         "lyapunov_end": quantities["lyapunov"][:, -1],
         "energy_at_rest": quantities["energy_at_rest"],
         "rest_orientation": quantities["rest_orientation"],
+        "rest_unstable": quantities["rest_unstable"],
         # Where nothing moves, the largest sample is that of the largest round-off.
         "peak_time": np.where(settling[:, np.newaxis] == 0.0, 0.0, peaks.time[E_ROWS].T),
         "smallest_regularity": np.cos(np.minimum(pitch, np.pi / 2)),

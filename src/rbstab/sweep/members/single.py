@@ -5,8 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from rbstab.analysis.approached_state import is_unstable
 from rbstab.analysis.lyapunov import energy_scale
 from rbstab.analysis.rest_state import RestState
+from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.analysis.run_extremes import extremes_of
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
@@ -104,6 +106,8 @@ class SingleRuns:
                 found = recorded(problem, trajectory, zero.rest, deadline, only_outcome=not is_kept)
                 if not zero.approached:
                     found.quantities["rest_orientation"] = np.full(3, np.nan)
+                unstable = is_unstable(smooth_rest_system(problem), zero.rest)
+                found.quantities["rest_unstable"] = np.array(unstable)
                 return (*found, self._outcome(problem, deadline, *found))
             except Exception:
                 if trajectory.status is RunStatus.COMPLETED:

@@ -12,6 +12,7 @@ from rbstab.config.numbers import replaced
 from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.inputs.loads import ConstantForce
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.experiment.robust.covering import (
     counterexample_between,
@@ -138,7 +139,8 @@ def _load_energies(base: Config, varied: Mapping[Path, Array], count: int) -> Ar
         system = system_of(replaced(base, numbers), bounded_decimals)
         (weight,) = (e.weight for e in system.elements if isinstance(e, Gravity))
         stabilizers = [e for e in system.elements if isinstance(e, TranslationalStabilizer)]
-        if not stabilizers:  # a config without a controller: nothing is proved
+        loaded = any(isinstance(e, ConstantForce) for e in system.elements)
+        if loaded or not stabilizers:  # no such measure is known: nothing is proved
             return np.full(count, np.inf)
         K_t = stabilizers[0].K_t
         G = _values(weight, count)

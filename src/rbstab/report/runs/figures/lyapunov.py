@@ -18,9 +18,6 @@ from rbstab.report.runs.figures.curves import (
 
 ENERGIES = ("energy", "dissipation")
 
-LARGEST = 1e150
-"""Larger parts have no room in a stack: their sum may be infinite."""
-
 
 def decay_figure(runs: Sequence[Run]) -> Figure:
     """Return v and the dissipated power, logarithmic; of a driven run the balance of its energy."""
@@ -84,9 +81,7 @@ def energy_figure(run: Run) -> Figure:
         values = run.result[name][:, acting]
         with np.errstate(all="ignore"):
             total = Line(t, values.sum(axis=1), "sum", cased=True)
-        # Areas cannot have gaps: where a part is no number, it has no height.
-        heights = np.where(np.abs(values) < LARGEST, values, 0.0)
-        stacks.append(Panel(TIME, axis_of(name), (Stack(t, heights, labels), total)))
+        stacks.append(Panel(TIME, axis_of(name), (Stack(t, values, labels), total)))
         sizes = tuple(parts_of(run, labels, np.abs(values)))
         parts.append(Panel(TIME, axis_of(name, size=True, log=True), sizes))
     v, rate = ("v - ε" if run.stores_v_minus_work else "v"), "-v'"

@@ -77,7 +77,8 @@ def _values(mark: Mark, panel: Panel) -> tuple[list[Array], list[Array]]:
         case Band():
             y = [mark.low, mark.high]
         case Stack():
-            y = [half(mark.parts, 0.0).sum(axis=1) for half in (np.maximum, np.minimum)]
+            with np.errstate(over="ignore"):  # infinite ends are left out
+                y = [half(mark.parts, 0.0).sum(axis=1) for half in (np.maximum, np.minimum)]
         case Bars():
             x, y = [mark.edges], [mark.heights, np.zeros(1)]
         case Cells():

@@ -200,7 +200,7 @@ def _stack(mark: Stack, panel: Panel, at: JSON) -> Iterator[JSON]:
         bottom = np.where(part >= 0, up, down)
         top = bottom + part
         up, down = np.where(part >= 0, top, up), np.where(part < 0, top, down)
-        rows = _rows(panel, label, x=mark.x, y=bottom, y2=top, part=part.tolist())
+        rows = _rows(panel, label, x=mark.x, y=bottom, y2=top, part=_numbers(part, panel.y))
         yield _layer(rows, {"type": "area"}, at | _ends("y2"), area_colour(number), 0.8)
 
 

@@ -198,7 +198,8 @@ def _stack(mark: Stack, panel: Panel, at: JSON) -> Iterator[JSON]:
     up, down = np.zeros(len(mark.x)), np.zeros(len(mark.x))
     for number, (label, part) in enumerate(zip(mark.labels, mark.parts.T, strict=True)):
         bottom = np.where(part >= 0, up, down)
-        top = bottom + part
+        with np.errstate(over="ignore"):  # what is infinite is not drawn
+            top = bottom + part
         up, down = np.where(part >= 0, top, up), np.where(part < 0, top, down)
         rows = _rows(panel, label, x=mark.x, y=bottom, y2=top, part=_numbers(part, panel.y))
         yield _layer(rows, {"type": "area"}, at | _ends("y2"), area_colour(number), 0.8)

@@ -44,7 +44,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         save_configs("tutorial_sweep.md")
         run("run", "box.yaml", "-q")
-        take("results/box.h5", "run-1-states", "tutorial_box.png")
+        take("results/box.h5", "runs-rotation", "tutorial_box.png")
         run("sweep", "stiffness.yaml", "-q", "--no-prove")
         take("results/stiffness", "sweep-1-first", "tutorial_outcome.png")
         take("results/stiffness", "sweep-1-map", "tutorial_map.png")

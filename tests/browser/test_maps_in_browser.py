@@ -2,7 +2,6 @@
 
 import csv
 import re
-from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 
@@ -14,16 +13,10 @@ from support.made_sweeps import SPIN, code, write_sweep
 from support.pages import report as plain_report
 from support.sections import sweep_sections
 
-from rbstab.report.model.document import Report, Section
+from rbstab.report.model.document import Report
 from rbstab.report.model.figure import (
-    Axis,
     Cells,
     Figure,
-    Line,
-    Panel,
-    Points,
-    Shares,
-    Stack,
 )
 from rbstab.report.writers.figure_data import csv_of
 
@@ -172,24 +165,6 @@ def test_a_button_copies_the_command_of_a_notable_member(
         assert page.evaluate("navigator.clipboard.readText()") == command
 
 
-def test_a_bar_gives_its_shares_and_counts(opened: Opened) -> None:
-    counts = np.array([[3, 1], [0, 5]])
-    mark = Shares(counts, ("settled", "range left"), (0, 1))
-    panel = Panel(Axis("share"), Axis("", categories=("second", "first")), (mark,))
-    figure = Figure("bars", "Bars", (panel,))
-    page = opened(replace(plain_report(), sections=(Section("s", "S", (figure,)),)))
-    found = downloaded(page, "bars")
-    expected = list(csv.reader(StringIO(csv_of(figure))))
-    assert len(found) == len(expected) == 5
-    for one, other in zip(sorted(found), sorted(expected), strict=True):
-        assert all(map(same, one, other))
-    assert ["settled", "0.75", "second", "", "", "3"] in [row[3:] for row in expected]
-    # The counts are in the bars: not that of no member.
-    box = drawn(page, "bars")
-    texts = box.locator(".mark-text.role-mark text").all_text_contents()
-    assert sorted(texts) == ["1", "3", "5"]
-
-
 def test_the_extremes_are_marked_and_run_by_a_click(opened: Opened, sweep: Report) -> None:
     page = opened(sweep)
     figure = figure_in(sweep, "sweep-1-map")
@@ -201,18 +176,6 @@ def test_the_extremes_are_marked_and_run_by_a_click(opened: Opened, sweep: Repor
     expect(box.locator(".tip")).to_contain_text("settling time of v: 5.2 s")
     page.mouse.click(*place)
     expect(page.locator(".chosen code")).to_have_text(re.compile("--member 18$"))
-
-
-def test_the_pointer_on_a_curve_is_on_the_cell_of_the_condition(opened: Opened) -> None:
-    x = np.arange(3.0)
-    cells = Cells(x, x, np.outer(x, x), Axis("z"), span=(0.0, 4.0))
-    marks = (cells, Line(x, x, "border", cased=True), Points(x, x, "point"))
-    panels = tuple(Panel(Axis("across"), Axis("up"), marks, title) for title in ("soft", "stiff"))
-    figure = Figure("made", "Made", panels, columns=2, shared="xy")
-    page = opened(replace(plain_report(), sections=(Section("made", "Made", (figure,)),)))
-    box = drawn(page, "made")
-    page.mouse.move(*point_at(box, figure, 1, 1, 1))
-    expect(box.locator(".tip")).to_have_text("stiff\nacross = 1\nup = 1\nz: 1", use_inner_text=True)
 
 
 def test_a_tap_on_a_phone_shows_the_command(opened: Opened, sweep: Report) -> None:
@@ -251,16 +214,6 @@ def test_the_button_gives_the_data_of_any_figure(opened: Opened, name: str) -> N
     assert missing == []
     kinds = {(row[0], row[3]) for row in expected}
     assert {(row[0], row[3]) for row in found} == kinds
-
-
-def test_a_stack_gives_its_parts_whole(opened: Opened) -> None:
-    # The page draws the halves above and below zero apart.
-    parts = np.array([[1.0, -2.0], [-3.0, 4.0]])
-    panel = Panel(Axis("t"), Axis("e"), (Stack(np.array([0.0, 1.0]), parts, ("a", "b")),))
-    figure = Figure("stack", "A stack", (panel,))
-    page = opened(replace(plain_report(), sections=(Section("s", "S", (figure,)),)))
-    values = [(row[3], float(row[5])) for row in downloaded(page, "stack")[1:]]
-    assert sorted(values) == [("a", -3), ("a", 1), ("b", -2), ("b", 4)]
 
 
 def test_the_data_of_maps_is_whole(opened: Opened, sweep: Report) -> None:

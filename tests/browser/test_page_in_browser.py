@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from playwright.sync_api import Locator, Page, expect
 from support.browser import Opened
-from support.pages import END, TIME, hostile_report, motion, report
+from support.pages import END, hostile_report, report
 
-from rbstab.report.model.document import Cell, Head, Section, Table
+from rbstab.report.model.document import Section
 from rbstab.report.model.figure import Axis, Figure, Line, Panel
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -66,17 +66,6 @@ def test_a_table_is_sorted_by_values_with_the_mouse(opened: Opened) -> None:
         head.locator("button").click()
         assert head.get_attribute("aria-sort") == order
         assert names(page) == expected
-
-
-def test_a_table_is_sorted_with_the_keyboard(opened: Opened) -> None:
-    page = opened(report())
-    head = page.locator("thead th").first
-    head.locator("button").focus()
-    page.keyboard.press("Enter")
-    assert head.get_attribute("aria-sort") == "ascending"
-    assert names(page) == ["alpha", "beta", "gamma"]
-    page.keyboard.press("Space")
-    assert names(page) == ["gamma", "beta", "alpha"]
 
 
 def test_the_legend_hides_and_shows_all_curves_of_a_name(opened: Opened) -> None:
@@ -237,60 +226,6 @@ def test_the_pointer_says_nothing_false_of_a_curve(opened: Opened) -> None:
     assert found[1] == ""
 
 
-def test_words_at_an_axis_do_not_stand_upon_its_ticks(opened: Opened) -> None:
-    t = np.linspace(0, END, 5)
-    axes = (
-        (Axis("rate", "W"), -1e6 * t),
-        (Axis("size", "J", log=True), 10.0 ** (-6 * t - 9)),
-        (Axis("error", "J", log=True), 2e-11 * (1 + t)),
-    )
-    figures = tuple(
-        Figure(
-            f"wide-{number}",
-            "Wide ticks",
-            (Panel(TIME, axis, (Line(t, values, "curve"),)),),
-            shares_time=True,
-        )
-        for number, (axis, values) in enumerate(axes)
-    )
-    page = opened(replace(report(), sections=(Section("figures", "Figures", figures),)))
-    for figure in figures:
-        box = drawn(page, figure.name)
-        axis = box.locator(".role-axis").filter(has=page.locator(".role-axis-title")).last
-        words = axis.locator(".role-axis-title text").bounding_box()
-        shown = [tick.bounding_box() for tick in axis.locator(".role-axis-label text").all()]
-        assert words is not None
-        assert shown
-        assert all(t is not None and words["x"] + words["width"] <= t["x"] + 1 for t in shown)
-
-
-def test_a_body_is_seen_whole(opened: Opened) -> None:
-    still = motion()
-    still = replace(still, positions=np.zeros_like(still.positions))
-    far = replace(still, name="run-2", anchor=np.array([0.0, 0.0, 6.0]))
-    page = opened(replace(report(), sections=(Section("m", "Motions", (still, far)),)))
-    # The ground and its axes extend beyond the view, so the test paints them white on white.
-    for name in ("soft", "grid"):
-        page.evaluate(f"document.documentElement.style.setProperty('--{name}', '#fff')")
-    for canvas in page.locator("canvas").all():
-        canvas.focus()
-        page.keyboard.press("0")
-        expect(canvas).to_have_attribute("data-pose", re.compile("^0"))
-        places = canvas.evaluate("""(canvas) => {
-            const { width, height } = canvas;
-            const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
-            const drawn = Array.from({ length: width * height }, (_, i) => i)
-                .filter((i) => data[4 * i + 3] > 128 && data[4 * i] < 250);
-            const ends = (all) => all.reduce(([a, b], c) => [Math.min(a, c), Math.max(b, c)],
-                [Infinity, -Infinity]);
-            return [...ends(drawn.map((i) => i % width)),
-                ...ends(drawn.map((i) => Math.floor(i / width))), width, height];
-        }""")
-        left, right, top, bottom, width, height = places
-        assert 0 < left < right < width - 1
-        assert 0 < top < bottom < height - 1
-
-
 def test_play_and_pause(opened: Opened) -> None:
     page = opened(report(), reduced_motion="reduce")
     slider = page.get_by_label("Time", exact=True)
@@ -301,34 +236,6 @@ def test_play_and_pause(opened: Opened) -> None:
     reached = slider.input_value()
     page.wait_for_timeout(200)
     assert slider.input_value() == reached
-
-
-def test_equal_bodies_have_one_scale_whatever_their_ways(opened: Opened) -> None:
-    far = motion("run-2")
-    far = replace(far, positions=5 * far.positions)
-    page = opened(replace(report(), sections=(Section("m", "M", (motion(), far)),)))
-    scales = []
-    for canvas in page.locator("canvas").all():
-        canvas.scroll_into_view_if_needed()
-        expect(canvas).to_have_attribute("data-scale", re.compile(r"^\d.* m: \d+ px$"))
-        scales.append(canvas.get_attribute("data-scale"))
-    assert scales[0] == scales[1]
-
-
-def test_the_bar_of_time_is_there_while_a_body_is_seen_or_moves(opened: Opened) -> None:
-    page = opened(report(), viewport={"width": 1000, "height": 600})
-    bar, canvas = page.locator(".clock"), page.locator("canvas").first
-    page.evaluate("scrollTo(0, 0)")
-    expect(bar).to_be_hidden()
-    canvas.scroll_into_view_if_needed()
-    expect(bar).to_be_visible()
-    page.get_by_role("button", name="Play").click()
-    page.evaluate("scrollTo(0, 0)")
-    page.wait_for_timeout(300)
-    expect(bar).to_be_visible()
-    page.get_by_role("button", name="Pause").click()
-    page.locator(".theme").focus()
-    expect(bar).to_be_hidden()
 
 
 def test_a_view_turns_by_dragging_and_by_keys(opened: Opened) -> None:
@@ -373,39 +280,6 @@ def test_nothing_is_wider_than_a_telephone(opened: Opened) -> None:
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
     button.click()
     expect(columns).to_have_count(first)
-
-
-def test_columns_come_with_the_width_of_the_window(opened: Opened) -> None:
-    heads = tuple(Head(f"column {k}") for k in range(9))
-    rows = tuple(tuple(Cell(f"value {row}") for _ in heads) for row in range(80))
-    table = Table("wide", "A wide and long table", heads, rows)
-    page = opened(replace(report(), sections=(Section("s", "S", (table,)),)))
-    columns, bar = page.locator("thead th:visible"), page.locator(".columns")
-    wide = columns.count()
-    assert 2 < wide < 9
-    expect(bar).to_contain_text("80 rows: scroll down to see all.")
-    page.set_viewport_size({"width": 700, "height": 900})
-    expect(columns).not_to_have_count(wide)
-    assert 2 <= columns.count() < wide
-    page.set_viewport_size({"width": 1200, "height": 900})
-    expect(columns).to_have_count(wide)
-    # Each row has as many cells as the head.
-    assert page.locator("tbody tr").last.locator(":scope > :visible").count() == wide
-
-
-def test_a_table_that_fits_says_nothing(opened: Opened) -> None:
-    table = Table("small", "Small", (Head("a"), Head("b")), ((Cell("1"), Cell("2")),))
-    page = opened(replace(report(), sections=(Section("s", "S", (table,)),)))
-    expect(page.locator("tbody td")).to_be_visible()
-    expect(page.locator(".columns")).to_be_hidden()
-
-
-def test_long_words_break_in_their_cell(opened: Opened) -> None:
-    digest = "0123456789abcdef" * 4
-    facts = Table("t", "Facts", (Head("what"), Head("value")), ((Cell("digest"), Cell(digest)),))
-    page = opened(replace(report(), sections=(Section("facts", "Facts", (facts,)),)))
-    cell = page.locator("tbody td")
-    assert cell.evaluate("e => e.scrollWidth <= e.clientWidth")
 
 
 def luminance(page: Page, selector: str, what: str) -> float:

@@ -88,7 +88,7 @@ def test_json(runs: list[str], rbstab: Invoke) -> None:
     at = labels.index("peak E1")
     assert units[at] == "m"
     assert [row[at] for row in found["runs"]["rows"]] == pytest.approx([PEAKS[0]] * 2)
-    assert found["differences"]["rows"] == [["body.mass [kg]", 40.0, 50.0]]
+    assert found["differences"]["rows"] == [["light", 40.0], ["heavy", 50.0]]
 
 
 def test_the_command_makes_the_same_report_again(folder: Path, rbstab: Invoke) -> None:

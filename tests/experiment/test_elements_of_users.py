@@ -25,7 +25,6 @@ from rbstab.experiment.own_states import own_states_of
 from rbstab.experiment.robust.bodies import CODE_VARIES, prove_within
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.runs.figures.curves import element_states
 from rbstab.store.result import write_result
 from rbstab_cli.main import cli
 
@@ -186,7 +185,7 @@ def test_a_state_of_another_size_relaxes_is_stored_and_shown(folder):
     assert own_states_of(result) == ("one.extension",)
     write_result(folder / "run.h5", result)
     sources = read_sources([folder / "run.h5"])
-    assert element_states(sources.runs[0]) == ("one.extension",)
+    assert own_states_of(sources.runs[0].result) == ("one.extension",)
     found = CliRunner().invoke(cli, ["show", "--json", "run.h5"])
     assert len(json.loads(found.stdout)["final"]["one.extension"]) == 1
     assert "final one.extension" in CliRunner().invoke(cli, ["show", "run.h5"]).stdout

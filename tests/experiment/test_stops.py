@@ -13,7 +13,7 @@ from rbstab.config.load import load_config
 from rbstab.experiment.summary import summary_of
 from rbstab.report.model.figure import Points
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.stop import stop_figures
+from rbstab.report.runs.figures.events import events_figure
 
 ARRAYS = {
     "impact_count",
@@ -117,17 +117,19 @@ def run_of(result):
 
 def test_figure_of_the_impacts(bouncing, resting):
     for result, kinds in ((bouncing, {"impact"}), (resting, {"impact", "begin of a rest"})):
-        (figure,) = stop_figures(run_of(result))
+        figure = events_figure(run_of(result))
+        assert figure is not None
         panels: Any = figure.panels
-        pitch, rates, loss = panels
-        points = {mark.label: mark for mark in pitch.marks if isinstance(mark, Points)}
+        pitch, loss, *_ = panels
+        points = {
+            mark.label: mark for mark in pitch.marks if isinstance(mark, Points) and len(mark.x)
+        }
         assert set(points) == kinds
         np.testing.assert_allclose(np.abs(points["impact"].y), ANGLE)
         assert (points["impact"].x == result["impact_time"]).all()
-        assert (rates.marks[0].y == np.abs(result["impact_rate"])).all()
         assert (loss.marks[0].y == result["impact_loss"]).all()
 
 
 def test_no_figure_without_a_stop():
     config = data({}, {"angular_velocity": [0, 1, 0]}, {"duration": 0.1})
-    assert stop_figures(run_of(rbstab.simulate(load_config(config)))) == []
+    assert events_figure(run_of(rbstab.simulate(load_config(config)))) is None

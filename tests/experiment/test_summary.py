@@ -13,7 +13,7 @@ from rbstab.analysis.extrema import ABSOLUTE
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.build import problem_of
 from rbstab.experiment.answers.result import Result
-from rbstab.experiment.summary import at_rest_from, settling_time_of, summary_of
+from rbstab.experiment.summary import at_rest_from, half_unit, settling_time_of, summary_of
 from rbstab.integrate import step_ends
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.systems.system import System
@@ -130,3 +130,11 @@ def test_without_steps_extremes_are_those_of_samples(monkeypatch):
     settled = settling_time_of(whole)
     assert text.startswith("≤ ")
     assert settled <= float(text[2:]) <= settled + 2 * result["time"][1]
+
+
+@pytest.mark.parametrize(
+    ("number", "half"),
+    [(0.092, 5e-4), (-0.1, 0.05), (3.0, 0.5), (100.0, 0.5), (0.0, 0.5), (1e-4, 5e-5)],
+)
+def test_half_a_unit_of_the_last_printed_digit(number, half):
+    assert half <= half_unit(number) < 1.001 * half

@@ -119,7 +119,6 @@ def figures() -> tuple[Figure, ...]:
                 Axis("E1", "m"),
                 Axis("E2", "m"),
                 (Points(np.array([0.0, 1.0]), np.array([0.0, 1.0]), "ends", texts=("a", "b")),),
-                equal=True,
             ),
         ),
         columns=2,
@@ -181,7 +180,7 @@ def hostile_report() -> Report:
     points = Points(np.arange(2.0), np.arange(2.0), HOSTILE, texts=(HOSTILE, HOSTILE))
     axis = Axis(HOSTILE, HOSTILE, categories=(HOSTILE, HOSTILE))
     panel = Panel(axis, Axis(HOSTILE, HOSTILE), (line, points, Level(1.0, HOSTILE)), HOSTILE)
-    shown = Figure("figure", HOSTILE, (panel, Panel(axis, axis, (cells,))), 2, HOSTILE, HOSTILE)
+    shown = Figure("figure", HOSTILE, (panel, Panel(axis, axis, (cells,))), 2, HOSTILE)
     table = Table(
         "odd",
         HOSTILE,

@@ -66,14 +66,14 @@ def root_locus(config: Config, key: str, factors: Array) -> list[LocusPoint]:
     return points
 
 
-def linearised_at_rest(config: Config) -> Linearisation | None:
+def linearised_at_rest(config: Config) -> LocusPoint:
     """Linearise the system of a config at the rest state that a descent reaches.
 
     Returns:
-        The linearised system; None if the descent found no rest state within the range, or only one
-        at which the equations have a kink, or no derivatives.
+        The rest state and the linearised system; without them if the descent found no rest state
+        within the range, or only one at which the equations have a kink, or no derivatives.
     """
-    return _point(1.0, config).linearisation
+    return _point(1.0, config)
 
 
 def _point(factor: float, config: Config) -> LocusPoint:

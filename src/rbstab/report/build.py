@@ -11,13 +11,12 @@ from rbstab.report.model.words import counted, listed, untrusted
 from rbstab.report.reading.sources import Run, Sources
 from rbstab.report.runs.answers import answer_blocks
 from rbstab.report.runs.certificate_tables import certificate_section
-from rbstab.report.runs.claims import claims_section
-from rbstab.report.runs.config_tables import config_section
+from rbstab.report.runs.config_tables import config_section, differences_section
 from rbstab.report.runs.facts import RunFacts, facts_of
 from rbstab.report.runs.motion import animation_of
 from rbstab.report.runs.provenance_tables import provenance_section, warnings_section
 from rbstab.report.runs.reference_tables import reference_section
-from rbstab.report.runs.sections import run_sections
+from rbstab.report.runs.sections import figures_section
 from rbstab.report.runs.tables import summary_table
 
 if TYPE_CHECKING:
@@ -68,23 +67,20 @@ def _sweep_parts(sources: Sources) -> "list[SweepPart]":
 def _sections(
     sources: Sources, facts: Sequence[RunFacts], sweeps: Sequence["SweepPart"]
 ) -> Iterable[Section]:
-    """Yield the sections: the answers, then the evidence, then the reference."""
+    """Yield the sections: the answers and what is wrong, then motion, figures and numbers."""
     summary = [*(answer_blocks(facts) if facts else ())]
     if sweeps and not _is_alone(sources):
         summary = _with_sweeps(summary, facts, sweeps)
     if summary:
         yield Section("summary", "Summary", tuple(summary))
     if facts:
-        yield from _present(claims_section(facts))
-        first, *others = run_sections(sources.runs)
-        yield first
-        yield Section("runs", "Runs", (summary_table(facts),))
-        yield from _present(_animations(sources.runs), reference_section(facts))
-        yield from others
+        yield from _present(warnings_section(facts), _animations(sources.runs))
+        yield figures_section(facts)
+        yield Section("runs", "Numbers", (summary_table(facts),))
+        yield from _present(reference_section(facts), differences_section(facts))
     for part in sweeps:
         yield from part.sections
     if facts:
-        yield from _present(warnings_section(facts))
         yield certificate_section(facts)
         yield from _present(config_section(facts))
         yield provenance_section(facts)

@@ -11,8 +11,6 @@ from support.made_runs import made_file, made_result
 from support.results import result
 from support.sweeps import SHORT, FakeEngine, plan_of
 
-from rbstab.experiment.summary import summary_of
-from rbstab.report.reading import read_results, sources
 from rbstab.report.reading.sources import MAX_LABEL_LENGTH, read_sources, unique_labels
 from rbstab.store.dataset_file import write_dataset
 from rbstab.store.disk.seal import SEAL_SIZE
@@ -80,12 +78,6 @@ def test_what_is_named_twice_is_taken_once(good, tmp_path):
     assert len(read_sources([good, str(good), link, good.parent / "." / good.name]).runs) == 1
 
 
-def test_the_config_is_that_of_the_result(good):
-    [run] = read_sources([good]).runs
-    assert run.config is not None
-    assert run.config.body.mass == 41.0
-
-
 @pytest.mark.parametrize("text", ["a: [", "- 1\n", "title: x\n", "", "controller: 3\n", "\x00"])
 def test_a_config_that_cannot_be_read_leaves_the_run(text, tmp_path):
     made = made_result()
@@ -107,25 +99,26 @@ def test_no_result(good, tmp_path):
     assert reason(config, good) == f"is a config, not a result. Run it: rbstab run {config}"
 
 
-def test_a_damaged_run(good, tmp_path):
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (
+            lambda c: c[: len(c) // 2] + bytes([c[len(c) // 2] ^ 1]) + c[len(c) // 2 + 1 :],
+            "is damaged: its content does not match its digest",
+        ),
+        (
+            lambda c: c.replace(b"\nrbstab format 001", b"\nrbstab format 007"),
+            "was written by a newer rbstab; update rbstab",
+        ),
+        # HDF5 drops what follows its own content.
+        (lambda c: c[:-SEAL_SIZE], "has no seal of rbstab"),
+    ],
+    ids=["damaged", "newer", "changed by another program"],
+)
+def test_a_file_that_was_changed(change, expected, good, tmp_path):
     path = tmp_path / "a.h5"
-    content = bytearray(good.read_bytes())
-    content[len(content) // 2] ^= 1
-    path.write_bytes(bytes(content))
-    assert reason(path, good).startswith("is damaged: its content does not match its digest")
-
-
-def test_a_newer_run(good, tmp_path):
-    path = tmp_path / "a.h5"
-    path.write_bytes(good.read_bytes().replace(b"\nrbstab format 001", b"\nrbstab format 007"))
-    assert reason(path, good) == "was written by a newer rbstab; update rbstab"
-
-
-def test_a_run_that_another_program_changed(good, tmp_path):
-    """HDF5 drops what follows its own content."""
-    path = tmp_path / "a.h5"
-    path.write_bytes(good.read_bytes()[:-SEAL_SIZE])
-    assert reason(path, good).startswith("has no seal of rbstab")
+    path.write_bytes(change(good.read_bytes()))
+    assert reason(path, good).startswith(expected)
 
 
 def test_a_result_without_the_arrays_of_a_run(good, tmp_path):
@@ -273,28 +266,3 @@ def test_labels_are_short_and_their_own_whatever_the_files_are_called():
     assert len(set(labels)) == len(labels)
     assert all(label.isprintable() for label in labels)
     assert max(map(len, labels)) <= MAX_LABEL_LENGTH + len(" (1)")
-
-
-def test_files_of_one_name_with_other_endings():
-    labels = unique_labels([Path("/r/x.h5"), Path("/r/x.nc")])
-    assert len(set(labels)) == 2
-
-
-def test_summaries_come_with_the_runs(good, monkeypatch):
-    """They are computed where runs are read side by side, not one after the other."""
-    [run] = read_sources([good]).runs
-    expected = summary_of(run.result)
-    monkeypatch.setattr(sources, "summary_of", None)
-    assert run.summary == expected
-
-
-def test_a_run_without_a_summary_is_read(good, monkeypatch):
-    """Its error comes where the summary is needed."""
-
-    def fail(result):
-        raise ArithmeticError
-
-    monkeypatch.setattr(read_results, "summary_of", fail)
-    read = read_results.read_file(good)
-    assert isinstance(read, read_results.ReadRun)
-    assert read.summary is None

@@ -8,10 +8,11 @@ from support.made_runs import made_result
 from support.sections import figures_in
 
 from rbstab.experiment.summary import summary_of
-from rbstab.report.model.figure import MUTED, Level
+from rbstab.report.model.figure import MUTED
 from rbstab.report.reading.sources import Run
+from rbstab.report.runs.facts import facts_of
 from rbstab.report.runs.figures.extremes import MOST_COLOURED, extremes_in_colour
-from rbstab.report.runs.sections import run_sections
+from rbstab.report.runs.sections import figures_section
 from rbstab.report.writers.vega.legend import legend_of
 from rbstab.report.writers.vega.specification import specification
 from rbstab.store.result import Result
@@ -44,89 +45,59 @@ def made_runs():
     return [made_run(k, rest=rests[k], peak=peaks[k]) for k in range(COUNT)]
 
 
-def roles(runs):
-    looks, sentence = extremes_in_colour(runs)
-    return {run.label: run.number for run in looks if not run.legend}, sentence
-
-
 def test_few_runs_have_a_colour_each():
     runs = made_runs()[:MOST_COLOURED]
     assert extremes_in_colour(runs) == (tuple(runs), "")
 
 
-def test_the_extremes_are_coloured_and_named():
-    coloured, sentence = roles(made_runs())
-    assert coloured == {"r1": 0, "r2": 1, "r5": 2, "r7": 3}
-    for words in (
-        "r1 (smallest peak of |E|)",
-        "r2 (first at rest)",
-        "r5 (last at rest)",
-        "r7 (largest peak of |E|)",
-        "The 5 other runs are grey.",
-    ):
-        assert words in sentence
+NEVER = float("nan")
+EARLY = {"rest": NEVER, "status": "range left"}
 
 
-def test_a_run_has_all_its_roles():
-    runs = made_runs()
-    runs[2] = made_run(2, rest=0.5, peak=1.0)
-    assert "r2 (first at rest, largest peak of |E|)" in roles(runs)[1]
-
-
-def test_runs_that_ended_early_come_before_other_extremes():
-    runs = made_runs()
-    for place, end in ((0, 0.3), (3, 0.2), (4, 0.9)):
-        runs[place] = made_run(place, rest=float("nan"), status="range left", end=end)
-    coloured, sentence = roles(runs)
-    assert {"r0", "r3"} < set(coloured)
-    assert "r4" not in coloured
-    assert "not at rest" not in sentence
-
-
-def test_a_run_that_is_not_at_rest_is_later_than_all():
-    runs = made_runs()
-    runs[6] = made_run(6, rest=float("nan"), peak=0.3)
-    coloured, sentence = roles(runs)
-    assert "r6 (not at rest by its end)" in sentence
-    assert "r5" not in coloured
-
-
-def test_held_contact_points_have_no_largest_peak():
-    runs = [made_run(k, rest=1.0 + k, peak=1e-15 * k) for k in range(COUNT)]
-    coloured, sentence = roles(runs)
-    assert set(coloured) == {"r0", "r8"}
-    assert "|E|" not in sentence
+@pytest.mark.parametrize(
+    ("changes", "coloured", "words"),
+    [
+        ({}, {"r2", "r5", "r7"}, "r2 (first at rest), r5 (last at rest), r7 (largest peak of |E|)"),
+        ({2: {"rest": 0.5, "peak": 1.0}}, {"r2", "r5"}, "r2 (first at rest, largest peak of |E|)"),
+        # Of those that ended early, the two that ended first.
+        (
+            {0: {**EARLY, "end": 0.3}, 3: {**EARLY, "end": 0.2}, 4: {**EARLY, "end": 0.9}},
+            {"r0", "r2", "r3", "r5", "r7"},
+            "r0 (ended early), r2 (first at rest), r3 (ended early)",
+        ),
+        ({6: {"rest": NEVER}}, {"r2", "r6", "r7"}, "r6 (not at rest by its end)"),
+        # Where all contact points are held, |E| is round-off.
+        ({k: {"rest": 1.0 + k, "peak": 1e-15} for k in range(COUNT)}, {"r0", "r8"}, "r8 (last at"),
+    ],
+)
+def test_the_extremes_are_coloured_and_named(changes, coloured, words):
+    runs = [made_run(k, **changes[k]) if k in changes else run for k, run in enumerate(made_runs())]
+    looks, sentence = extremes_in_colour(runs)
+    assert {run.label: run.number for run in looks if not run.legend} == {
+        label: number for number, label in enumerate(sorted(coloured))
+    }
+    assert words in sentence
+    assert sentence.endswith(f"The {COUNT - len(coloured)} other runs are grey.")
 
 
 @pytest.fixture(scope="module")
 def sections():
-    return run_sections(made_runs())
-
-
-def test_the_section_begins_with_the_sentence(sections):
-    assert sections[0].blocks[0] == extremes_in_colour(made_runs())[1]
+    return [figures_section(facts_of(made_runs()))]
 
 
 def test_grey_curves_are_behind_and_keep_their_names(sections):
     for panel in figures_in(sections)["runs-decay"].panels:
         lines = lines_of(panel)
         assert {line.label for line in lines} == {f"r{k}" for k in range(COUNT)}
-        assert [bool(line.group) for line in lines] == [True] * 5 + [False] * 4
+        assert [bool(line.group) for line in lines] == [True] * 6 + [False] * 3
         assert all(line.colour == MUTED for line in lines if line.group)
-        assert all(line.opacity < 1 > line.wider for line in lines if line.group)
-
-
-def test_figures_of_single_runs_are_as_in_other_reports(sections):
-    figure = figures_in(sections)["run-4-rotation"]
-    marks = [mark for panel in figure.panels for mark in panel.marks if not isinstance(mark, Level)]
-    assert not any(getattr(mark, "group", "") for mark in marks)
 
 
 def test_the_legend_names_the_others_once_and_last(sections):
     figure = figures_in(sections)["runs-decay"]
     labels = [entry["label"] for entry in legend_of(figure)]
-    assert sorted(labels[:-1]) == ["r1", "r2", "r5", "r7"]
-    assert labels[-1] == "5 other runs"
+    assert sorted(labels[:-1]) == ["r2", "r5", "r7"]
+    assert labels[-1] == "6 other runs"
 
 
 def test_the_pointer_names_each_run(sections):

@@ -7,10 +7,10 @@ import yaml
 from report.runs.stored import facts
 from support.made_runs import made_config, made_file
 
-from rbstab.config.load import load_config
+from rbstab.config.load import load_config, resolved_yaml
 from rbstab.report.model.document import Table
 from rbstab.report.runs.paper_cases import CASES, changed_keys
-from rbstab.report.runs.reference_tables import reference_section
+from rbstab.report.runs.reference_tables import CLAIM, reference_section
 
 PAPER = Path(__file__).parents[3] / "configs" / "paper"
 
@@ -82,3 +82,17 @@ def test_a_changed_run_is_named_and_not_compared(tmp_path):
     assert [cell.text for cell in row[:2]] == ["b", "paper, section 6.1"]
     assert "controller.variant = visco-elastic (permanent)" in row[2].text
     assert not any(isinstance(block, str) and "b:" in block for block in section.blocks)
+
+
+def test_the_claim_of_the_paper_stands_with_its_own_cases_only(tmp_path):
+    configs = {path.stem: load_config(path) for path in PAPER.glob("case1_*.yaml")}
+    paths = [
+        made_file(tmp_path / f"{name}.h5", resolved_yaml(config))
+        for name, config in configs.items()
+    ]
+    section = reference_section(facts(*paths, made_file(tmp_path / "other.h5")))
+    assert section is not None
+    (table,) = [block for block in section.blocks if isinstance(block, Table)]
+    claims = [[cell.text for cell in row[:4]] for row in table.rows if row[2].text == CLAIM]
+    # The guard of the other config is not of the paper.
+    assert claims == [["case1_permanent", "the body is", "globally stable", "not decided"]]

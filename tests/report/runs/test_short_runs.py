@@ -12,14 +12,16 @@ from support.figure_runs import (
 )
 from support.sections import figures_in
 
-from rbstab.report.runs.sections import MAX_CURVES, run_sections
+from rbstab.report.runs.facts import facts_of
+from rbstab.report.runs.sections import figures_section
 from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.figure_files import figure_bytes
 
 
 def figures_of(*runs):
     """Return all figures of runs except eigenvalues, and decimate each of them."""
-    figures = figures_in(run_sections([without_config(run) for run in runs]))
+    facts = facts_of([without_config(run) for run in runs])
+    figures = figures_in([figures_section(facts)])
     for figure in figures.values():
         assert len(decimate(figure).panels) == len(figure.panels)
     return figures
@@ -61,18 +63,9 @@ def test_nothing_but_odd_numbers():
         for name in ("lyapunov", "energy", "orientation", "chatter_energy", "energy_residual")
     }
     figures = figures_of(with_arrays(run, **nothing), run_of("free", 1))
-    drawn({name: figure for name, figure in figures.items() if not name.startswith("run-2")})
+    drawn(figures)
 
 
 def test_a_trust_that_is_not_known():
     figures = figures_of(with_arrays(run_of("sliding"), trusted_until=np.array(np.nan)))
-    drawn({name: figures[name] for name in ("run-1-modes", "run-1-switching")})
-
-
-def test_distributions_without_numbers():
-    run = run_of("free")
-    odd = [with_broken_half(run_of("free", n, f"{n}"), np.nan) for n in range(MAX_CURVES)]
-    figures = figures_of(*odd, cut(run, 1))
-    drawn(figures)
-    figure = figures["runs-distributions"]
-    assert f"v(end) / v(0): {MAX_CURVES}" in figure.caption
+    drawn({"run-1-events": figures["run-1-events"]})

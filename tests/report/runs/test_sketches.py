@@ -7,7 +7,7 @@ import pytest
 from support.made_runs import DECAY, V_START, made_file, made_result
 
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.runs.sketches import LOWEST, decay_sketches
+from rbstab.report.runs.sketches import decay_sketches
 from rbstab.store.result import write_result
 
 END = 2.0
@@ -86,25 +86,11 @@ def test_round_off_is_not_drawn(tmp_path):
 
     (sketch,) = sketches_of(with_v(tmp_path / "a.h5", change))
     ((_, points),) = sketch.curves
-    assert sketch.y_ends == ("1e-8", "1")
-    assert LOWEST == 1e-8
-    # The curve falls to the lower edge after t = 1 s, sample 200, and ends there: along the edge
-    # it would say that v stays at its lowest value.
-    assert points[201, 1] == 0
-    assert np.isfinite(points[:202, 1]).all()
-    assert np.isnan(points[202:, 1]).all()
-
-
-def test_a_v_below_zero_is_said_not_to_be_drawn(run, tmp_path):
-    def change(t, v):
-        v[t > 1.0] = -1e-6 * V_START
-        return v
-
-    below = with_v(tmp_path / "below.h5", change)
-    (sketch,) = sketches_of(below)
-    assert sketch.caption.endswith("Not drawn: values at or below zero.")
-    assert all(s.caption == sketch.caption for s in sketches_of(below, below))
-    assert "Not drawn" not in sketches_of(run)[0].caption
+    # Until t = 1 s, sample 200, v falls by exp(8); along the lower edge it would seem to stay.
+    assert sketch.y_ends == ("0.00034", "1")
+    assert points[200, 1] == pytest.approx(0.0, abs=1e-12)
+    assert np.isfinite(points[:201, 1]).all()
+    assert np.isnan(points[201:, 1]).all()
 
 
 @pytest.mark.parametrize("start", [0.0, math.nan, -1.0])

@@ -7,8 +7,6 @@ import pytest
 from markdown_it import MarkdownIt
 
 from rbstab.report.model.document import (
-    Card,
-    Cards,
     Cell,
     Head,
     Report,
@@ -114,7 +112,7 @@ def test_a_text_alone_is_one_paragraph(text):
 def figure(name, slope=1.0):
     x = np.linspace(0, 1, 5)
     panel = Panel(Axis("x"), Axis("y"), (Line(x, slope * x),))
-    return Figure(name, "A <figure>", (panel,), source="fig. *1*", caption="It | rises.")
+    return Figure(name, "A <figure>", (panel,), caption="It | rises.")
 
 
 def pictures(folder):
@@ -131,7 +129,7 @@ def test_pictures_stand_beside_the_report(tmp_path):
     text = (tmp_path / "my report.md").read_text()
     for name in names:
         assert f"(my%20report_files/{name})" in text
-    assert "A <figure> (fig. *1*). It | rises." in read(text).text
+    assert "A <figure>. It | rises." in read(text).text
 
 
 def test_old_pictures_give_way_and_other_files_do_not(tmp_path):
@@ -146,19 +144,6 @@ def test_old_pictures_give_way_and_other_files_do_not(tmp_path):
     assert len(names) == 2
 
 
-def test_the_same_report_has_the_same_pictures(tmp_path):
-    write_markdown(report_with("x", figure("one")), tmp_path / "a.md")
-    before = pictures(tmp_path / "a_files")
-    write_markdown(report_with("x", figure("one")), tmp_path / "a.md")
-    assert pictures(tmp_path / "a_files") == before
-
-
 def test_without_figures_there_is_no_folder(tmp_path):
     write_markdown(report_with("x"), tmp_path / "a.md")
     assert [path.name for path in tmp_path.iterdir()] == ["a.md"]
-
-
-def test_the_words_on_cards_are_a_list_of_meanings() -> None:
-    cards = Cards("c", (Card("1", ()),), (("seen", "held along the run"), ("E", "a length")))
-    text = markdown(Report("t", "c", "c", (Section("s", "S", (cards,)),)), {})
-    assert "\n\n- *seen*: held along the run\n- *E*: a length\n" in text

@@ -146,33 +146,6 @@ def test_a_sketch_has_words_at_the_ends_of_its_axes() -> None:
         assert f'<span class="{place}" aria-hidden="true">{word}</span>' in text
 
 
-def test_a_cell_offers_its_command() -> None:
-    """Hidden until the scripts run, which copy it."""
-    cells = (Cell("7", 7.0, command='rbstab run "a" --member 7'), Cell("plain"))
-    table = Table("t", "T", (Head("a"), Head("b")), (cells,))
-    text = page(Report("t", "c", "c", (Section("s", "S", (table,)),)))
-    command = "rbstab run &#34;a&#34; --member 7"
-    button = (
-        f'class="copy" data-command="{command}" aria-label="Copy the command: {command}" hidden'
-    )
-    assert text.count(button) == 1
-    assert text.count('<button type="button" class="copy"') == 1
-
-
-def test_a_caption_of_several_sketches_stands_once_in_rows() -> None:
-    sketches = (Sketch("from 0 to 1", ()), None, Sketch("from 0 to 1", ()), Sketch("other", ()))
-    cards = tuple(Card(str(k), (), sketch=sketch) for k, sketch in enumerate(sketches))
-    text = page(Report("t", "c", "c", (Section("s", "S", (Cards("c", cards),)),)))
-    assert text.count('<p class="again">') == 1
-
-
-def test_the_words_on_cards_are_a_list_of_meanings() -> None:
-    cards = Cards("c", (Card("1", ()),), (("seen", "held along the run"), ("E", "a <length>")))
-    text = page(Report("t", "c", "c", (Section("s", "S", (cards,)),)))
-    assert "<dt>seen:</dt> <dd>held along the run</dd>" in text
-    assert "<dt>E:</dt> <dd>a &lt;length&gt;</dd>" in text
-
-
 def test_numbers_keep_their_units_and_commands_their_options() -> None:
     """Spaces that do not break, and options as one word; a command to copy stays as it is."""
     text = "At 20 N m, see rbstab run plan.yaml --allow-python"

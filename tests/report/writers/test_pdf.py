@@ -12,14 +12,15 @@ from support.pages import motion
 
 from rbstab.report.model.document import Cell, Head, Report, Section, Table, Unread
 from rbstab.report.model.figure import Axis, Figure, Line, Panel
-from rbstab.report.runs.sections import run_sections
+from rbstab.report.runs.facts import facts_of
+from rbstab.report.runs.sections import figures_section
 from rbstab.report.writers.pdf import pdf_of
 
 X = np.linspace(0, 1, 5)
 
 PANEL = Panel(Axis("across"), Axis("up"), (Line(X, X**2),))
 
-FIGURE = Figure("f", "A curve", (PANEL,), source="as Fig. 3", caption="It rises.")
+FIGURE = Figure("f", "A curve", (PANEL,), caption="It rises.")
 
 HOSTILE = [
     "#let x = 1",
@@ -66,7 +67,7 @@ def test_everything_that_the_report_says_is_there():
         "h1 [m]",
         "c1-2",
         "Mind the gap.",
-        "Figure 1: A curve (as Fig. 3). It rises.",
+        "Figure 1: A curve. It rises.",
         # The words at the axes of the figure are letters, and no picture.
         "across",
         "the HTML report has the animation.",
@@ -112,6 +113,6 @@ def test_a_name_that_is_no_text_is_written(capfd):
 
 
 def test_a_report_of_a_real_run():
-    run = without_config(run_of("permanent"))
-    text = text_of(read(replace(report(), sections=run_sections([run]))))
-    assert "States and Lyapunov function: permanent (as the paper" in text
+    section = figures_section(facts_of([without_config(run_of("permanent"))]))
+    text = text_of(read(replace(report(), sections=(section,))))
+    assert "Decay of the Lyapunov function. The dissipated power is" in text

@@ -6,7 +6,7 @@ import pytest
 from rich.console import Console
 
 from rbstab.report.model.document import Cell, Head, Report, Section, Table, Unread
-from rbstab.report.writers.text import print_report, split_table
+from rbstab.report.writers.text import print_report
 
 WORDS = Head("name")
 NUMBERS = [Head(f"number {k}", "J", numbers=True) for k in range(8)]
@@ -41,20 +41,10 @@ def test_nothing_is_wider_than_the_terminal_and_nothing_is_lost(width):
             assert text.count(f"{r}.{k}23456e-10") == 1
 
 
-def test_each_piece_names_its_rows():
-    for piece in split_table(table(), 60):
-        assert [row[0].text for row in piece.rows] == ["row 0", "row 1", "row 2"]
-    assert len(list(split_table(table(), 60))) > 1
-    assert len(list(split_table(table(), 300))) == 1
-
-
-def test_each_piece_names_its_rows_by_two_columns_where_one_does_not_tell_them_apart():
-    rows = tuple((Cell("run"), Cell(f"check {k}"), *[Cell("x" * 20)] * 4) for k in range(2))
-    made = Table("t", "", (WORDS, Head("check"), *[Head(f"c{k}") for k in range(4)]), rows)
-    found = list(split_table(made, 60))
-    assert len(found) > 1
-    for piece in found:
-        assert [row[1].text for row in piece.rows] == ["check 0", "check 1"]
+def test_the_rows_of_a_table_that_is_too_wide_are_paragraphs():
+    text = printed(report(table()), 60)
+    assert text.count("number 7 [J]: ") == 3
+    assert "number 7 [J]: " not in printed(report(table()), 300)
 
 
 def test_long_words_fold_and_numbers_do_not():
@@ -63,11 +53,6 @@ def test_long_words_fold_and_numbers_do_not():
     assert max(map(len, text.splitlines())) <= 50
     assert text.count("a") >= 100
     assert "1.23456789" in text
-
-
-def test_a_table_without_rows_or_of_one_column():
-    printed(report(Table("t", "", (WORDS, *NUMBERS), ())))
-    assert "only" in printed(report(Table("t", "", (WORDS,), ((Cell("only"),),))))
 
 
 def test_what_is_not_read():

@@ -247,9 +247,6 @@ def test_panels_share_their_axes() -> None:
     assert shared[0]["y"][1] > 40
     late = Panel(PLAIN, PLAIN, (Line(T + 3, T),))
     assert domains_of(Figure("f", "F", (one, late), shares_time=True))[0]["x"] == (0.0, 7.0)
-    (equal,) = domains_of(Figure("f", "F", (replace(other, equal=True),)))
-    (left, right), (low, high) = equal["x"], equal["y"]
-    assert right - left == pytest.approx(high - low)
 
 
 def test_the_legend_names_each_curve_once_and_the_many_last() -> None:

@@ -46,13 +46,6 @@ def test_a_report_is_known_to_be_one_and_gives_way(form, tmp_path):
     assert [p.name for p in path.parent.iterdir()] == ["report"]
 
 
-@pytest.mark.parametrize("form", FORMATS)
-def test_a_report_of_another_format_gives_way_too(form, tmp_path):
-    path = tmp_path / "report"
-    write_report(SMALL, path, "text")
-    write_report(SMALL, path, form)
-
-
 @pytest.mark.parametrize("content", [b"", b"title: mine\n", b"made by rbstab report, I think\n"])
 @pytest.mark.parametrize("form", FORMATS)
 def test_what_is_no_report_is_kept(content, form, tmp_path):
@@ -65,23 +58,9 @@ def test_what_is_no_report_is_kept(content, form, tmp_path):
     assert is_report(path)
 
 
-def test_a_result_is_no_report(tmp_path):
-    path = made_file(tmp_path / "a.h5")
-    before = path.read_bytes()
-    with pytest.raises(ResultExistsError):
-        write_report(SMALL, path, "html")
-    assert path.read_bytes() == before
-
-
 def test_a_folder(tmp_path):
     with pytest.raises(StoreError, match="it is a folder"):
         write_report(SMALL, tmp_path, "html", force=True)
-
-
-def test_below_a_file(tmp_path):
-    (tmp_path / "a").write_bytes(b"")
-    with pytest.raises(StoreError):
-        write_report(SMALL, tmp_path / "a" / "b.html", "html")
 
 
 @pytest.mark.parametrize("form", FORMATS)
@@ -126,18 +105,23 @@ def names_of(report):
 def test_the_parts_of_a_report(tmp_path):
     paths = [made_file(tmp_path / f"{k}.h5", title=f"Run {k}") for k in range(2)]
     report = report_of(read_sources(paths), "rbstab report")
-    names = names_of(report)
-    assert names[:3] == ["summary", "runs-compared", "runs"]
-    assert names[-3:] == ["certificates", "differences", "provenance"]
-    of_each = ["run-1-figures", "run-2-figures"]
-    assert [s.name for s in report.sections if s.folded] == [*of_each, *names[-3:]]
-    alone = report_of(read_sources(paths[:1]), "rbstab report")
-    assert [s.name for s in alone.sections if s.folded] == names[-3:]
-    assert "motion" in names
+    shown = ["summary", "motion", "figures", "runs", "differences"]
+    folded = ["certificates", "config", "provenance"]
+    assert names_of(report) == [*shown, *folded]
+    assert [section.name for section in report.sections if section.folded] == folded
+    blocks = [block for section in report.sections for block in section.blocks]
+    names = [block.name for block in blocks if not isinstance(block, str)]
     assert len(set(names)) == len(names)
     assert report.title == "2 runs"
-    assert report_of(read_sources(paths[:1]), "").title == "Run 0"
+    alone = report_of(read_sources(paths[:1]), "")
+    assert names_of(alone) == [*shown[:-1], *folded]
+    assert alone.title == "Run 0"
     assert report_of(read_sources(paths), "", "My\u202e title").title == "My\\u202e title"
+
+
+def test_what_is_wrong_comes_right_after_the_answers(tmp_path):
+    paths = [made_file(tmp_path / f"{k}.h5", warnings="one") for k in range(2)]
+    assert names_of(report_of(read_sources(paths), ""))[:2] == ["summary", "warnings"]
 
 
 def test_answers_of_sweeps_stand_with_those_of_runs(tmp_path):
@@ -158,13 +142,6 @@ def test_answers_of_sweeps_stand_with_those_of_runs(tmp_path):
     (alone, *_) = report_of(read_sources(sweeps[:1]), "").sections
     assert alone.name == "sweep-1"
     assert isinstance(alone.blocks[1], Cards)
-
-
-def test_names_of_blocks_are_their_own(tmp_path):
-    paths = [made_file(tmp_path / f"{k}.h5") for k in range(3)]
-    report = report_of(read_sources(paths), "rbstab report")
-    names = [b.name for s in report.sections for b in s.blocks if not isinstance(b, str)]
-    assert len(set(names)) == len(names)
 
 
 def test_only_the_first_runs_move(tmp_path):
@@ -194,4 +171,4 @@ def test_a_file_name_can_be_anything(tmp_path):
     names = ["<b>x</b>.h5", "[red]x.h5", "a|b`c`.h5", "\u202ex.h5", "x" * 200 + ".h5", "-o.h5"]
     paths = [made_file(Path(tmp_path, name)) for name in names]
     report = report_of(read_sources(paths), "")
-    assert len(report.sections[0].blocks) == 3
+    assert len(report.sections[0].blocks) == 2

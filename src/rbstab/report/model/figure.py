@@ -61,7 +61,6 @@ class Line:
         colour: Number of its colour in the palette.
         dash: Number of its dash pattern: 0 solid, then dashed, dotted, dash-dotted.
         step: Whether the value stays constant from one point to the next.
-        depth: How many curves it is behind: it is drawn wider and paler than these.
         cased: Whether it is drawn dark between light edges, so that it shows on areas of any colour
             and on any page. It then has no colour of its own.
         group: The entry of the legend that it shares with curves of other names; it is thin and
@@ -74,23 +73,8 @@ class Line:
     colour: int = 0
     dash: int = 0
     step: bool = False
-    depth: int = 0
     cased: bool = False
     group: str = ""
-
-    @property
-    def wider(self) -> float:
-        """Its width over that of a curve in front, so that it shows on both sides of it."""
-        if self.group:
-            return 0.6
-        return 1.0 + 0.7 * min(self.depth, 3)
-
-    @property
-    def opacity(self) -> float:
-        """Its opacity, 1 in front."""
-        if self.group:
-            return 0.6
-        return (1.0, 0.55, 0.45, 0.35)[min(self.depth, 3)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -286,7 +270,6 @@ class Panel:
         y: The vertical axis.
         marks: The marks, from back to front.
         title: Text above the panel; "" for none.
-        equal: Whether both axes have the same scale.
         square: Whether it is as high as it is wide, as a map over two parameters of one kind.
     """
 
@@ -294,7 +277,6 @@ class Panel:
     y: Axis
     marks: tuple[Mark, ...]
     title: str = ""
-    equal: bool = False
     square: bool = False
 
 
@@ -307,7 +289,6 @@ class Figure:
         title: Its title.
         panels: Its panels, row by row; their axes are independent, except under `shares_time`.
         columns: Number of panels side by side, where there is enough room.
-        source: The corresponding figure or equation of the paper; "" for none.
         caption: Explanation for the reader; "" for none.
         shares_time: Whether x is the time of a run in all panels. They then zoom together, and an
             HTML page moves its time cursor over them.
@@ -322,7 +303,6 @@ class Figure:
     title: str
     panels: tuple[Panel, ...]
     columns: int = 1
-    source: str = ""
     caption: str = ""
     shares_time: bool = False
     shared: str = ""

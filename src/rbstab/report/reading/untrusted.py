@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from rbstab.analysis.certificate.verdict import Check
+from rbstab.elements.declarations import OwnState
 from rbstab.experiment.own_states import own_states_of
 from rbstab.files.shell_words import shell_word
 from rbstab.report.model.words import untrusted
-from rbstab.report.reading.element_states import state_in_file
 from rbstab.report.reading.not_results import not_a_result
 from rbstab.store.disk.paths import path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import NotAResultError, StoreError
@@ -19,7 +19,7 @@ from rbstab.store.variables import Variable
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, unfinished_error
 from rbstab.sweep.folder.sweep_table import check_sweep
-from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS
+from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS, Quantity, state_quantity
 
 TEXT_QUANTITY = "transition_kind"
 """The only quantity that is text."""
@@ -72,7 +72,7 @@ def result_of(file: Path) -> Result | None:
 def _check_arrays(file: Path, result: Result) -> None:
     """Check that a result has the arrays of a run, with the right types and shapes."""
     lengths = dict(RUN_DIMENSIONS)
-    own = [state_in_file(name, result.variables[name]) for name in own_states_of(result)]
+    own = [_own_state(name, result.variables[name]) for name in own_states_of(result)]
     for quantity in (*QUANTITIES, *own):
         variable = result.variables.get(quantity.name)
         if variable is None and quantity.optional:
@@ -91,6 +91,13 @@ def _check_arrays(file: Path, result: Result) -> None:
     if parts is None or parts.data.shape != (lengths["part"],):
         raise NotAResultError(f"{file} is damaged: its array part is missing or has a wrong shape")
     _check_certificate(file, result)
+
+
+def _own_state(name: str, variable: Variable) -> Quantity:
+    """Return what an array must be, if it is the own state of a named element."""
+    size = variable.data.shape[1] if variable.data.ndim == 2 else 0
+    symbol, _, meaning = variable.long_name.partition(": ")
+    return state_quantity(OwnState(name, symbol, variable.unit, meaning, size))
 
 
 def _check_certificate(file: Path, result: Result) -> None:

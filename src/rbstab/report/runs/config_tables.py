@@ -1,8 +1,6 @@
 """Tables of the config keys that differ between runs, and of the keys that are equal."""
 
-import json
-from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeGuard
 
 from rbstab.config.units import Kind, unit_of
@@ -11,23 +9,14 @@ from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, counted, number, untrusted
 from rbstab.report.runs.facts import RunFacts
 
-MAX_RUN_COLUMNS = 6
-"""Up to this many runs have a column each; with more, each has a row."""
-
 MAX_LISTED = 24
 """The most entries of a list that are shown."""
 
 MAX_KEYS = 12
-"""Maximum number of keys in the table with one row for each run."""
+"""Maximum number of keys that differ, each with a column."""
 
 OMITTED_KEYS = ("schema_version", "reference")
 """Keys that do not describe the experiment."""
-
-NOT_SPECIAL = ("title",)
-"""Keys of which the cards of runs say nothing."""
-
-MAX_SPECIAL = 8
-"""If runs differ in more keys, their cards do not say in which."""
 
 TIMES = ("integration.duration", "integration.time_limit")
 """Keys in s. They are no part of `unit_of`, which also names the units of columns of sweeps: those
@@ -36,113 +25,50 @@ are stored, and stay as they are."""
 Flat = dict[str, Any]
 
 
-def config_section(facts: Sequence[RunFacts]) -> Section | None:
-    """Return the section with the differing keys, then the equal keys.
-
-    Returns:
-        The section; None if no config can be read.
-    """
-    configs = {entry.run.label: flat(entry.run.data) for entry in facts if entry.run.data}
-    if not configs:
+def differences_section(facts: Sequence[RunFacts]) -> Section | None:
+    """Return the section with the keys in which runs differ; None for one run, or no config."""
+    configs = _configs(facts)
+    if len(facts) < 2 or not configs:
         return None
-    keys = list(dict.fromkeys(k for config in configs.values() for k in config if _is_shown(k)))
-    differing = [key for key in keys if _differs(key, list(configs.values()))]
-    equal = [key for key in keys if key not in differing]
-    blocks: list[Block] = []
-    if len(configs) == 1:
-        title = "The experiment"
-    else:
-        title = "Differences between the runs"
-        blocks += _differences(configs, differing)
-    if equal:
-        first = next(iter(configs.values()))
-        rows = tuple((Cell(with_unit(key, configs)), _cell(first.get(key))) for key in equal)
-        heading = "The resolved config" if len(configs) == 1 else "Equal in all runs"
-        blocks.append(Table("equal", heading, (Head("key"), Head("value")), rows))
-    if len(configs) < len(facts):
-        blocks.append(
-            f"Not shown: {counted(len(facts) - len(configs), 'run')} with an unreadable config."
-        )
-    return Section("differences", title, tuple(blocks), folded=True)
-
-
-def _differences(configs: Mapping[str, Flat], keys: Sequence[str]) -> list[Block]:
-    if not keys:
-        return ["The configs of all runs are equal."]
-    if len(configs) <= MAX_RUN_COLUMNS:
+    keys = _keys(configs.values(), differing=True)
+    block: Block = "The configs of all runs are equal."
+    if keys:
+        heads = [Head(untrusted(key), _unit(key, configs)) for key in keys[:MAX_KEYS]]
         rows = tuple(
-            (
-                Cell(with_unit(key, configs)),
-                *(_cell(config.get(key)) for config in configs.values()),
-            )
-            for key in keys
+            (Cell(label), *(_cell(config.get(key)) for key in keys[:MAX_KEYS]))
+            for label, config in configs.items()
         )
-        heads = (Head("key"), *(Head(label) for label in configs))
-        return [Table("differences", "Keys that differ", heads, rows)]
-    shown = keys[:MAX_KEYS]
-    return [_ranges(configs, keys), _by_run(configs, shown, omitted=len(keys) - len(shown))]
+        omitted = len(keys[MAX_KEYS:])
+        note = f"Not shown: {counted(omitted, 'more differing key')}." if omitted else ""
+        block = Table("differences", "Keys that differ", (Head("run"), *heads), rows, note)
+    return Section("differences", "Differences between the runs", (block,))
 
 
-def own_keys(facts: Sequence[RunFacts]) -> list[str]:
-    """Return what is special of each run: its values of the keys in which not all runs are alike.
-
-    A value that most of the runs have is not special. The text is empty for a run without special
-    values, and for all runs if they differ in so many keys that they are different experiments.
-    """
-    configs = [flat(entry.run.data) for entry in facts]
-    keys = dict.fromkeys(key for config in configs for key in config if _is_shown(key))
-    differing = [key for key in keys if key not in NOT_SPECIAL and _differs(key, configs)]
-    if not differing or len(differing) > MAX_SPECIAL or not all(configs):
-        return [""] * len(facts)
-    values = {key: [value_text(config.get(key)) for config in configs] for key in differing}
-    usual = {key: _usual(found) for key, found in values.items()}
-    return [
-        ", ".join(
-            f"{untrusted(key)} = {found[k]}"
-            for key, found in values.items()
-            if found[k] != usual[key]
-        )
-        for k in range(len(facts))
-    ]
+def config_section(facts: Sequence[RunFacts]) -> Section | None:
+    """Return the section with the keys that are equal in all runs; None if there are none."""
+    configs = _configs(facts)
+    keys = _keys(configs.values(), differing=False)
+    blocks: list[Block] = []
+    if keys:
+        first = next(iter(configs.values()))
+        rows = tuple((Cell(with_unit(key, configs)), _cell(first.get(key))) for key in keys)
+        title = "The resolved config" if len(facts) == 1 else "Equal in all runs"
+        blocks.append(Table("equal", title, (Head("key"), Head("value")), rows))
+    if len(configs) < len(facts):
+        unread = counted(len(facts) - len(configs), "run")
+        blocks.append(f"Not shown: {unread} with an unreadable config.")
+    return Section("config", "Config", tuple(blocks), folded=True) if blocks else None
 
 
-def _usual(values: Sequence[str]) -> str | None:
-    """Return the value that more than half of the runs have; None if there is none."""
-    ((value, count),) = Counter(values).most_common(1)
-    return value if 2 * count > len(values) else None
+def _configs(facts: Sequence[RunFacts]) -> dict[str, Flat]:
+    return {entry.run.label: flat(entry.run.data) for entry in facts if entry.run.data}
 
 
-def _ranges(configs: Mapping[str, Flat], keys: Sequence[str]) -> Table:
-    """Return the range of each differing key."""
-    heads = (Head("key"), Head("values", numbers=True), Head("smallest"), Head("largest"))
-    rows = []
-    for key in keys:
-        values = [config.get(key) for config in configs.values()]
-        numbers = [float(value) for value in values if _is_number(value)]
-        all_numbers = len(numbers) == len(values)
-        ends = (min(numbers), max(numbers)) if all_numbers else (None, None)
-        count = len({json.dumps(value, default=str) for value in values})
-        rows.append(
-            (Cell(with_unit(key, configs)), Cell(str(count), float(count)), *map(_cell, ends))
-        )
-    return Table("varied", "Ranges of the keys that differ", heads, tuple(rows))
-
-
-def _by_run(configs: Mapping[str, Flat], keys: Sequence[str], omitted: int) -> Table:
-    heads = (
-        Head("run"),
-        *(Head(untrusted(key), _unit(key, configs), _numeric(key, configs)) for key in keys),
-    )
-    rows = tuple(
-        (Cell(label), *(_cell(config.get(key)) for key in keys))
-        for label, config in configs.items()
-    )
-    note = f"Not shown: {counted(omitted, 'more differing key')}." if omitted else ""
-    return Table("differences", "Keys that differ, by run", heads, rows, note)
-
-
-def _numeric(key: str, configs: Mapping[str, Flat]) -> bool:
-    return all(_is_number(config.get(key)) for config in configs.values())
+def _keys(configs: Iterable[Flat], *, differing: bool) -> list[str]:
+    """Return the keys in which configs differ, or those in which they are equal."""
+    every = list(configs)
+    keys = dict.fromkeys(key for config in every for key in config if _is_shown(key))
+    return [key for key in keys if _differs(key, every) == differing]
 
 
 def flat(data: Mapping[str, Any], prefix: str = "") -> Flat:

@@ -13,7 +13,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Animation, Tie
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.curves import norms
-from rbstab.report.runs.solid import semi_axes, solid_of
+from rbstab.report.runs.solid import solid_of
 
 MAX_FRAMES = 360
 """Maximum number of frames. A page stores the pose of each; more would not be visible."""
@@ -35,9 +35,8 @@ def animation_of(run: Run) -> Animation:
         raise ValueError(f"{run.label}: the run has no finite state")
     turns = Rotation.from_matrix(attitude.rotations(Theta[finite]))
     times = run.result["time"][finite]
-    lengths, _ = semi_axes(system.body)
-    scaled = X[finite] / lengths[-1]
-    frames = _frames(times, scaled, turns, MAX_FRAMES)
+    count = min(len(times), MAX_FRAMES)
+    frames = np.linspace(0, len(times) - 1, count).round().astype(np.intp)
     has_anchor = run.config.controller.variant not in ("none", "free")
     return Animation(
         name=run.name,
@@ -70,21 +69,3 @@ def _ties(run: Run, config: Config, turns: Rotation, samples: Array) -> tuple[Ti
         loads = np.copysign(norms(own), (own * toward).sum(axis=1))
         ties.append(Tie(name, point, anchor, loads))
     return tuple(ties)
-
-
-def _frames(times: Array, positions: Array, turns: Rotation, most: int) -> Array:
-    """Return the indices of at most so many samples, denser where the body moves faster."""
-    count = len(times)
-    if count <= most:
-        return np.arange(count)
-    steps = (turns[:-1].inv() * turns[1:]).magnitude()
-    steps = steps + np.linalg.norm(np.diff(positions, axis=0), axis=1)
-    shares = [_share(np.diff(times)), _share(steps)]
-    path = np.concatenate([[0.0], np.cumsum(sum(shares))])
-    targets = np.linspace(0.0, path[-1], most)[1:-1]
-    return np.unique([0, *np.searchsorted(path, targets).clip(max=count - 1), count - 1])
-
-
-def _share(steps: Array) -> Array:
-    total = steps.sum()
-    return steps / total if total > 0 else np.zeros(len(steps))

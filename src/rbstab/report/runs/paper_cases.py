@@ -1,49 +1,23 @@
-"""The paper's cases as it prints them, and the keys in which a config differs from its case.
+"""The paper's cases, and the keys in which a config differs from its case.
 
 A value printed for a case says nothing about a run of another body, other gains, or another start.
 """
 
 from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
+from rbstab.config.load import load_config
 from rbstab.config.schema import Config
+from rbstab.packaged.examples import example
 from rbstab.report.runs.config_tables import flat
 
-_COMMON: dict[str, Any] = {
-    "body.mass": 41.0,
-    "body.inertia": [10.0, 8.0, 0.4],
-    "body.contact_point": [0.15, 0.1, -0.42],
-    "gravity": [0.0, 0.0, 0.0],
-    "controller.K_t": [4100.0, 4100.0, 3280.0],
-    "controller.L_t": [200.0, 200.0, 140.0],
-    "controller.K_r": [400.0, 400.0, 320.0],
-    "controller.L_r": [60.0, 60.0, 42.0],
-    "controller.anchor": "origin",
-    "initial.orientation": [0.0, 0.0, 0.0],
-    "initial.angular_velocity": [16.0, 32.0, -16.0],
-    "integration.duration": 2.0,
+CASES = {
+    "paper, section 6.1": "paper/case1_permanent",
+    "paper, section 6.2": "paper/case2_visco_elastic",
+    "paper, section 6.3": "paper/case3_embedded",
 }
-_AT_ORIGIN: dict[str, Any] = {
-    "initial.position": [0.0, 0.0, 0.0],
-    "initial.velocity": [0.0, 0.0, 0.0],
-}
-
-CASES: dict[str, dict[str, Any]] = {
-    "paper, section 6.1": _COMMON
-    | {"controller.variant": "permanent", "controller.L_t": [210.0, 210.0, 140.0]},
-    "paper, section 6.2": _COMMON | _AT_ORIGIN | {"controller.variant": "visco-elastic"},
-    "paper, section 6.3": _COMMON
-    | _AT_ORIGIN
-    | {
-        "controller.variant": "embedded",
-        "controller.K_c": [12300.0, 12300.0, 9840.0],
-        "controller.L_c": [600.0, 600.0, 420.0],
-        "controller.K_d": [12300.0, 12300.0, 9840.0],
-        "controller.L_d": [1200.0, 1200.0, 840.0],
-        "initial.connector_state": [0.0, 0.0, 0.0],
-    },
-}
-"""The config of each case, by the source that a `reference` names."""
+"""The example that is a case of the paper, by the source that a `reference` names."""
 
 NOT_PRINTED = {"paper, section 6.2": ("controller.K_c", "controller.L_c")}
 """Keys that a case needs and the paper does not print: any value of them is of the case."""
@@ -63,9 +37,9 @@ def changed_keys(config: Config, data: Mapping[str, Any]) -> dict[str, tuple[Any
         empty for a source that is not a case of the paper: its config is not known.
     """
     reference = config.reference
-    case = CASES.get(reference.source) if reference is not None else None
-    if reference is None or case is None:
+    if reference is None or reference.source not in CASES:
         return {}
+    case = _keys_of(CASES[reference.source])
     has_values = (reference.final, reference.peak_contact_displacement) != (None, None)
     own = {
         key: value
@@ -78,6 +52,13 @@ def changed_keys(config: Config, data: Mapping[str, Any]) -> dict[str, tuple[Any
         for key in dict.fromkeys((*case, *own))
         if key not in free and _plain(own.get(key)) != _plain(case.get(key))
     }
+
+
+@cache
+def _keys_of(name: str) -> dict[str, Any]:
+    """Return the keys of an example that are part of the experiment."""
+    data = load_config(example(name)).model_dump(mode="json", exclude_none=True)
+    return {key: value for key, value in flat(data).items() if _acts(key)}
 
 
 def _acts(key: str) -> bool:

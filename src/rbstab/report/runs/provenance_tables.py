@@ -1,7 +1,6 @@
 """Report sections on warnings, provenance and the commands that repeat runs."""
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,9 +10,6 @@ from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, listed, number, untrusted
 from rbstab.report.runs.facts import RunFacts
 from rbstab.report.runs.tables import number_cell
-
-MAX_COMMANDS = 24
-"""Up to this many runs have a command each."""
 
 PER_RUN_ATTRIBUTES = ("steps", "evaluations", "wall_time")
 """Attributes that always have a column in the table of runs."""
@@ -55,11 +51,7 @@ def warnings_section(facts: Sequence[RunFacts]) -> Section | None:
 
 def provenance_section(facts: Sequence[RunFacts]) -> Section:
     """Return the section with versions, identities, tolerances, and commands that repeat runs."""
-    blocks: list[Block] = []
-    shared = _shared(facts)
-    if shared is not None:
-        blocks.append(shared)
-    blocks += [_by_run(facts), *_commands(facts)]
+    blocks = [*_shared(facts), _by_run(facts), _commands(facts)]
     return Section("provenance", "Provenance", tuple(blocks), folded=True)
 
 
@@ -87,8 +79,8 @@ def _text(value: Any) -> str:
     return str(value) or NO_VALUE
 
 
-def _shared(facts: Sequence[RunFacts]) -> Table | None:
-    """Return the table of values that all runs share; None if there are none."""
+def _shared(facts: Sequence[RunFacts]) -> list[Block]:
+    """Return the table of values that all runs share; [] if there are none."""
     origins = [_origin(entry) for entry in facts]
     rows = tuple(
         (Cell(name), Cell(value))
@@ -96,7 +88,7 @@ def _shared(facts: Sequence[RunFacts]) -> Table | None:
         if all(origin.get(name) == value for origin in origins)
     )
     title = "Shared by all runs" if len(facts) > 1 else "Origin of the run"
-    return Table("versions", title, (Head("property"), Head("value")), rows) if rows else None
+    return [Table("versions", title, (Head("property"), Head("value")), rows)] if rows else []
 
 
 def _by_run(facts: Sequence[RunFacts]) -> Table:
@@ -133,27 +125,14 @@ def _attribute(facts: RunFacts, name: str, digits: int) -> Cell:
     return number_cell(float(value), digits) if isinstance(value, int | float) else Cell(NO_VALUE)
 
 
-def _commands(facts: Sequence[RunFacts]) -> list[Block]:
+def _commands(facts: Sequence[RunFacts]) -> Table:
     """Return the commands that repeat runs from their stored configs, in another folder."""
-    if len(facts) > MAX_COMMANDS:
-        show, run = "rbstab show RESULT --config > NAME.yaml", "rbstab run NAME.yaml -o again"
-        return [f"To repeat a run from its stored config: {one_after_the_other(show, run)}"]
-    names = _names([entry.run.path for entry in facts])
     rows = tuple(
-        (Cell(entry.run.label), Cell(repeat_command(entry.run.path, name)))
-        for entry, name in zip(facts, names, strict=True)
+        (Cell(entry.run.label), Cell(repeat_command(entry.run.path, entry.run.name)))
+        for entry in facts
     )
     heads = (Head("run"), Head("command"))
-    return [Table("commands", "Commands that repeat each run from its stored config", heads, rows)]
-
-
-def _names(paths: Sequence[Path]) -> list[str]:
-    """Return the names of results; results with the same name are numbered."""
-    counts = Counter(path.stem for path in paths)
-    return [
-        path.stem if counts[path.stem] == 1 else f"{path.stem}-{number + 1}"
-        for number, path in enumerate(paths)
-    ]
+    return Table("commands", "Commands that repeat each run from its stored config", heads, rows)
 
 
 def repeat_command(path: Path, name: str) -> str:

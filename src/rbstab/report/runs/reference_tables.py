@@ -8,7 +8,7 @@ from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import NO_VALUE, listed, number, untrusted, vector
 from rbstab.report.runs.config_tables import value_text
 from rbstab.report.runs.facts import RunFacts
-from rbstab.report.runs.paper_cases import changed_keys
+from rbstab.report.runs.paper_cases import CASES, changed_keys
 
 HEADS = (
     Head("run"),
@@ -26,6 +26,9 @@ NOTE = (
     "--to-end)."
 )
 
+CLAIM = "globally stable"
+"""What the paper says of its controlled bodies, in the range of eq. 5."""
+
 CHANGED_HEADS = (
     Head("run"),
     Head("source"),
@@ -40,21 +43,41 @@ CHANGED_NOTE = (
 
 def reference_section(facts: Sequence[RunFacts]) -> Section | None:
     """Return the section with printed and computed values; None if no config has a `reference`."""
-    changed = [(entry, text) for entry in facts if (text := _changes(entry))]
-    others = [entry for entry, _ in changed]
-    own = [entry for entry in facts if entry not in others]
-    rows = tuple(
-        _row(entry.run.label, comparison) for entry in own for comparison in entry.comparisons
-    )
-    blocks: list[Block] = [*_sentences(own)]
+    changes = {entry.run.label: _changes(entry) for entry in facts}
+    own = [entry for entry in facts if not changes[entry.run.label]]
+    changed = [entry for entry in facts if changes[entry.run.label]]
+    rows = [_row(entry.run.label, value) for entry in own for value in entry.comparisons]
+    rows += [_claim(entry) for entry in own if _is_of_paper(entry)]
+    blocks: list[Block] = list(_sentences(own))
     if rows:
         blocks += _stopped(own)
-        blocks.append(Table("reference", "Printed and computed values", HEADS, rows, NOTE))
+        blocks.append(Table("reference", "Printed and computed", HEADS, tuple(rows), NOTE))
     if changed:
-        blocks.append(_changed_table(changed))
+        others = tuple(
+            (Cell(entry.run.label), Cell(untrusted(_source(entry))), Cell(changes[entry.run.label]))
+            for entry in changed
+        )
+        blocks.append(
+            Table("reference-changed", "Changed configs", CHANGED_HEADS, others, CHANGED_NOTE)
+        )
     if not blocks:
         return None
     return Section("source", "Comparison with the source", tuple(blocks))
+
+
+def _is_of_paper(entry: RunFacts) -> bool:
+    """Whether a run is a case of the paper as it stands there: without elements of its own."""
+    config = entry.run.config
+    return config is not None and _source(entry) in CASES and not config.elements
+
+
+def _claim(entry: RunFacts) -> tuple[Cell, ...]:
+    """Return what the paper says of the stability of its case, beside what is known."""
+    answer = entry.answer.whole_range
+    return (
+        *(Cell(entry.run.label), Cell("the body is"), Cell(CLAIM)),
+        *(Cell(answer.word), Cell(answer.sentence), Cell(NO_VALUE)),
+    )
 
 
 def _changes(entry: RunFacts) -> str:
@@ -65,14 +88,6 @@ def _changes(entry: RunFacts) -> str:
         f"{untrusted(key)} = {value_text(value)} ({value_text(printed)})"
         for key, (value, printed) in keys.items()
     )
-
-
-def _changed_table(changed: Sequence[tuple[RunFacts, str]]) -> Table:
-    rows = tuple(
-        (Cell(entry.run.label), Cell(untrusted(_source(entry))), Cell(text))
-        for entry, text in changed
-    )
-    return Table("reference-changed", "Changed configs", CHANGED_HEADS, rows, CHANGED_NOTE)
 
 
 def _source(entry: RunFacts) -> str:

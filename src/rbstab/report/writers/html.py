@@ -17,11 +17,12 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
-from rbstab.report.model.document import MARKS, Animation, Cards, Cell, Head, Report, Table
+from rbstab.report.model.document import MARKS, Animation, Cell, Head, Report, Sketch, Table
 from rbstab.report.model.figure import Figure
 from rbstab.report.model.palette import colour
 from rbstab.report.model.words import unbroken
-from rbstab.report.writers.sketches import svg_of_each
+from rbstab.report.writers.sketches import svg
+from rbstab.report.writers.templating import environment_of
 from rbstab.report.writers.vega.marks import JSON
 from rbstab.report.writers.vega.page_data import packed_array, page_data
 
@@ -49,26 +50,14 @@ MAX_SHORT, MAX_ONE_LINE = 28, 80
 
 def page(report: Report) -> str:
     """Render a report as one HTML page."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("rbstab.report.writers"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = environment_of()
     environment.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
-    environment.tests["table"] = lambda block: isinstance(block, Table)
-    environment.tests["figure"] = lambda block: isinstance(block, Figure)
-    environment.tests["cards"] = lambda block: isinstance(block, Cards)
     environment.filters["breakable"] = _breakable
     environment.filters["prose"] = _prose
-    environment.globals["pictures"] = _pictures(report)
+    environment.filters["picture"] = _picture
     environment.globals["sketch_colour"] = colour
     environment.globals["rows"] = _rows
     environment.globals["marks"] = MARKS
-    environment.tests["animation"] = lambda block: isinstance(block, Animation)
     blocks = [block for section in report.sections for block in section.blocks]
     figures = [block for block in blocks if isinstance(block, Figure)]
     script = "".join(_template(f"{name}.js") for name in SCRIPTS)
@@ -88,19 +77,9 @@ def page(report: Report) -> str:
     return text.encode("utf-8", "replace").decode("utf-8")
 
 
-def _pictures(report: Report) -> dict[str, list[Markup]]:
-    """Return the pictures of all cards, by the name of their block; "" where a card has none."""
-    blocks = [b for section in report.sections for b in section.blocks if isinstance(b, Cards)]
-    sketches = [card.sketch for block in blocks for card in block.cards if card.sketch is not None]
-    drawn = iter(svg_of_each(sketches))
-    # The SVG escapes its texts itself.
-    return {
-        block.name: [
-            Markup("" if card.sketch is None else next(drawn))  # noqa: S704
-            for card in block.cards
-        ]
-        for block in blocks
-    }
+def _picture(sketch: Sketch) -> Markup:
+    """Return a sketch as SVG, which escapes its texts itself."""
+    return Markup(svg(sketch))  # noqa: S704
 
 
 def _breakable(text: str) -> Markup:

@@ -6,15 +6,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from urllib.parse import quote
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from rbstab.config.errors import printable
 from rbstab.files.existence import is_dir
-from rbstab.report.model.document import Animation, Cards, Report, Table
-from rbstab.report.model.figure import Figure
+from rbstab.report.model.document import Report
 from rbstab.report.writers.figure_files import figure_bytes, figures_of
 from rbstab.report.writers.signature import SIGNATURES, pictures_folder
+from rbstab.report.writers.templating import environment_of
 from rbstab.store.disk.atomic import write_atomically
 
 PICTURE = re.compile(r"[a-z0-9-]+\.[0-9a-f]{12}\.svg")
@@ -54,19 +53,8 @@ def markdown(report: Report, pictures: Mapping[str, str]) -> str:
         report: The report.
         pictures: The link to the picture of each figure, by the name of the figure.
     """
-    environment = Environment(
-        loader=PackageLoader("rbstab.report.writers"),
-        # A text that does not pass the filter `md` is escaped as HTML, which is valid in Markdown.
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = environment_of()
     environment.filters["md"] = escaped
-    environment.tests["table"] = lambda block: isinstance(block, Table)
-    environment.tests["figure"] = lambda block: isinstance(block, Figure)
-    environment.tests["cards"] = lambda block: isinstance(block, Cards)
-    environment.tests["animation"] = lambda block: isinstance(block, Animation)
     template = environment.get_template("report.md.j2")
     return template.render(report=report, pictures=pictures) + "\n"
 

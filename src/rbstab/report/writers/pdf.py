@@ -63,8 +63,7 @@ class _Numbered:
         if isinstance(block, Figure):
             name = f"{self._figures}.pdf"
             self._figures += 1
-            source = f" ({block.source})" if block.source else ""
-            caption = f"{block.title}{source}. {block.caption}".strip()
+            caption = f"{block.title}. {block.caption}".strip()
             return {"kind": "figure", "file": name, "caption": caption}
         if isinstance(block, Animation):
             text = f"{block.title}: the HTML report has the animation."

@@ -32,7 +32,7 @@ def _block(block: Block) -> dict[str, Any]:
         return {"kind": "table", **common, "columns": heads, "rows": rows}
     if isinstance(block, Figure):
         common = {"name": block.name, "title": block.title, "caption": block.caption}
-        return {"kind": "figure", **common, "source": block.source}
+        return {"kind": "figure", **common}
     if isinstance(block, Animation):
         return {"kind": "motion", "name": block.name, "title": block.title}
     if isinstance(block, Cards):

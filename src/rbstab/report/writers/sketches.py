@@ -1,16 +1,14 @@
 """Sketches as SVG, in the colours of the figures."""
 
 import math
-from collections.abc import Sequence
 from html import escape
-from itertools import islice
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Sketch
 from rbstab.report.model.palette import colour
-from rbstab.report.writers.decimate import visible_points
+from rbstab.report.writers.decimate import kept_points
 
 WIDTH, HEIGHT = 300.0, 72.0
 """The frame, in units of the picture."""
@@ -21,29 +19,20 @@ MARGIN = 4.0
 ASPECT = (HEIGHT + 2 * MARGIN) / (WIDTH + 2 * MARGIN)
 """The height of a picture over its width."""
 
+MAX_POINTS = int(WIDTH)
+"""Maximum number of points of a curve: one for each unit of its width."""
+
 FRAME = "#999999"
 """Grey that is visible on light and dark pages."""
 
 
 def svg(sketch: Sketch) -> str:
     """Return a sketch as an SVG element; its words are its text for those who do not see it."""
-    return svg_of_each([sketch])[0]
-
-
-def svg_of_each(sketches: Sequence[Sketch]) -> list[str]:
-    """Return many sketches as `svg` does."""
-    curves = [_placed(points) for sketch in sketches for _, points in sketch.curves]
-    visible = visible_points(curves, np.array([0.2, 0.2]))
-    paths = iter([_path(points[kept]) for points, kept in zip(curves, visible, strict=True)])
-    return [_element(sketch, list(islice(paths, len(sketch.curves)))) for sketch in sketches]
-
-
-def _element(sketch: Sketch, paths: Sequence[str]) -> str:
-    """Return a sketch whose curves have these paths."""
     parts = [
         f'<path d="M0 0V{HEIGHT:g}H{WIDTH:g}" fill="none" stroke="{FRAME}" stroke-width="1"/>',
     ]
-    for index, path in enumerate(paths):
+    for index, (_, points) in enumerate(sketch.curves):
+        path = _path(_placed(points[kept_points(points[:, 0], points[:, 1], MAX_POINTS)]))
         if path:
             parts.append(
                 f'<path d="{path}" fill="none" stroke="{colour(index)}" stroke-width="1.6" '

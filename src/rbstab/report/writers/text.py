@@ -1,10 +1,9 @@
 """A report as text for a terminal: sentences, tables, and the titles of figures."""
 
-from collections.abc import Iterator, Sequence
-
 from rich import box
 from rich.cells import cell_len
-from rich.console import Console, JustifyMethod
+from rich.console import Console
+from rich.measure import Measurement
 from rich.padding import Padding
 from rich.table import Table as RichTable
 from rich.text import Text
@@ -19,19 +18,13 @@ STYLES = {"good": "green", "bad": "red", "warning": "yellow", "": ""}
 MIN_WRAP_WIDTH = 24
 """Minimum width of a column of long texts, in characters; the texts wrap."""
 
-COLUMN_GAP = 3
-"""Padding of each column of a table, in characters."""
 
-TABLE_EDGE = 1
-"""Padding at the edge of a table, in characters."""
+UNLIMITED = 100_000
+"""A width that no table has, in characters."""
 
 
 def print_report(report: Report, console: Console) -> None:
-    """Print a report as wide as the console.
-
-    A table that is too wide is split into several tables. Each has the columns that identify its
-    rows.
-    """
+    """Print a report as wide as the console."""
     console.print(_text(report.title, "bold"))
     console.print(_text(f"{report.made}, made by"))
     console.print(_text(report.command))
@@ -53,13 +46,7 @@ def print_report(report: Report, console: Console) -> None:
 
 def _print_block(block: Block, console: Console) -> None:
     if isinstance(block, Table):
-        console.print()
-        console.print(_text(block.title, "italic"))
-        for piece in split_table(block, console.width):
-            # A table that is still too wide is wrapped by the terminal, never cut off.
-            console.print(_rich_table(piece, console.width), crop=False)
-        if block.note:
-            console.print(_text(block.note, "dim"))
+        _print_table(block, console)
     elif isinstance(block, Cards):
         _print_cards(block, console)
     elif isinstance(block, Figure):
@@ -87,74 +74,36 @@ def _print_cards(cards: Cards, console: Console) -> None:
         console.print(_text(f"{word}: {meaning}", "dim"))
 
 
-def split_table(table: Table, width: int) -> Iterator[Table]:
-    """Split a table into tables of at most the given width, in characters.
-
-    Each of them has the columns that identify its rows. A table is wider if its words do not fit.
-    """
-    needed = _min_widths(table)
-    names = _key_columns(table)
-    room = width - TABLE_EDGE - sum(needed[k] + COLUMN_GAP for k in names)
-    selected: list[int] = []
-    used = 0
-    for k in range(len(names), len(needed)):
-        if selected and used + needed[k] > room:
-            yield _select_columns(table, [*names, *selected])
-            selected, used = [], 0
-        selected.append(k)
-        used += needed[k] + COLUMN_GAP
-    yield _select_columns(table, [*names, *selected])
-
-
-def _key_columns(table: Table) -> range:
-    """Return the columns that identify a row: the first, or the first two if it has duplicates."""
-    firsts = {row[0].text for row in table.rows}
-    return range(1 if len(firsts) == len(table.rows) or len(table.heads) < 3 else 2)
-
-
-def _min_widths(table: Table) -> list[int]:
-    """Return the minimum width of each column: numbers never wrap, long texts do."""
-    natural = _cell_widths(table)
-    words = [max(map(cell_len, printable(head.text).split(" "))) for head in table.heads]
-    return [
-        max(word, cells if head.numbers else min(cells, MIN_WRAP_WIDTH))
-        for head, cells, word in zip(table.heads, natural, words, strict=True)
-    ]
-
-
-def _widths(table: Table, width: int) -> list[int]:
-    """Distribute a width over the columns, first to those that need the least extra width."""
-    found = _min_widths(table)
-    extra = [
-        max(0, cells - minimum) for cells, minimum in zip(_cell_widths(table), found, strict=True)
-    ]
-    room = max(0, width - TABLE_EDGE - sum(found) - COLUMN_GAP * len(found))
-    by_extra = sorted(range(len(found)), key=lambda k: extra[k])
-    for place, k in enumerate(by_extra):
-        more = min(extra[k], room // (len(by_extra) - place))
-        found[k] += more
-        room -= more
-    return found
-
-
-def _cell_widths(table: Table) -> list[int]:
-    columns = ([row[k].text for row in table.rows] for k in range(len(table.heads)))
-    return [max((cell_len(printable(text)) for text in texts), default=0) for texts in columns]
-
-
-def _select_columns(table: Table, which: Sequence[int]) -> Table:
-    rows = tuple(tuple(row[k] for k in which) for row in table.rows)
-    return Table(table.name, table.title, tuple(table.heads[k] for k in which), rows)
-
-
-def _rich_table(table: Table, width: int) -> RichTable:
+def _print_table(table: Table, console: Console) -> None:
+    """Print a table; if it is too wide, its rows as paragraphs with the heads in them."""
+    console.print()
+    console.print(_text(table.title, "italic"))
     rich_table = RichTable(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False)
-    for head, columns in zip(table.heads, _widths(table, width), strict=True):
-        justify: JustifyMethod = "right" if head.numbers else "left"
-        rich_table.add_column(_text(head.text), justify=justify, overflow="fold", width=columns)
+    for k, head in enumerate(table.heads):
+        longest = max((cell_len(printable(row[k].text)) for row in table.rows), default=0)
+        # Numbers never wrap, long texts do.
+        rich_table.add_column(
+            _text(head.text),
+            justify="right" if head.numbers else "left",
+            overflow="fold",
+            no_wrap=head.numbers,
+            min_width=min(longest, MIN_WRAP_WIDTH),
+        )
     for row in table.rows:
         rich_table.add_row(*(_text(cell.text, STYLES[cell.tone]) for cell in row))
-    return rich_table
+    # Within the options of the console, no measure is wider than the console.
+    needed = Measurement.get(console, console.options.update(width=UNLIMITED), rich_table)
+    if needed.minimum <= console.width:
+        console.print(rich_table)
+    else:
+        for row in table.rows:
+            line = _text(row[0].text, "bold")
+            for head, cell in zip(table.heads[1:], row[1:], strict=True):
+                line.append(printable(f"; {head.text}: "))
+                line.append(printable(cell.text), STYLES[cell.tone])
+            console.print(Padding(line, (0, 0, 0, 2)))
+    if table.note:
+        console.print(_text(table.note, "dim"))
 
 
 def _text(text: str, style: str = "") -> Text:

@@ -10,15 +10,16 @@ from rbstab.integrate.status import RunStatus
 from rbstab.report.model.figure import MUTED
 from rbstab.report.model.words import counted, listed
 from rbstab.report.reading.sources import Run
+from rbstab.report.runs.figures.states import HELD
 
-MOST_COLOURED = 6
+MOST_COLOURED = 7
 """Up to so many runs have a colour each: the eye does not follow more curves."""
+
+MAX_CURVES = 24
+"""Of more runs, only the extremes are drawn."""
 
 MOST_EARLY = 2
 """At most so many of the runs that ended early are coloured, to leave colours for the others."""
-
-HELD = 1e-9
-"""A contact point that moves less than this is held, m."""
 
 
 def extremes_in_colour(runs: Sequence[Run]) -> tuple[tuple[Run, ...], str]:
@@ -29,8 +30,8 @@ def extremes_in_colour(runs: Sequence[Run]) -> tuple[tuple[Run, ...], str]:
 
     Returns:
         The runs in their order: up to `MOST_COLOURED` as they are, otherwise the extremes with the
-        first colours, and the others grey, with one entry in the legend. The sentence is "" if all
-        have a colour.
+        first colours, and the others grey, with one entry in the legend; of more than `MAX_CURVES`
+        the extremes only. The sentence is "" if all have a colour.
     """
     if len(runs) <= MOST_COLOURED:
         return tuple(runs), ""
@@ -46,6 +47,9 @@ def extremes_in_colour(runs: Sequence[Run]) -> tuple[tuple[Run, ...], str]:
         for place, run in enumerate(runs)
     )
     named = listed(f"{runs[place].label} ({', '.join(chosen[place])})" for place in sorted(chosen))
+    if len(runs) > MAX_CURVES:
+        extremes = tuple(run for run in looks if not run.legend)
+        return extremes, f"Of {len(runs)} runs, the figures show the extremes: {named}."
     sentence = (
         f"In the figures of all {len(runs)} runs, the extremes have colours: {named}. "
         f"The {others} {'is' if len(runs) - len(chosen) == 1 else 'are'} grey."
@@ -59,27 +63,15 @@ def _roles(runs: Sequence[Run]) -> list[tuple[str, int]]:
     early.sort(key=lambda k: runs[k].summary.end_time)
     roles = [("ended early", k) for k in early[:MOST_EARLY]]
     completed = [k for k in range(len(runs)) if k not in early]
-    rest = {k: runs[k].settling_time for k in completed}
-    peaks = {k: runs[k].summary.peak_distance for k in completed}
-    settled = [k for k in completed if not math.isnan(rest[k])]
-    finite = [k for k in completed if np.isfinite(peaks[k])]
-    if settled:
-        roles.append(("first at rest", min(settled, key=rest.__getitem__)))
-    if len(settled) < len(completed):
-        never = [k for k in completed if k not in settled]
-        last = max(never, key=lambda k: _share_left(runs[k]))
-        roles.append(("not at rest by its end", last))
-    elif settled:
-        roles.append(("last at rest", max(settled, key=rest.__getitem__)))
-    # Where all contact points are held, |E| is round-off.
-    if finite and max(peaks[k] for k in finite) > HELD:
-        roles.append(("smallest peak of |E|", min(finite, key=peaks.__getitem__)))
-        roles.append(("largest peak of |E|", max(finite, key=peaks.__getitem__)))
+    rest = {k: runs[k].settling_time for k in completed if not math.isnan(runs[k].settling_time)}
+    never = [k for k in completed if k not in rest]
+    if rest:
+        roles.append(("first at rest", min(rest, key=rest.__getitem__)))
+    if never:
+        roles.append(("not at rest by its end", never[0]))
+    elif rest:
+        roles.append(("last at rest", max(rest, key=rest.__getitem__)))
+    peaks = {k: p for k in completed if np.isfinite(p := runs[k].summary.peak_distance)}
+    if max(peaks.values(), default=0.0) > HELD:
+        roles.append(("largest peak of |E|", max(peaks, key=peaks.__getitem__)))
     return roles
-
-
-def _share_left(run: Run) -> float:
-    """Return v(end)/v(0); -1 if it is no number."""
-    s = run.summary
-    share = s.lyapunov_end / s.lyapunov_start if s.lyapunov_start else math.nan
-    return share if math.isfinite(share) else -1.0

@@ -1,139 +1,73 @@
-"""Figures of the states over time.
-
-The figures of one run follow figures 3 to 7 of the paper. Other figures overlay several runs.
-"""
+"""Figures of the states over time: the rotation, and the contact point or what holds it."""
 
 from collections.abc import Sequence
 
-from rbstab.elements.registry import OWN_STATES
-from rbstab.report.model.figure import Figure
-from rbstab.report.model.words import listed
+from rbstab.report.model.figure import MUTED, Figure, Panel, Points
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import (
-    FORCES,
-    WORK_NOTE,
-    column_count,
-    components,
-    element_states,
-    layered,
-    overlay,
-    runs_with,
-    scalar,
-)
+from rbstab.report.runs.figures.curves import TIME, axis_of, components, curve_of, norms
 
 ROTATION = ("orientation", "angular_velocity")
-TRANSLATION = ("position", "velocity")
-LYAPUNOV = ("lyapunov", "lyapunov_rate")
 
-PAPER_FIGURES = {"visco-elastic": ("Fig. 4", "Fig. 5"), "embedded": ("Fig. 6", "Fig. 7")}
-"""Figures of the paper's Cases 2 and 3: rotation with v and v', translation with E."""
+FORCES = ("contact_force", "stabilizing_force")
+"""What acts on the contact point; the first that acts is drawn. A free body has no such force."""
 
-OVERLAID = {
-    "rotation": ("Rotation", ROTATION),
-    "translation": ("Translation of the centre of gravity", TRANSLATION),
-    "contact": ("Motion of the contact point", ("contact_displacement", "contact_velocity")),
-    "force": ("Contact force", ("contact_force",)),
-    **{
-        name.removesuffix("_state"): (name.replace("_", " ").capitalize(), (name,))
-        for name in OWN_STATES
-    },
-}
-"""Figures that overlay all runs, with a row for each component: name, title, vectors."""
+HELD = 1e-9
+"""m: a contact point that moves less is held, and its displacement is round-off."""
 
 
-def state_figures(run: Run) -> list[Figure]:
-    """Return the paper's figures of a run: one for a held body, otherwise rotation and translation.
-
-    A body with a held contact point only rotates, so figure 3 shows all its states.
-    """
-    variant = str(run.result.attributes.get("variant", ""))
-    if variant == "permanent":
-        return _figures(
-            run,
-            (
-                "states",
-                "States and Lyapunov function",
-                ROTATION + TRANSLATION,
-                LYAPUNOV,
-                _source("Fig. 3"),
-            ),
-        )
-    rotation, translation = PAPER_FIGURES.get(variant, ("", ""))
-    displaced = (*TRANSLATION, "contact_displacement", *OWN_STATES, *element_states(run))
-    return _figures(
-        run,
-        ("rotation", "Rotation and Lyapunov function", ROTATION, LYAPUNOV, _source(rotation)),
-        ("translation", "Translation and constraint", displaced, (), _source(translation)),
-    )
-
-
-def overlaid_states(runs: Sequence[Run]) -> list[Figure]:
-    """Return a figure for each vector: a row for each component, a colour for each run."""
-    own = dict.fromkeys(name for run in runs for name in element_states(run))
-    figures = OVERLAID | {
-        name.replace(".", "-"): (f"Own state of {name.partition('.')[0]}", (name,)) for name in own
-    }
-    return [
-        _overlaid(name, title, vectors, acting, _left_out(title, runs, acting))
-        for name, (title, vectors) in figures.items()
-        if (acting := _acting(runs, vectors))
-    ]
-
-
-def _acting(runs: Sequence[Run], vectors: tuple[str, ...]) -> list[Run]:
-    """Return the runs that have the vectors: a force that is zero throughout acts in none."""
-    force = [name for name in vectors if name in FORCES]
-    return [r for r in runs_with(runs, *vectors) if all(r.result[name].any() for name in force)]
-
-
-def _left_out(title: str, runs: Sequence[Run], shown: Sequence[Run]) -> str:
-    """Return a sentence that names the runs that a figure does not show; "" if it shows all."""
-    names = [run.label for run in runs if run not in shown]
-    return f"{title}: none in {listed(names)}." if names else ""
-
-
-def _overlaid(
-    name: str, title: str, vectors: tuple[str, ...], runs: Sequence[Run], caption: str
-) -> Figure:
-    panels = [
-        overlay(runs, vector, component)
-        for component in range(_size(runs, vectors[0]))
-        for vector in vectors
-    ]
-    return Figure(
-        name=f"runs-{name}",
-        title=title,
-        panels=layered(panels),
-        columns=len(vectors),
-        caption=caption,
-        shares_time=True,
-    )
-
-
-def _size(runs: Sequence[Run], vector: str) -> int:
-    return min(run.result[vector].shape[1] for run in runs_with(runs, vector))
-
-
-def _figures(
-    run: Run, *specifications: tuple[str, str, tuple[str, ...], tuple[str, ...], str]
-) -> list[Figure]:
-    figures = []
-    for name, title, vectors, scalars, source in specifications:
-        panels = [components(run, vector) for vector in vectors if vector in run.result]
-        panels += [scalar(run, quantity) for quantity in scalars if quantity in run.result]
-        figures.append(
-            Figure(
-                name=f"{run.name}-{name}",
-                title=f"{title}: {run.label}",
-                panels=tuple(panels),
-                columns=column_count(panels),
-                source=source,
-                caption=WORK_NOTE if run.stores_v_minus_work and "lyapunov" in scalars else "",
-                shares_time=True,
+def rotation_figure(runs: Sequence[Run]) -> Figure:
+    """Return Θ and Ω over time: all components of one run, or a row for each of several runs."""
+    if len(runs) == 1:
+        panels = [components(runs[0], name) for name in ROTATION]
+    else:
+        panels = [
+            Panel(
+                TIME,
+                axis_of(name, component),
+                tuple(curve_of(run, run.result[name][:, component]) for run in runs),
             )
-        )
-    return figures
+            for component in range(3)
+            for name in ROTATION
+        ]
+    return Figure("runs-rotation", "Rotation", tuple(panels), columns=2, shares_time=True)
 
 
-def _source(figure: str) -> str:
-    return f"as the paper's {figure}" if figure else ""
+def contact_figure(runs: Sequence[Run]) -> Figure | None:
+    """Return E and the force on the contact point; None if nothing moves and nothing acts.
+
+    A held contact point has no E. Of several runs, the sizes are drawn, of forces logarithmic.
+    """
+    moves = any(norms(run.result["contact_displacement"]).max() > HELD for run in runs)
+    acting = [name for name in FORCES if any(run.result[name].any() for run in runs)]
+    names = [*(["contact_displacement"] if moves else []), *acting[:1]]
+    if len(runs) == 1:
+        panels = [components(runs[0], name) for name in names]
+    else:
+        panels = [
+            Panel(
+                TIME,
+                axis_of(name, size=True, log=name in FORCES),
+                tuple(curve_of(run, norms(run.result[name])) for run in runs),
+            )
+            for name in names
+        ]
+    if not panels:
+        return None
+    return Figure("runs-contact", "Contact point", tuple(panels), columns=2, shares_time=True)
+
+
+def phase_figure(runs: Sequence[Run]) -> Figure:
+    """Return the phase plane of each angle, with starts and the rest states at which v is zero."""
+    panels = []
+    for component in range(3):
+        x, y = (axis_of(name, component) for name in ROTATION)
+        curves, starts, rests = [], [], []
+        for run in runs:
+            angle, rate = (run.result[name][:, component] for name in ROTATION)
+            curves.append(curve_of(run, rate, angle))
+            starts.append(Points(angle[:1], rate[:1], "start", run.number, symbol=2, key=MUTED))
+            at = run.result["rest_orientation"][[component]]
+            rests.append(Points(at, 0.0 * at, "rest state", run.number, symbol=1, key=MUTED))
+        panels.append(Panel(x, y, (*curves, *starts, *rests)))
+    caption = "Samples are joined by straight lines. At the rest state v is zero."
+    return Figure("runs-phase", "Phase planes", tuple(panels), columns=3, caption=caption)

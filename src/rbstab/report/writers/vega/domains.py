@@ -35,11 +35,6 @@ def domains_of(figure: Figure) -> list[Domain]:
         ends = np.array([domain[side] for domain in domains])
         for domain in domains:
             domain[side] = float(ends.min()), float(ends.max())
-    for panel, domain in zip(figure.panels, domains, strict=True):
-        if panel.equal:
-            half = max(high - low for low, high in domain.values()) / 2
-            for side, (low, high) in domain.items():
-                domain[side] = (low + high) / 2 - half, (low + high) / 2 + half
     return domains
 
 

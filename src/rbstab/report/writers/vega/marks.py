@@ -46,6 +46,9 @@ SYMBOLS = (
 WIDTH = 1.5
 """The width of a curve in front, in pixels."""
 
+OF_MANY = 0.6
+"""The width and the opacity of a curve that is one of many in its entry of the legend."""
+
 LARGEST = 1e300
 """Numbers beyond this are not drawn: the length of an axis would be infinite."""
 
@@ -160,7 +163,7 @@ def _line(mark: Line, panel: Panel, at: JSON) -> Iterator[JSON]:
         rows = [row | {"series": mark.group, "text": mark.label} for row in rows]
     style = {
         "type": "line",
-        "strokeWidth": WIDTH * mark.wider,
+        "strokeWidth": WIDTH * (OF_MANY if mark.group else 1.0),
         "strokeDash": DASHES[mark.dash % len(DASHES)],
         "strokeJoin": "round",
         "interpolate": "step-after" if mark.step else "linear",
@@ -170,7 +173,7 @@ def _line(mark: Line, panel: Panel, at: JSON) -> Iterator[JSON]:
         edges = {"strokeWidth": CASING_WIDTH * WIDTH, "strokeDash": [1, 0]} | DECORATION
         yield _layer(rows, style | edges, at, CASING)
     tint = CASED if mark.cased else colour(mark.colour)
-    yield _layer(rows, style, at, tint, mark.opacity)
+    yield _layer(rows, style, at, tint, OF_MANY if mark.group else 1.0)
 
 
 def _points(mark: Points, panel: Panel, at: JSON) -> JSON:
@@ -195,7 +198,8 @@ def _stack(mark: Stack, panel: Panel, at: JSON) -> Iterator[JSON]:
     up, down = np.zeros(len(mark.x)), np.zeros(len(mark.x))
     for number, (label, part) in enumerate(zip(mark.labels, mark.parts.T, strict=True)):
         bottom = np.where(part >= 0, up, down)
-        top = bottom + part
+        with np.errstate(over="ignore"):  # what is infinite is not drawn
+            top = bottom + part
         up, down = np.where(part >= 0, top, up), np.where(part < 0, top, down)
         rows = _rows(panel, label, x=mark.x, y=bottom, y2=top, part=_numbers(part, panel.y))
         yield _layer(rows, {"type": "area"}, at | _ends("y2"), area_colour(number), 0.8)

@@ -31,7 +31,7 @@ def page_data(figure: Figure) -> JSON:
         "columns": figure.columns,
         "small": figure.small,
         "shared": figure.shared,
-        "square": [panel.square or panel.equal for panel in figure.panels],
+        "square": [panel.square for panel in figure.panels],
         "bars": any(
             isinstance(m, Cells) and not m.scale.categories for p in figure.panels for m in p.marks
         ),

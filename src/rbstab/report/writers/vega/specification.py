@@ -31,6 +31,9 @@ BAR = 32
 NUMBER = "format(datum.value, '.6~g')"
 """A number at a tick: written out up to a million."""
 
+WITH_DEGREES = f"[{NUMBER}, format(datum.value * 180 / PI, '.3~g') + '°']"
+"""An angle at a tick: in rad, and below that in degrees."""
+
 BESIDE_TOUCH = "event.pointerType != 'touch'"
 """Fingers scroll the page: they zoom by buttons."""
 
@@ -96,7 +99,7 @@ def _panel(figure: Figure, number: int, size: float, domain: Domain, for_page: b
     view: JSON = {
         "name": f"p{number}",
         "width": size,
-        "height": size if panel.square or panel.equal else high,
+        "height": size if panel.square else high,
         "layer": layers,
     }
     return view | ({"title": panel.title} if panel.title else {})
@@ -105,7 +108,8 @@ def _panel(figure: Figure, number: int, size: float, domain: Domain, for_page: b
 def _axis(axis: Axis, field: str, domain: tuple[float, float]) -> JSON:
     """Return the encoding of an axis."""
     scale: JSON = {"type": "linear", "domain": list(domain), "nice": False, "zero": False}
-    look: JSON = {"labelExpr": NUMBER, "tickCount": 5, "labelOverlap": True}
+    number = WITH_DEGREES if axis.unit == "rad" else NUMBER
+    look: JSON = {"labelExpr": number, "tickCount": 5, "labelOverlap": True}
     if axis.log:
         scale = {"type": "log", "domain": list(domain), "nice": False}
         # Its own format labels powers of ten first.

@@ -23,7 +23,7 @@ ACROSS, UP = f"{SPIN}[0]", f"{SPIN}[1]"
 
 
 def of_grid(a):
-    """Half of the members return, some are proved to; others move, rest elsewhere, leave or fail."""
+    """Half of the members return, some of them proved; others rest elsewhere, leave or fail."""
     x, y = a["initial_angular_velocity_0"], a["initial_angular_velocity_1"]
     size = np.hypot(x, y - 12.0)
     status = np.select([size > 17, (x == 2) & (y == 0)], [code("range left"), code("diverged")], 0)
@@ -84,16 +84,13 @@ def said(name: str, folder: Path) -> list[Any]:
                 found["panels"] = [_panel(panel) for panel in block.panels]
     text = json.dumps(_rounded(sections[:-1]), allow_nan=True)
     # The last section has versions and paths.
-    found_sections: list[Any] = json.loads(text.replace(str(folder), "DIR"))
+    found_sections: list[Any] = json.loads(text.replace(str(folder.parent), "DIR"))
     return found_sections
 
 
 def _panel(panel: Any) -> dict[str, Any]:
     marks = [
-        [
-            type(mark).__name__,
-            *(_summary(value) for value in vars(mark).values() if _is_data(value)),
-        ]
+        " ".join([type(mark).__name__, *map(_summary, filter(_is_data, vars(mark).values()))])
         for mark in panel.marks
     ]
     return {"title": panel.title, "x": panel.x.text, "y": panel.y.text, "marks": marks}
@@ -103,10 +100,10 @@ def _is_data(value: Any) -> bool:
     return isinstance(value, np.ndarray) and value.dtype.kind in "fiu"
 
 
-def _summary(values: Any) -> list[float]:
-    """Return how many finite numbers there are, their mean, and the mean of their squares."""
+def _summary(values: Any) -> str:
+    """Return how many finite numbers there are, their sum, and the sum of their squares."""
     known = values[np.isfinite(values)].astype(float)
-    return [len(known), float(known.sum()), float((known**2).sum())]
+    return f"({len(known)}, {known.sum():.9g}, {(known**2).sum():.9g})"
 
 
 def _rounded(data: Any) -> Any:

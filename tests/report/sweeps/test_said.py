@@ -1,4 +1,4 @@
-"""Protects what a report of a sweep says: its sentences, tables and figures, as in a stored file."""
+"""Protects what reports of sweeps say: sentences, tables and figures, as in a stored file."""
 
 import json
 

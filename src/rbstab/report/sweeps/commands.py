@@ -1,6 +1,7 @@
 """The commands that a report of a sweep names."""
 
 from pathlib import Path
+from typing import NamedTuple
 
 from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
@@ -9,25 +10,25 @@ from rbstab.sweep.folder.sweep_folder import PLAN_FILE
 from rbstab.sweep.plan.plan import Plan
 
 
-def member_command(path: Path) -> str:
-    """Return the command that runs a member of a sweep as a single run; its number follows.
+class Commands(NamedTuple):
+    """The commands of a sweep.
 
-    Args:
-        path: The file of the sweep. If no plan is beside it, the command names PLAN.yaml.
+    Attributes:
+        member: It runs a member as a single run; the number of the member follows.
+        proof: It proves what is not yet proved, up to the last body.
     """
-    return f"rbstab run {_plan(path)} --member"
+
+    member: str
+    proof: str
 
 
-def proof_command(path: Path, plan: Plan | None) -> str:
-    """Return the command that proves what is not yet proved of a sweep, up to the last body.
+def commands_of(path: Path, plan: Plan | None) -> Commands:
+    """Return the commands of a sweep.
 
     Args:
-        path: As for `member_command`.
+        path: The file of the sweep. If no plan is beside it, a command names PLAN.yaml.
         plan: The plan of the sweep; None if it cannot be read.
     """
-    return proving_command(path.parent, plan)
-
-
-def _plan(path: Path) -> str:
-    plan = path.parent / PLAN_FILE
-    return shell_word(plan) if is_file(plan) else "PLAN.yaml"
+    file = path.parent / PLAN_FILE
+    word = shell_word(file) if is_file(file) else "PLAN.yaml"
+    return Commands(f"rbstab run {word} --member", proving_command(path.parent, plan))

@@ -24,6 +24,7 @@ def overview_table(name: str, members: Members, path: Path) -> Table:
         "file": untrusted(path),
         "plan": untrusted(attributes.get("plan_id", "")),
         "members": _members(members),
+        "poses at rest": _poses(members),
         "engine": untrusted(attributes.get("engine", "")),
         "design": _design(members.plan, str(attributes.get("design", ""))),
         "compared with SciPy": _comparison(table),
@@ -73,6 +74,13 @@ def _members(members: Members) -> str:
         return grouped(len(members))
     lengths = " x ".join(map(grouped, members.plan.dimensions.values()))
     return f"{lengths} = {grouped(len(members))}"
+
+
+def _poses(members: Members) -> str:
+    """Return at how many poses members rest; those of different bodies may differ by little."""
+    poses = members.found.poses
+    count = "very many" if poses is None else grouped(poses)
+    return count if members.share_rest_states else f"{count} (the bodies differ)"
 
 
 def _design(plan: Plan | None, word: str) -> str:

@@ -1,6 +1,7 @@
 """Make cells of tables from numbers and texts."""
 
 import math
+from dataclasses import replace
 
 from rbstab.files.counts import grouped
 from rbstab.report.model import words
@@ -20,6 +21,14 @@ def number(value: float, digits: int = 4) -> Cell:
 def whole(value: int) -> Cell:
     """Return a cell with a count."""
     return Cell(grouped(value), float(value))
+
+
+def by_condition(table: Table) -> Table:
+    """Return a table without its second column, that of conditions, if there are none."""
+    if any(row[1].text for row in table.rows):
+        return table
+    rows = tuple((row[0], *row[2:]) for row in table.rows)
+    return replace(table, heads=(table.heads[0], *table.heads[2:]), rows=rows)
 
 
 def facts(name: str, title: str, rows: dict[str, str], note: str = "") -> Table:

@@ -1,6 +1,7 @@
 """Conditions to compare: variants, and parameters marked `each` in the plan."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -17,10 +18,10 @@ MAX_GROUPS = 12
 
 
 class Slice(NamedTuple):
-    """A selection of members: its title, and the numbers of the members (None: all)."""
+    """A selection of members: its title, and the numbers of the members, ascending."""
 
     title: str
-    chosen: Array | None
+    chosen: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,19 @@ class PairedConditions:
     codes: Array
     pairs: Array | None
     has_own_v: bool
+
+    @cached_property
+    def slices(self) -> list[Slice]:
+        """The members of each condition."""
+        return [
+            Slice(label, np.flatnonzero(self.codes == k)) for k, label in enumerate(self.labels)
+        ]
+
+
+def slices_of(members: Members) -> list[Slice]:
+    """Return the members of each condition; without conditions one slice without a title."""
+    groups = paired_conditions_of(members)
+    return [Slice("", np.arange(len(members)))] if groups is None else groups.slices
 
 
 @kept

@@ -75,7 +75,6 @@ def test_the_proved_level_is_that_of_the_kept_proof(made):
     proof = proof_for(results, plan.base_of("free"))
     found = read_members(made(vary, columns, base=base).path)
     inside = [start_state(problem_of(config), proof) is not None for config in configs]
-    assert found.share_proofs
     assert (found.column("lyapunov_start") < found.level).tolist() == inside
     assert [CONVERGENCE[k] == "proved" for k in found.convergence] == inside
     assert set(inside) == {True, False}
@@ -86,7 +85,7 @@ def test_without_a_proof_the_column_speaks(members, varied):
     found = members(varied, lambda arrays: {"convergence": arrays["run"] % 3})
     assert found.level is None
     assert found.convergence.tolist() == [k % 3 for k in range(len(found))]
-    assert found.share_proofs == (varied is GRID)
+    assert found.share_rest_states == (varied is GRID)
 
 
 def test_the_file_is_not_changed(made):

@@ -1,7 +1,6 @@
 """The answers about a made up sweep."""
 
-from rbstab.report.sweeps.answers import answer_of
-from rbstab.report.sweeps.commands import Commands
+from rbstab.report.sweeps.answers import Commands, answer_of
 
 COMMANDS = Commands("rbstab run PLAN --member", "rbstab sweep PLAN --prove")
 

@@ -6,7 +6,7 @@ from support.made_sweeps import GRID, code
 from support.sections import figures_in, sweep_sections, tables
 
 from rbstab.report.model.figure import Line
-from rbstab.report.sweeps.distributions import MAX_CURVES
+from rbstab.report.sweeps.outcomes import MAX_CURVES
 
 DRAWN = {"design": "random", "members": 100, "seed": 4}
 EACH = {

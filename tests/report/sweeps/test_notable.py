@@ -9,7 +9,7 @@ from support.printed_paths import words_of
 from support.sections import sweep_sections, tables, texts
 
 from rbstab.files.shell_words import shell_word
-from rbstab.report.sweeps.commands import commands_of
+from rbstab.report.sweeps.answers import commands_of
 from rbstab.report.sweeps.notable import border_pairs, notable
 from rbstab.sweep.proofs.convergence import EnergyBound
 

@@ -1,17 +1,22 @@
 """The answer of a sweep: how many members return, from which value on, and what is better?"""
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN
 from rbstab.experiment.answers.words import words_with_meanings
+from rbstab.files.existence import is_file
+from rbstab.files.shell_words import shell_word
 from rbstab.report.model.document import Card, Cards, Statement
-from rbstab.report.sweeps.commands import Commands
 from rbstab.report.sweeps.conditions.ranking import ranking_sentences
 from rbstab.report.sweeps.members import LEFT_RANGE, RETURNS, Members
+from rbstab.sweep.folder.member_answers import proving_command
+from rbstab.sweep.folder.sweep_folder import PLAN_FILE
 from rbstab.sweep.members.outcome import STATUSES
+from rbstab.sweep.plan.plan import Plan
 
 SYMBOLS = (
     ("at rest", f"{SETTLED} to the end of the run; where inputs supply power, {SETTLED_DRIVEN}"),
@@ -21,6 +26,18 @@ SYMBOLS = (
     ("θ2", "the second Euler angle; its range ends at ±π/2 rad, a right angle"),
 )
 """The symbols of a report of a sweep, and their meanings."""
+
+
+class Commands(NamedTuple):
+    """The commands of a sweep.
+
+    Attributes:
+        member: It runs a member as a single run; the number of the member follows.
+        proof: It proves what is not yet proved, up to the last body.
+    """
+
+    member: str
+    proof: str
 
 
 class SweepAnswer(NamedTuple):
@@ -54,6 +71,18 @@ def answer_of(name: str, label: str, members: Members, commands: Commands) -> Sw
     statement = Statement("How many members return?", found.brief, answer, tone)
     sentences = (answer, *_early(members, commands.member), *ranking_sentences(members))
     return SweepAnswer(sentences, Card(label, (statement,), target=name))
+
+
+def commands_of(path: Path, plan: Plan | None) -> Commands:
+    """Return the commands of a sweep.
+
+    Args:
+        path: The file of the sweep. If no plan is beside it, a command names PLAN.yaml.
+        plan: The plan of the sweep; None if it cannot be read.
+    """
+    file = path.parent / PLAN_FILE
+    word = shell_word(file) if is_file(file) else "PLAN.yaml"
+    return Commands(f"rbstab run {word} --member", proving_command(path.parent, plan))
 
 
 def cards_of(name: str, cards: Sequence[Card]) -> Cards:

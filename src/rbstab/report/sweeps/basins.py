@@ -7,8 +7,7 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.words import vector
-from rbstab.report.sweeps.kept import kept
-from rbstab.report.sweeps.members import Members
+from rbstab.report.sweeps.members import Members, kept
 from rbstab.report.sweeps.table_entries import number, whole
 
 SAME_ANGLES = 0.02

@@ -8,7 +8,7 @@ from rbstab.files.shell_words import shell_word
 from rbstab.report.model.document import Cell, Head, Table
 from rbstab.report.model.words import NO_VALUE, counted, untrusted
 from rbstab.report.sweeps.members import Members
-from rbstab.report.sweeps.table_entries import facts, whole
+from rbstab.report.sweeps.table_entries import whole
 from rbstab.store.table import Table as Columns
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE
 from rbstab.sweep.plan.axes import Axis
@@ -33,7 +33,8 @@ def overview_table(name: str, members: Members, path: Path) -> Table:
     }
     if is_file(path.parent / PLAN_FILE):
         rows["command to repeat"] = f"rbstab sweep {shell_word(path.parent / PLAN_FILE)} -o again"
-    return facts(f"{name}-facts", "The sweep", rows)
+    cells = tuple((Cell(key), Cell(text)) for key, text in rows.items())
+    return Table(f"{name}-facts", "The sweep", (Head("property"), Head("value")), cells)
 
 
 def varied_table(name: str, plan: Plan) -> Table:

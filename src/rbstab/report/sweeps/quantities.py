@@ -7,8 +7,7 @@ import numpy as np
 from rbstab.analysis.lyapunov import DIGITS
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
-from rbstab.report.sweeps.kept import kept
-from rbstab.report.sweeps.members import MOVING, OUTCOMES, Members
+from rbstab.report.sweeps.members import MOVING, OUTCOMES, Members, kept
 
 ONE_COLOUR = 0.01
 """Values that differ by less than this fraction of the largest one have no figure.

@@ -5,15 +5,18 @@ from typing import NamedTuple
 from rbstab.report.model.document import Block, Section
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.sources import SweepFile
-from rbstab.report.sweeps.answers import SYMBOLS, SweepAnswer, answer_of
+from rbstab.report.sweeps.answers import SYMBOLS, SweepAnswer, answer_of, commands_of
 from rbstab.report.sweeps.basins import basin_blocks
-from rbstab.report.sweeps.commands import commands_of
 from rbstab.report.sweeps.conditions.differences import difference_table
-from rbstab.report.sweeps.distributions import quantile_table, spread_figures
 from rbstab.report.sweeps.maps.maps import over_parameters
 from rbstab.report.sweeps.members import read_members
 from rbstab.report.sweeps.notable import notable_blocks
-from rbstab.report.sweeps.outcomes import outcome_bars, outcome_table
+from rbstab.report.sweeps.outcomes import (
+    outcome_bars,
+    outcome_table,
+    quantile_table,
+    spread_figures,
+)
 from rbstab.report.sweeps.overview import overview_table, varied_table
 from rbstab.report.sweeps.proofs import proof_blocks
 

@@ -87,20 +87,15 @@ def _smaller(found: PairedDifference, first: str, second: str, *, sampled: bool)
 
 def _entries(found: PairedDifference, *, sampled: bool) -> tuple[Cell, ...]:
     """Return the numbers of a difference."""
-    ends = [_difference(end) for end in (found.low, found.high)]
+    ends = [number(end) for end in (found.low, found.high)]
     # An interval without ends is that of few pairs.
     is_open = math.isinf(found.low) and math.isinf(found.high) and found.low < found.high
     interval = Cell(NO_VALUE) if is_open else Cell(" to ".join(end.text for end in ends))
     return (
-        _difference(found.median),
+        number(found.median),
         *([interval] if sampled else []),
-        *map(_difference, found.ends),
+        *map(number, found.ends),
         number(1.0 - found.negative),
         whole(found.pairs),
         whole(found.equal),
     )
-
-
-def _difference(value: float) -> Cell:
-    """Return a difference; an infinite one is that from a value after the end of a run."""
-    return Cell("earlier") if value == -math.inf else number(value)

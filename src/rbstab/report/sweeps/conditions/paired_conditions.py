@@ -8,8 +8,7 @@ import numpy as np
 
 from rbstab.config.numbers import is_of_initial_state
 from rbstab.mechanics.numbers import Array
-from rbstab.report.sweeps.kept import kept
-from rbstab.report.sweeps.members import Members
+from rbstab.report.sweeps.members import Members, kept
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.sweep.plan.plan import Plan
 

@@ -8,8 +8,7 @@ from rbstab.files.counts import grouped
 from rbstab.report.model.words import counted, listed, number
 from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.conditions.paired_difference import PairedDifference, paired_difference
-from rbstab.report.sweeps.kept import kept
-from rbstab.report.sweeps.members import LEFT_RANGE, Members
+from rbstab.report.sweeps.members import LEFT_RANGE, Members, kept
 from rbstab.report.sweeps.outcomes import CONFIDENCE
 from rbstab.report.sweeps.quantiles import quantiles_of
 from rbstab.report.sweeps.quantities import MemberQuantity, main_quantities

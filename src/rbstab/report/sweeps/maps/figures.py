@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Figure, Line, Mark, Panel, Points
 from rbstab.report.model.words import number
 from rbstab.report.sweeps.conditions.paired_conditions import Slice
@@ -13,6 +14,7 @@ from rbstab.report.sweeps.maps.effects import explained
 from rbstab.report.sweeps.maps.shown import FIRST, Shown, point_colour, shown_of
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.parameters import BinnedAxis, Parameter
+from rbstab.report.sweeps.quantities import MemberQuantity
 
 MIN_EXPLAINED = 0.5
 """Cells of sampled members that explain less of the variance of a quantity have no map of it.
@@ -23,6 +25,9 @@ are says little of a member.
 
 START_OVER_LEVEL = "start-over-level"
 """Of conditions this has no maps: each condition has its own v, so that colours mean nothing."""
+
+MAX_POINTS = 500
+"""Up to this many words are drawn as points, more as a line."""
 
 EMPTY = "An empty cell has no member."
 
@@ -75,43 +80,53 @@ def point_figure(what: Mapped, over: tuple[Parameter, Parameter]) -> Figure:
     """Return the outcome of each member as a point over two parameters."""
     x, y = over
     (outcome,) = (shown.of_one for shown in shown_of(what.members) if shown.name == "outcome")
-    marks = []
-    for code, word in enumerate(outcome.axis.categories):
-        own = np.flatnonzero(outcome.values == code)
-        across, up = x.values[own].astype(float), y.values[own].astype(float)
-        texts = tuple(
-            f"{word}\n{x.axis.label} = {number(a)}\n{y.axis.label} = {number(b)}\nmember {k}"
-            for a, b, k in zip(across.tolist(), up.tolist(), own.tolist(), strict=True)
-        )
-        colour = point_colour(outcome, code)
-        marks.append(Points(across, up, word, colour, code, texts, tuple(own.tolist())))
-    panel = Panel(x.axis, y.axis, tuple(marks))
+    panel = Panel(x.axis, y.axis, _points(outcome, x, y.values))
     title = f"Outcomes over {x.axis.label} and {y.axis.label}"
     caption = "Over the two parameters that explain most."
     return Figure(f"{what.name}-first", title, (panel,), caption=caption)
+
+
+def _points(word: MemberQuantity, x: Parameter, y: Array) -> tuple[Points, ...]:
+    """Return the members with each word as points over a parameter and over other values."""
+    found = []
+    for code, label in enumerate(word.axis.categories):
+        own = np.flatnonzero(word.values == code)
+        across, numbers = x.values[own].astype(float), tuple(own.tolist())
+        texts = tuple(
+            f"{label}\n{x.axis.label} = {number(a)}\nmember {k}"
+            for a, k in zip(across.tolist(), numbers, strict=True)
+        )
+        colour = point_colour(word, code)
+        found.append(Points(across, y[own].astype(float), label, colour, code, texts, numbers))
+    return tuple(found)
 
 
 def curves(what: Mapped, parameter: Parameter) -> list[Figure]:
     """Return figures of what differs along one parameter, with a curve for each slice."""
     panels: dict[str, list[Panel]] = {"first": [], "curves": []}
     for shown in shown_of(what.members):
-        quantity, marks = shown.of_one, list[Mark]()
-        for colour, part in enumerate(what.slices):
-            order = part.chosen[np.argsort(parameter.values[part.chosen], kind="stable")]
-            x, y = parameter.values[order].astype(float), quantity.values[order]
-            if quantity.axis.categories and len(what.slices) == 1:
-                for code in range(len(quantity.axis.categories)):
-                    own = y == code
-                    marks.append(Points(x[own], y[own], "", point_colour(quantity, code), code))
-            else:
-                is_word = bool(quantity.axis.categories)
-                marks.append(Line(x, y, part.title, colour, step=is_word))
+        quantity = shown.of_one
+        is_word = bool(quantity.axis.categories)
+        marks: tuple[Mark, ...]
+        if is_word and len(what.slices) == 1 and len(what.members) <= MAX_POINTS:
+            marks = _points(quantity, parameter, quantity.values)
+        else:
+            marks = tuple(
+                Line(*_along(parameter, quantity, part), part.title, colour, step=is_word)
+                for colour, part in enumerate(what.slices)
+            )
         place = "first" if quantity.name in FIRST else "curves"
-        panels[place].append(Panel(parameter.axis, quantity.axis, tuple(marks)))
+        panels[place].append(Panel(parameter.axis, quantity.axis, marks))
     title = f"Along {parameter.axis.label}"
     return [
         Figure(f"{what.name}-{key}", title, tuple(own), 2) for key, own in panels.items() if own
     ]
+
+
+def _along(parameter: Parameter, quantity: MemberQuantity, part: Slice) -> tuple[Array, Array]:
+    """Return a parameter of the members of a slice in ascending order, and a quantity of each."""
+    order = part.chosen[np.argsort(parameter.values[part.chosen], kind="stable")]
+    return parameter.values[order].astype(float), quantity.values[order]
 
 
 def _is_clear(shown: Shown, grids: list[MapGrid]) -> bool:

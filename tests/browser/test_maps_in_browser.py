@@ -38,6 +38,7 @@ def columns(a):
     return {
         "status": np.where((a[X] == 2) & (a[Y] == 30), code("range left"), 0),
         "settling_time": np.where(a[X] == 1, np.nan, 3 + a[X] + 0.01 * a[Y]),
+        "final_orientation": np.radians(np.outer(1 + a[Y], [0, 1, 0])),
         "peak_contact_displacement": np.outer(1 + a[X] ** 2 + a[Y] ** 2, [1, -1, 0]),
     }
 

@@ -99,7 +99,7 @@ def test_a_sum_of_independent_parts_is_divided_by_their_variances(made):
     assert [row[0] for row in texts(table)] == names
     # Twenty groups miss 1/400 of the variance of a term.
     assert [row[1].value for row in table.rows] == pytest.approx([0.64, 0.36, 0], abs=0.01)
-    (panel,) = figures["sweep-1-map"].panels
+    (panel,) = figures["sweep-1-first"].panels
     assert [panel.x.label, panel.y.label] == names[:2]
 
 

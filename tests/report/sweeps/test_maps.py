@@ -24,12 +24,11 @@ def cells_in(panel):
     return found
 
 
-def settling_map(made, vary, settling, name="sweep-1-map", **keys):
+def settling_map(made, vary, settling, **keys):
     """The map of settling times of a sweep in which they are a function of the columns."""
-    figure = figures_in(
-        sweep_sections(made(vary, lambda a: {"settling_time": settling(a)}, **keys))
-    )
-    (panel,) = (p for p in figure[name].panels if p.title == TIME)
+    sections = sweep_sections(made(vary, lambda a: {"settling_time": settling(a)}, **keys))
+    (panel,) = figures_in(sections)["sweep-1-first"].panels
+    assert panel.title == TIME
     return panel, cells_in(panel)
 
 
@@ -88,8 +87,8 @@ def test_a_cell_without_a_value_says_why(made):
             "settling_time": np.where(a[X] == 0, np.nan, 1.0 + a[Y]),
         }
 
-    figure = figures_in(sweep_sections(made(GRID, columns)))["sweep-1-map"]
-    cells = cells_in(figure.panels[0])
+    figure = figures_in(sweep_sections(made(GRID, columns)))["sweep-1-first"]
+    (cells,) = (cells_in(panel) for panel in figure.panels if panel.title == TIME)
     words = np.array([*cells.members.reasons, ""])[cells.members.gaps]
     assert words.tolist() == [["", "", "still moving", "failed", "left the range"]] * 4
     assert np.isnan(cells.values[:, 2:]).all()
@@ -195,8 +194,7 @@ def test_curves_along_a_single_axis(made):
 
     vary = {"controller.K_r": {"scale": {"geomspace": [100, 0.01, 5]}}}
     figures = figures_in(sweep_sections(made(vary, columns)))
-    (outcome,) = figures["sweep-1-first"].panels
-    (settling,) = figures["sweep-1-curves"].panels
+    outcome, settling = figures["sweep-1-first"].panels
     assert outcome.y.categories == ("returns", "still moving")
     returning, moving = outcome.marks
     assert isinstance(returning, Points)
@@ -216,7 +214,7 @@ def test_values_that_hardly_differ_have_no_map(made, spread, is_drawn):
     def columns(a):
         return {"settling_time": 0.0756 * (1 - ONE_COLOUR * spread * a["run"] / 19)}
 
-    assert ("sweep-1-map" in figures_in(sweep_sections(made(GRID, columns)))) is is_drawn
+    assert ("sweep-1-first" in figures_in(sweep_sections(made(GRID, columns)))) is is_drawn
 
 
 @pytest.mark.parametrize(("size", "is_drawn"), [(4.0, False), (0.4, True)])
@@ -228,7 +226,7 @@ def test_a_map_whose_cells_spread_more_than_they_differ_is_left_out(made, size, 
         return {"settling_time": 20 + a["body_mass"] / 8 + size * noise}
 
     figures = figures_in(sweep_sections(made(SAMPLED, columns, **DESIGN)))
-    assert ("sweep-1-map" in figures) is is_drawn
+    assert ("sweep-1-first" in figures) is is_drawn
 
 
 def test_shares_keep_their_scale(made):

@@ -125,7 +125,7 @@ def test_a_real_sweep_says_what_it_is(tmp_path):
         ["controller.K_r", "base value times values [1, 2]", "2", "independently"],
     ]
     (outcome, *_) = texts(tables(sections)["sweep-3-fractions"])
-    assert outcome == ["returns", "0", "0"]
+    assert outcome == ["still moving", "6", "1"]
 
 
 def test_a_damaged_file_is_refused(made):

@@ -16,7 +16,6 @@ from rbstab.report.sweeps.members import (
     FAILED,
     OUTCOME_COLOURS,
     OUTCOMES,
-    RETURNS,
     Members,
 )
 from rbstab.report.sweeps.quantiles import quantiles_of
@@ -155,9 +154,7 @@ def _properties(members: Members) -> dict[str, Array]:
     """Return who has each outcome, how runs failed, and others: masks of shape (n,)."""
     status, outcomes = members.column("status"), members.outcomes
     found = {
-        word: outcomes == code
-        for code, word in enumerate(OUTCOMES)
-        if members.outcome_counts[code] or code == RETURNS
+        word: outcomes == code for code, word in enumerate(OUTCOMES) if members.outcome_counts[code]
     }
     for code in np.unique(status[outcomes == FAILED]).tolist():
         failed = (status == code) & (outcomes == FAILED)

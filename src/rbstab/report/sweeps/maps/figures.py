@@ -11,7 +11,7 @@ from rbstab.report.model.words import number
 from rbstab.report.sweeps.conditions.paired_conditions import Slice
 from rbstab.report.sweeps.maps.cells import MIN_MEMBERS, MapGrid, cells_of, map_grid
 from rbstab.report.sweeps.maps.effects import explained
-from rbstab.report.sweeps.maps.shown import FIRST, Shown, point_colour, shown_of
+from rbstab.report.sweeps.maps.shown import Shown, first_of, point_colour, shown_of
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.parameters import BinnedAxis, Parameter
 from rbstab.report.sweeps.quantities import MemberQuantity
@@ -61,8 +61,8 @@ def map_figures(
     if any((grid.counts == 0).any() for grid in grids):
         caption = f"{caption} {EMPTY}".strip()
     if len(slices) == 1:
-        first = [one for one in shown if one.name in FIRST]
-        chosen = {"first": first, "map": [one for one in shown if one not in first]}
+        count = first_of(shown)
+        chosen = {"first": shown[:count], "map": shown[count:]}
     else:
         compared = [one for one in shown if one.name != START_OVER_LEVEL]
         chosen = {f"map-{one.name}": [one] for one in compared[:most]}
@@ -103,8 +103,8 @@ def _points(word: MemberQuantity, x: Parameter, y: Array) -> tuple[Points, ...]:
 
 def curves(what: Mapped, parameter: Parameter) -> list[Figure]:
     """Return figures of what differs along one parameter, with a curve for each slice."""
-    panels: dict[str, list[Panel]] = {"first": [], "curves": []}
-    for shown in shown_of(what.members):
+    panels, all_shown = [], shown_of(what.members)
+    for shown in all_shown:
         quantity = shown.of_one
         is_word = bool(quantity.axis.categories)
         marks: tuple[Mark, ...]
@@ -115,12 +115,10 @@ def curves(what: Mapped, parameter: Parameter) -> list[Figure]:
                 Line(*_along(parameter, quantity, part), part.title, colour, step=is_word)
                 for colour, part in enumerate(what.slices)
             )
-        place = "first" if quantity.name in FIRST else "curves"
-        panels[place].append(Panel(parameter.axis, quantity.axis, marks))
-    title = f"Along {parameter.axis.label}"
-    return [
-        Figure(f"{what.name}-{key}", title, tuple(own), 2) for key, own in panels.items() if own
-    ]
+        panels.append(Panel(parameter.axis, quantity.axis, marks))
+    count, title = first_of(all_shown), f"Along {parameter.axis.label}"
+    chosen = {"first": tuple(panels[:count]), "curves": tuple(panels[count:])}
+    return [Figure(f"{what.name}-{key}", title, own, 2) for key, own in chosen.items() if own]
 
 
 def _along(parameter: Parameter, quantity: MemberQuantity, part: Slice) -> tuple[Array, Array]:

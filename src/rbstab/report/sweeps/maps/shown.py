@@ -49,6 +49,11 @@ def shown_of(members: Members) -> list[Shown]:
     return [*_words(members), *(Shown(q, q) for q in found if q.varies)]
 
 
+def first_of(shown: list[Shown]) -> int:
+    """Return how many of those come first: what became of the members, but two panels at least."""
+    return max(2, sum(one.name in FIRST for one in shown))
+
+
 def point_colour(word: MemberQuantity, code: int) -> int:
     """Return the number of the colour of single points: pale grey would not show."""
     colour = (word.axis.colours or range(len(word.axis.categories)))[code]

@@ -59,11 +59,6 @@ def test_one_state_needs_no_map(members):
     assert basin_blocks("a", one) == []
 
 
-def test_states_that_vary_with_the_parameters_are_no_basins(members):
-    many = members(GRID, lambda c: {"rest_orientation": np.outer(c["run"], [1.0, 0.0, 0.0])})
-    assert basins_of(many) is None
-
-
 @pytest.mark.parametrize("key", ["body.mass", "gravity[2]", "controller.K_r[0]"])
 def test_rest_states_of_different_bodies_are_not_grouped(members, key):
     """Each body, gravity or gain has rest states of its own, though they look alike."""

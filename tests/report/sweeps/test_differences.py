@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN
-from support.sections import sweep_sections, tables, texts
+from support.sections import sweep_sections, tables
 
 from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
 
@@ -67,14 +67,6 @@ def test_differences_are_from_the_best_condition(made):
     assert "Best in settling time of v: free, as none is better." in table.note
 
 
-def test_without_a_best_condition_differences_are_from_the_first(made):
-    """Stone, paper and scissors."""
-    values = [lambda p, k=k: 1.0 + (k + p % 3) % 3 for k in range(3)]
-    rows, table = differences(made, "settling_time", values)
-    assert list(rows) == ["free minus visco-elastic", "permanent minus visco-elastic"]
-    assert "None is the best in settling time of v: compared with visco-elastic." in table.note
-
-
 def test_a_larger_smallest_cosine_is_better(made):
     values = [lambda p, k=k: 0.2 + 0.3 * k + 0.001 * p for k in range(3)]
     rows, table = differences(made, "smallest_regularity", values)
@@ -132,15 +124,6 @@ def test_pairs_have_the_same_values(members, vary, keys, labels, pairs):
     values = found.column("initial_angular_velocity_0")[groups.pairs]
     assert (values == values[:, :1]).all()
     assert (groups.codes[groups.pairs] == np.arange(pairs[1])).all()
-
-
-def test_drawn_variants_are_compared_but_not_in_pairs(made):
-    vary = EACH | {"controller.variant": {"values": VARIANTS}}
-    found = tables(sweep_sections(made(vary, **DRAWN | {"members": 300})))
-    assert "sweep-1-pairs" not in found
-    counts = [int(row[2]) for row in texts(found["sweep-1-fractions"]) if row[0] == "completed"]
-    assert sum(counts) == 300
-    assert min(counts) > 60
 
 
 @pytest.mark.parametrize(("key", "own"), [("body.mass", True), (f"{SPIN}[1]", False)])

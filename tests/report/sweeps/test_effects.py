@@ -7,6 +7,7 @@ from support.sections import figures_in, sweep_sections, tables, texts
 
 from rbstab.report.model.figure import Band, Line
 from rbstab.report.sweeps.maps.effects import explained
+from rbstab.report.sweeps.outcomes import wilson
 
 VARY = {
     "body.mass": {"uniform": [1, 2]},
@@ -59,11 +60,10 @@ def test_the_share_of_an_outcome_has_wilsons_interval(made):
     (band,), (line,) = marks_of(mass)
     # Of members with a mass m, a share m - 1 has a smaller spin.
     assert line.y == pytest.approx(line.x - 1, abs=0.03)
-    n, z = 4096 / 20, 1.959964
-    centre = (line.y + z**2 / (2 * n)) / (1 + z**2 / n)
-    half = z / (1 + z**2 / n) * np.sqrt(line.y * (1 - line.y) / n + z**2 / (4 * n**2))
-    assert band.low == pytest.approx(centre - half, abs=2e-3)
-    assert band.high == pytest.approx(centre + half, abs=2e-3)
+    # The groups have 4096 / 20 members.
+    _, low, high = wilson(line.y * 204.8, np.full(20, 204.8))
+    assert band.low == pytest.approx(low, abs=2e-3)
+    assert band.high == pytest.approx(high, abs=2e-3)
 
 
 def test_each_condition_has_its_curve_and_none_has_a_part_in_the_variance(made):

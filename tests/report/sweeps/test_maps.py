@@ -7,11 +7,16 @@ import pytest
 from support.made_sweeps import GRID, SPIN, code
 from support.sections import figures_in, sweep_sections
 
-from rbstab.report.model.figure import Cells, Line, Points
+from rbstab.report.model.figure import Axis, Cells, Line, Points
 from rbstab.report.model.palette import GOOD, OPEN
-from rbstab.report.sweeps.maps.cells import cell_values, cells_of, map_grid
+from rbstab.report.sweeps.maps.cells import cells_of, map_grid
 from rbstab.report.sweeps.parameters import binned
-from rbstab.report.sweeps.quantities import ONE_COLOUR, settling_time, start_energy
+from rbstab.report.sweeps.quantities import (
+    ONE_COLOUR,
+    MemberQuantity,
+    settling_time,
+    start_energy,
+)
 
 X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
 SAMPLED = {"body.mass": {"uniform": [1, 9]}, f"{SPIN}[0]": {"normal": [0, 1]}}
@@ -44,13 +49,6 @@ def test_rows_are_the_vertical_axis_and_ascend(made):
     assert cells.members.shown.tolist() == [[4 * i + j for i in range(5)] for j in range(4)]
     assert (cells.members.counts == 1).all()
     assert (cells.members.gaps == -1).all()
-
-
-def test_lists_that_descend_are_turned(made):
-    vary = {"body.mass": {"values": [3, 1, 2]}, f"{SPIN}[0]": {"linspace": [1, -1, 2]}}
-    _, cells = settling_map(made, vary, lambda a: a["body_mass"] + 10 * a[X])
-    assert (cells.x.tolist(), cells.y.tolist()) == ([1, 2, 3], [-1, 1])
-    assert cells.values.tolist() == [[-9, -8, -7], [11, 12, 13]]
 
 
 def test_outcomes_are_words_and_stand_below_the_answer(made):
@@ -108,17 +106,6 @@ def test_a_third_axis_is_cut_into_slices(made):
         assert cells.span == pytest.approx((1.0, 35.0))
 
 
-def test_further_axes_are_taken_together(made):
-    vary = GRID | {"body.mass": {"values": [1, 2]}, f"{SPIN}[2]": {"values": [10, 20, 60]}}
-    sweep = made(vary, lambda a: {"settling_time": a[X] * 1000 + a["initial_angular_velocity_2"]})
-    figure = figures_in(sweep_sections(sweep))["sweep-1-map-settling-time"]
-    # The longest other axis is cut into slices; each cell is a median over the rest.
-    titles = [f"initial angular_velocity[2] = {v}" for v in (10, 20, 60)]
-    assert [p.title for p in figure.panels] == titles
-    assert "mass" in figure.caption
-    assert cells_in(figure.panels[2]).values[0].tolist() == [-1940, -940, 60, 1060, 2060]
-
-
 def test_variants_have_maps_of_their_own_on_one_scale(made):
     vary = {"controller.variant": {"values": ["free", "visco-elastic"]}} | GRID
     sweep = made(vary, lambda a: {"settling_time": a[Y] + 100 * a["controller_variant"]})
@@ -141,7 +128,9 @@ def test_cells_hold_medians_and_shares(members):
     x, y = (binned(p, n) for p, n in zip(found.parameters, (3, 9), strict=True))
     grid = map_grid(x, y)
     cells = cells_of(found, grid, settling_time(found))
-    share = cell_values(grid, np.sin(found.column("run")) > 0.5, is_share=True)
+    has = MemberQuantity("big", Axis("big"), 1.0 * (np.sin(np.arange(3000)) > 0.5), is_share=True)
+    shares = cells_of(found, grid, has)
+    assert shares.span == (0, 1)
     assert cells.members.counts.sum() == 3000
     kinds = set()
     for row in range(9):
@@ -167,7 +156,7 @@ def test_cells_hold_medians_and_shares(members):
                 assert shown == own[np.nanargmin(np.abs(values - value))]
                 assert gap == -1
             expected = (np.sin(own) > 0.5).mean() if len(own) >= 5 else np.nan
-            assert share[row, column] == pytest.approx(expected, nan_ok=True)
+            assert shares.values[row, column] == pytest.approx(expected, nan_ok=True)
     assert {"few", "value"} <= kinds
 
 
@@ -227,13 +216,6 @@ def test_a_map_whose_cells_spread_more_than_they_differ_is_left_out(made, size, 
 
     figures = figures_in(sweep_sections(made(SAMPLED, columns, **DESIGN)))
     assert ("sweep-1-first" in figures) is is_drawn
-
-
-def test_shares_keep_their_scale(made):
-    sweep = made(SAMPLED, lambda a: {"settling_time": np.where(a[X] > 0, 1, np.nan)}, **DESIGN)
-    panel = figures_in(sweep_sections(sweep))["sweep-1-first"].panels[0]
-    assert panel.title == "share: returns"
-    assert cells_in(panel).span == (0, 1)
 
 
 def test_the_round_off_of_a_start_at_rest_is_no_energy(members):

@@ -1,4 +1,4 @@
-"""Protects the list of notable members: at a border, near the range's end, near a proved level."""
+"""Protects the list of notable members: near the range's end, near a proved level, failed."""
 
 from types import SimpleNamespace
 
@@ -10,30 +10,10 @@ from support.sections import sweep_sections, tables, texts
 
 from rbstab.files.shell_words import shell_word
 from rbstab.report.sweeps.answers import commands_of
-from rbstab.report.sweeps.notable import border_pairs, notable
+from rbstab.report.sweeps.notable import notable
 from rbstab.sweep.proofs.convergence import EnergyBound
 
-X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
-VARIANTS = {"controller.variant": {"values": ["free", "visco-elastic"]}}
-
-
-@pytest.mark.parametrize(
-    ("vary", "status", "allowed", "count"),
-    [
-        # Between spins 0 and 1, whose members differ by four.
-        (GRID, lambda a: a[X] > 0.5, {(8, 12), (9, 13), (10, 14), (11, 15)}, 3),
-        # Along the fastest axis.
-        (GRID, lambda a: a[Y] > 15, {(4 * k + 1, 4 * k + 2) for k in range(5)}, 3),
-        # The end of a row is no neighbour of the next.
-        (GRID, lambda a: a["run"] == 3, {(2, 3), (3, 7)}, 2),
-        (VARIANTS | GRID, lambda a: a["controller_variant"] == 1, set(), 0),
-    ],
-    ids=["slow", "fast", "corner", "variants"],
-)
-def test_neighbours_across_a_border_of_a_grid_are_found(members, vary, status, allowed, count):
-    found = border_pairs(members(vary, lambda a: {"status": np.where(status(a), 1, 0)}))
-    assert len(found) == count
-    assert set(found) <= allowed
+X = "initial_angular_velocity_0"
 
 
 def test_extremes(members):

@@ -80,12 +80,6 @@ def test_each_condition_has_rows_and_a_bar(made):
     assert bars.counts.tolist() == [[11, 5], [16, 0]]
 
 
-@pytest.mark.parametrize("vary", [DRAWN, DRAWN | EACH], ids=["pooled", "alike"])
-def test_bars_are_those_of_conditions_that_differ(made, vary):
-    columns = ended if vary is DRAWN else lambda _: {}
-    assert "sweep-1-outcomes" not in figures_in(sweep_sections(made(vary, columns, **RANDOM)))
-
-
 MANY = {"body.mass": {"each": {"values": [float(k) for k in range(1, 14)]}}}
 
 

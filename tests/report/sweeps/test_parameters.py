@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.made_sweeps import SPIN
 
-from rbstab.report.sweeps.parameters import MAX_CELLS, binned, shortened
+from rbstab.report.sweeps.parameters import MAX_CELLS, binned
 
 
 def test_a_list_has_a_cell_for_each_entry_in_ascending_order(members):
@@ -70,9 +70,3 @@ def test_variants_are_words(members):
     (variant,) = members({"controller.variant": {"values": ["visco-elastic", "free"]}}).parameters
     assert variant.axis.categories == ("visco-elastic", "free")
     assert variant.values.tolist() == [0, 1]
-
-
-def test_short_names():
-    assert shortened("factor on controller.K_t") == "factor on K_t"
-    assert shortened("initial.position[2]") == "initial position[2]"
-    assert shortened("gravity[2]") == "gravity[2]"

@@ -59,12 +59,8 @@ def noisy(point):
             lambda p: np.where(p % 2 == 0, 0.1, -0.09),
             " is smallest with free; no sure difference that matters from visco-elastic.",
         ),
-        (
-            lambda p: 1e-5 + 0.0 * p,
-            " is smallest with free; no sure difference that matters from visco-elastic.",
-        ),
     ],
-    ids=["sure", "against the median", "chance", "small"],
+    ids=["sure", "against the median", "chance"],
 )
 def test_the_better_condition_with_its_interval(members, difference, text):
     values = (noisy, lambda p: noisy(p) - difference(p), lambda p: noisy(p) + 1.0)
@@ -103,17 +99,6 @@ def test_the_better_condition_with_its_interval(members, difference, text):
             None,
             ": none is better than all others.",
         ),
-        # `free` is smaller in all cases in which others have a value, and alone in the long ones.
-        (
-            (
-                lambda p: 10.0 + 0.0 * p,
-                lambda p: np.where(p < 20, 5.0, 50.0),
-                lambda p: 12.0 + 0.0 * p,
-            ),
-            lambda variant, point: (variant != 1) & (point >= 20),
-            " is smallest with free: smaller than with visco-elastic in all 20 cases that differ, "
-            "of 50, by 5 s in the median (95% interval: 5 s to 5 s).",
-        ),
         # Conditions without a common case are not called alike.
         (
             (lambda p: 1.0 + 0.0 * p, lambda p: 2.0 + 0.0 * p, lambda p: 9.0 + 0.0 * p),
@@ -122,7 +107,7 @@ def test_the_better_condition_with_its_interval(members, difference, text):
             "of 50, by 1 s in the median (95% interval: 1 s to 1 s).",
         ),
     ],
-    ids=["most cases", "seldom at rest", "no best", "other cases", "no common case"],
+    ids=["most cases", "seldom at rest", "no best", "no common case"],
 )
 def test_pairs_decide_and_not_medians(members, values, early, text):
     assert sentence_on(members, "settling_time", values, early) == TIME + text
@@ -162,12 +147,6 @@ PEAK = "The largest displacement of the contact point (largest |E1|, |E2| or |E3
 def test_the_displacement_of_the_contact_point(members, values, text):
     column = "peak_contact_displacement"
     assert sentence_on(members, column, values, word="displacement") == PEAK + text
-
-
-def test_only_a_displacement_is_zero_by_construction(members):
-    values = [lambda p, k=k: k + 0.0 * p for k in (0.0, 1.0, 2.0)]
-    sentence = sentence_on(members, "settling_time", values)
-    assert sentence.startswith(f"{TIME} is smallest with visco-elastic")
 
 
 def failed(members, masses, of_mass):

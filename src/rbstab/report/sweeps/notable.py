@@ -1,4 +1,4 @@
-"""Notable members, each with the command that runs it: at a border, extremes, failures."""
+"""Notable members, each with the command that runs it: extremes and failures."""
 
 import math
 from collections.abc import Iterator
@@ -20,11 +20,8 @@ from rbstab.report.sweeps.table_entries import number
 from rbstab.store.variables import safe_name
 from rbstab.sweep.members.outcome import STATUSES
 
-MAX_PAIRS = 3
-"""Maximum number of pairs across a border in the list."""
-
 MAX_PER_REASON = 2
-"""Maximum number of members in the list for each other reason."""
+"""Maximum number of members in the list for each reason."""
 
 TONES = {RETURNS: "good", LEFT_RANGE: "bad", FAILED: "bad"}
 """Green is only for a member that returns; one that still moves is no alarm."""
@@ -59,35 +56,7 @@ def notable(members: Members) -> dict[int, str]:
     return reasons
 
 
-def border_pairs(members: Members) -> list[tuple[int, int]]:
-    """Return members of a grid that differ in their outcome, and by one entry of one axis.
-
-    The pairs are spread over the border.
-    """
-    if members.plan is None or members.is_drawn or np.count_nonzero(members.outcome_counts) < 2:
-        return []
-    dimensions = members.plan.dimensions
-    numbers = np.arange(len(members)).reshape(tuple(dimensions.values()))
-    categories = [p.name for p in members.parameters if p.axis.categories]
-    pairs = [np.zeros((0, 2), int)]
-    for axis, (name, length) in enumerate(dimensions.items()):
-        if name not in categories:
-            lower, upper = (
-                np.take(numbers, range(*bounds), axis=axis)
-                for bounds in ((length - 1,), (1, length))
-            )
-            differs = members.outcomes[lower] != members.outcomes[upper]
-            pairs.append(np.stack([lower[differs], upper[differs]], axis=1))
-    border = np.concatenate(pairs)
-    places = ((np.arange(MAX_PAIRS) + 0.5) * len(border) / MAX_PAIRS).astype(int)
-    found = border[np.unique(places)].tolist() if len(border) else []
-    return [(a, b) for a, b in found]
-
-
 def _candidates(members: Members) -> Iterator[tuple[str, int]]:
-    for a, b in border_pairs(members):
-        yield f"next to member {b} ({OUTCOMES[members.outcomes[b]]})", a
-        yield f"next to member {a} ({OUTCOMES[members.outcomes[a]]})", b
     cosines = np.where(members.completed, regularity(members).values, np.nan)
     for k in _smallest(cosines):
         yield "smallest cos θ2 of completed members", k

@@ -49,27 +49,27 @@ class Effects:
         members: The members.
         free: The parameters that vary within a slice; p of them.
         slices: The conditions; the one in which a parameter explains most counts.
+
+    Attributes:
+        order: The parameters, that which explains most of all quantities first.
+        ratios: The shares that they explain, in this order, shape (p, quantities).
     """
 
     def __init__(self, members: Members, free: list[Parameter], slices: list[Slice]) -> None:
-        self._slices, self._free = slices, free
+        self._slices = slices
         self._shown = [q for shown in shown_of(members) if (q := shown.of_several).varies]
-        # The explained shares, shape (p, quantities); what is not known explains nothing.
-        self._ratios = np.zeros((len(free), len(self._shown)))
         # What a parameter without any effect explains.
         self._chance = 0.0
-        for parameter, row in zip(free, self._ratios, strict=True):
+        # What is not known explains nothing.
+        ratios = np.zeros((len(free), len(self._shown)))
+        for parameter, row in zip(free, ratios, strict=True):
             for part in slices:
                 groups = groups_of(parameter, part.chosen, GROUP_SIZE)
                 self._chance = max(self._chance, groups.max() / len(groups))
                 shares = [explained(q.values[part.chosen], groups) for q in self._shown]
                 np.fmax(row, shares, out=row)
-        self._ranks = np.argsort(-self._ratios.sum(axis=1), kind="stable").tolist()
-
-    @property
-    def order(self) -> list[Parameter]:
-        """The parameters, that which explains most of all quantities first."""
-        return [self._free[k] for k in self._ranks]
+        order = np.argsort(-ratios.sum(axis=1), kind="stable")
+        self.order, self.ratios = [free[k] for k in order.tolist()], ratios[order]
 
     def blocks(self, name: str) -> list[Block]:
         """Return a figure of the first quantity that a parameter has an effect on, and a table.
@@ -80,13 +80,13 @@ class Effects:
             return []
         heads = (Head("parameter"), *(Head(q.axis.label, numbers=True) for q in self._shown))
         rows = tuple(
-            (Cell(self._free[k].axis.label), *(number(r, 2) for r in self._ratios[k].round(12)))
-            for k in self._ranks
+            (Cell(parameter.axis.label), *(number(ratio, 2) for ratio in row.round(12)))
+            for parameter, row in zip(self.order, self.ratios, strict=True)
         )
         note, title = NOTE.format(chance=self._chance), "What each parameter explains"
         table = Table(f"{name}-influence", title, heads, rows, note)
         for column, quantity in enumerate(self._shown):
-            ratios = self._ratios[:, column]
+            ratios = self.ratios[:, column]
             order = np.argsort(-ratios, kind="stable").tolist()
             seen = [k for k in order if ratios[k] > OVER_CHANCE * self._chance]
             if seen and quantity.name not in FIRST[1:]:
@@ -102,9 +102,9 @@ class Effects:
         for k in seen:
             marks: list[Mark] = []
             for colour, part in enumerate(self._slices):
-                groups = groups_of(self._free[k], part.chosen, CURVE_GROUP_SIZE)
+                groups = groups_of(self.order[k], part.chosen, CURVE_GROUP_SIZE)
                 size = int(groups.max()) + 1
-                places = Ascending(self._free[k].values[part.chosen])
+                places = Ascending(self.order[k].values[part.chosen])
                 (x,) = quantiles_by_group(groups, size, places, (0.5,))
                 if quantity.is_share:
                     counts = np.bincount(groups, quantity.values[part.chosen], size)
@@ -116,7 +116,7 @@ class Effects:
                     marks.append(Band(x, low, high))
                 marks.append(Line(x, middle, part.title, colour))
             title = f"explains {ratios[k]:.0%}"
-            panels.append(Panel(self._free[k].axis, quantity.axis, tuple(marks), title))
+            panels.append(Panel(self.order[k].axis, quantity.axis, tuple(marks), title))
         what = "Share (95% interval" if quantity.is_share else "Median (5% to 95% quantile"
         what = f"{what}: the band)" if len(self._slices) == 1 else what.partition(" ")[0]
         caption = f"{what} of groups along each parameter. {quantity.note}".strip()

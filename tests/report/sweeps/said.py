@@ -53,7 +53,7 @@ def of_conditions(a):
     }
 
 
-SWEEPS = {
+SWEEPS: dict[str, tuple[Any, Any, Any]] = {
     "grid": (
         {ACROSS: {"linspace": [-3, 3, 7]}, UP: {"linspace": [0, 30, 6]}},
         of_grid,

@@ -1,5 +1,7 @@
 """Protects the comparison of conditions in pairs of members that differ in nothing else."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from support.made_sweeps import GRID, SPIN
@@ -118,7 +120,7 @@ def test_a_condition_that_holds_the_contact_point_is_left_out(made):
 )
 def test_pairs_have_the_same_values(members, vary, keys, labels, pairs):
     found = members(vary, **keys)
-    groups = paired_conditions_of(found)
+    groups: Any = paired_conditions_of(found)
     assert groups.labels == labels
     assert groups.pairs.shape == pairs
     values = found.column("initial_angular_velocity_0")[groups.pairs]
@@ -129,5 +131,5 @@ def test_pairs_have_the_same_values(members, vary, keys, labels, pairs):
 @pytest.mark.parametrize(("key", "own"), [("body.mass", True), (f"{SPIN}[1]", False)])
 def test_conditions_may_have_a_function_v_of_their_own(members, key, own):
     vary = {key: {"each": {"values": [1, 2]}}, f"{SPIN}[0]": {"normal": [0, 6]}}
-    groups = paired_conditions_of(members(vary, design="random", members=10, seed=4))
+    groups: Any = paired_conditions_of(members(vary, design="random", members=10, seed=4))
     assert groups.has_own_v is own

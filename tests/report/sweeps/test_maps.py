@@ -130,6 +130,7 @@ def test_cells_hold_medians_and_shares(members):
     cells = cells_of(found, grid, settling_time(found))
     has = MemberQuantity("big", Axis("big"), 1.0 * (np.sin(np.arange(3000)) > 0.5), is_share=True)
     shares = cells_of(found, grid, has)
+    assert cells.members is not None
     assert shares.span == (0, 1)
     assert cells.members.counts.sum() == 3000
     kinds = set()

@@ -10,6 +10,7 @@ from support.made_sweeps import GRID
 from support.sections import check_sections, figures_in, sweep_sections, tables, texts
 
 from rbstab.experiment.robust.record import BodiesRecord
+from rbstab.report.model.document import Table
 from rbstab.report.model.figure import Cells
 from rbstab.report.sweeps.maps.cells import cells_of, map_grid
 from rbstab.report.sweeps.maps.shown import shown_of
@@ -92,7 +93,8 @@ def map_of(found, axes):
     """Return the map of shares of proved members over two parameters, by their labels."""
     over = {p.axis.label: binned(p) for p in found.parameters}
     (proofs,) = (shown.of_several for shown in shown_of(found) if shown.name == "proofs")
-    return cells_of(found, map_grid(*(over[label] for label in axes)), proofs)
+    x, y = (over[label] for label in axes)
+    return cells_of(found, map_grid(x, y), proofs)
 
 
 FIRST, SECOND = (f"initial angular_velocity[{k}]" for k in (0, 1))
@@ -118,7 +120,7 @@ def test_what_was_not_tried_is_not_0_of_1000(members):
 def said(found):
     """Return the sentences on proofs, and the note of the table."""
     blocks = proof_blocks("sweep-1", found, "COMMAND")
-    return [block if isinstance(block, str) else block.note for block in blocks]
+    return [block.note if isinstance(block, Table) else block for block in blocks]
 
 
 def test_what_was_not_tried_has_its_reason(members):
@@ -149,6 +151,7 @@ def test_members_that_no_theorem_covers_are_counted_with_the_reason(members):
         seed=4,
     )
     (table,) = proof_blocks("sweep-1", found, "COMMAND")
+    assert isinstance(table, Table)
     label, count = texts(table)[-1]
     assert label.startswith("of those without a proof: the force of a sliding connector jumps")
     assert count == "10"

@@ -31,11 +31,6 @@ class Basins:
     orientations: Array
     codes: Array
 
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """A name of each state: "rest state 1"."""
-        return tuple(f"rest state {k}" for k in range(1, len(self.energies) + 1))
-
 
 @kept
 @np.errstate(all="ignore")  # a foreign file may have any numbers

@@ -29,14 +29,12 @@ class Parameter:
 
     Args:
         name: The name of the axis in the plan.
-        column: The column of the table with its values.
         axis: Its axis in a figure; if the axis has categories, values are indices of categories.
         values: The value of each member, shape (n,).
         listed: Whether the values come from a list.
     """
 
     name: str
-    column: str
     axis: Axis
     values: Array
     listed: bool
@@ -111,7 +109,7 @@ def _parameter(plan: Plan, axis: PlanAxis, table: Table) -> Parameter:
         label += f" (with {', '.join(map(shortened, others))})"
     whole = values.dtype.kind in "iu" and not stored.flags
     figure_axis = Axis(label, unit, log=log, categories=stored.flags, whole=whole)
-    return Parameter(axis.name, name, figure_axis, values, listed)
+    return Parameter(axis.name, figure_axis, values, listed)
 
 
 def shortened(label: str) -> str:

@@ -1,7 +1,6 @@
 """Conditions to compare: variants, and parameters marked `each` in the plan."""
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -27,24 +26,20 @@ class Slice(NamedTuple):
 class PairedConditions:
     """Groups of members with the same condition.
 
-    labels are the names of the conditions, codes the condition of each member, shape (n,). Each row
-    of pairs, shape (rows, conditions), has the numbers of members that differ only in their
-    condition; pairs is None if there are no such rows. has_own_v says whether v may be another
-    function in each condition.
+    slices are the members of each. Each row of pairs, shape (rows, conditions), has the numbers of
+    members that differ only in their condition; pairs is None if there are no such rows. has_own_v
+    says whether v may be another function in each condition.
     """
 
     parameters: tuple[Parameter, ...]
-    labels: tuple[str, ...]
-    codes: Array
+    slices: list[Slice]
     pairs: Array | None
     has_own_v: bool
 
-    @cached_property
-    def slices(self) -> list[Slice]:
-        """The members of each condition."""
-        return [
-            Slice(label, np.flatnonzero(self.codes == k)) for k, label in enumerate(self.labels)
-        ]
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The names of the conditions."""
+        return tuple(part.title for part in self.slices)
 
 
 def slices_of(members: Members) -> list[Slice]:
@@ -66,19 +61,19 @@ def paired_conditions_of(members: Members) -> PairedConditions | None:
         chosen = variant
     if not chosen:
         return None
-    labels, codes = [""], np.zeros(len(members), dtype=np.int64)
+    slices = [Slice("", np.arange(len(members)))]
     for parameter in chosen:
-        codes = codes * len(parameter.entries) + np.searchsorted(
-            parameter.entries, parameter.values
-        )
-        labels = [
-            f"{label}, {_condition(parameter, entry)}".removeprefix(", ")
-            for label in labels
+        slices = [
+            Slice(
+                f"{part.title}, {_condition(parameter, entry)}".removeprefix(", "),
+                part.chosen[parameter.values[part.chosen] == entry],
+            )
+            for part in slices
             for entry in parameter.entries.tolist()
         ]
     names = [p.name for p in chosen]
     pairs = _pairs(members, names)
-    return PairedConditions(tuple(chosen), tuple(labels), codes, pairs, _change_v(plan, names))
+    return PairedConditions(tuple(chosen), slices, pairs, _change_v(plan, names))
 
 
 def _change_v(plan: Plan, names: list[str]) -> bool:

@@ -81,7 +81,8 @@ def _words(members: Members) -> list[Shown]:
     basins = basins_of(members)
     if basins is not None:
         codes = np.where(basins.codes < 0, np.nan, basins.codes)
-        axis = Axis("approaches", categories=basins.labels)
+        labels = tuple(f"rest state {k + 1}" for k in range(len(basins.energies)))
+        axis = Axis("approaches", categories=labels)
         word = MemberQuantity("basins", axis, codes, "no rest state was found")
         found.append(_with_share(word, "share that approaches rest state 1", basins.codes == 0))
     return found

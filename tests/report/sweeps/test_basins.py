@@ -45,7 +45,7 @@ def test_the_states_are_listed_lowest_first(two):
 
 
 def test_the_map_is_coloured_by_the_state(two):
-    panels = {p.title: p for figure in over_parameters("a", two).maps for p in figure.panels}
+    panels = {p.title: p for figure in over_parameters("a", two)[0] for p in figure.panels}
     (cells,) = (mark for mark in panels["approaches"].marks if isinstance(mark, Cells))
     assert cells.scale.categories == ("rest state 1", "rest state 2")
     # The second parameter, along the rows, varies fastest; the last member did not complete.

@@ -117,6 +117,9 @@ def test_a_real_sweep_says_what_it_is(tmp_path):
     assert among.answer.card.title == "real"
     assert facts["members"] == "3 x 2 = 6"
     assert facts["engine"] == "scipy"
+    spins, factors = "linspace [-4, 4, 3]", "base value times values [1, 2]"
+    assert facts["varied: initial.angular_velocity[0]"] == f"{spins} (3 values), independently"
+    assert facts["varied: controller.K_r"] == f"{factors} (2 values), independently"
     assert facts["command to repeat"] == f"rbstab sweep {folder / 'plan.yaml'} -o again"
     assert len(facts["digest of the results"]) == 64
 

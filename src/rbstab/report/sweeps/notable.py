@@ -1,7 +1,6 @@
 """Notable members, each with the command that runs it: extremes and failures."""
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -49,25 +48,17 @@ def notable_blocks(name: str, members: Members, command: str) -> list[Block]:
 
 
 def notable(members: Members) -> dict[int, str]:
-    """Return the reason by the number of each notable member, about a dozen at most."""
-    reasons: dict[int, str] = {}
-    for reason, k in _candidates(members):
-        reasons.setdefault(k, reason)
-    return reasons
-
-
-def _candidates(members: Members) -> Iterator[tuple[str, int]]:
-    cosines = np.where(members.completed, regularity(members).values, np.nan)
-    for k in _smallest(cosines):
-        yield "smallest cos θ2 of completed members", k
-    over_level = start_over_level(members)
-    if over_level is not None:
-        for k in _smallest(np.abs(over_level.values - 1)):
-            yield "v(0) nearest c*", k
-    for k in _smallest(np.where(members.at_rest, -settling_time(members).values, np.nan))[:1]:
-        yield "comes to rest last", k
-    for k in np.flatnonzero(members.outcomes == FAILED)[:MAX_PER_REASON].tolist():
-        yield OUTCOMES[FAILED], k
+    """Return the reason by the number of each notable member: the first reason, if it has more."""
+    over_level, failed = start_over_level(members), members.outcomes == FAILED
+    nearest = [] if over_level is None else _smallest(np.abs(over_level.values - 1))
+    cosines = _smallest(np.where(members.completed, regularity(members).values, np.nan))
+    last = _smallest(np.where(members.at_rest, -settling_time(members).values, np.nan))[:1]
+    return (
+        dict.fromkeys(np.flatnonzero(failed)[:MAX_PER_REASON].tolist(), OUTCOMES[FAILED])
+        | dict.fromkeys(last, "comes to rest last")
+        | dict.fromkeys(nearest, "v(0) nearest c*")
+        | dict.fromkeys(cosines, "smallest cos θ2 of completed members")
+    )
 
 
 def _smallest(values: Array) -> list[int]:

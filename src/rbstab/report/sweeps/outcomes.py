@@ -85,9 +85,7 @@ def wilson(counts: Array, totals: Array) -> tuple[Array, Array, Array]:
         p, spread = counts / totals, Z**2 / totals
         middle = (p + spread / 2) / (1 + spread)
         half = np.sqrt(spread * p * (1 - p) + spread**2 / 4) / (1 + spread)
-    # Without and with all members an end is exact.
-    low = np.where(counts == 0, 0.0 * p, middle - half)
-    return p, low, np.where(counts == totals, p, middle + half)
+    return p, np.clip(middle - half, 0.0, 1.0), np.clip(middle + half, 0.0, 1.0)
 
 
 def is_sampled(members: Members) -> bool:

@@ -17,7 +17,7 @@ from rbstab.report.sweeps.outcomes import (
     quantile_table,
     spread_figures,
 )
-from rbstab.report.sweeps.overview import overview_table, varied_table
+from rbstab.report.sweeps.overview import overview_table
 from rbstab.report.sweeps.proofs import proof_blocks
 
 UNREADABLE = (
@@ -66,7 +66,6 @@ def sweep_part(sweep: SweepFile, *, alone: bool) -> SweepPart:
     ]
     facts: list[Block] = [
         overview_table(name, members, sweep.path),
-        *([] if plan is None else [varied_table(name, plan)]),
         *([" ".join(f"{word}: {meaning}." for word, meaning in SYMBOLS)] if alone else []),
     ]
     details: list[Block] = [

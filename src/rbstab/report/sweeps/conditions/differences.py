@@ -89,7 +89,7 @@ def _entries(found: PairedDifference, *, sampled: bool) -> tuple[Cell, ...]:
     """Return the numbers of a difference."""
     ends = [number(end) for end in (found.low, found.high)]
     # An interval without ends is that of few pairs.
-    is_open = math.isinf(found.low) and math.isinf(found.high) and found.low < found.high
+    is_open = (found.low, found.high) == (-math.inf, math.inf)
     interval = Cell(NO_VALUE) if is_open else Cell(" to ".join(end.text for end in ends))
     return (
         number(found.median),

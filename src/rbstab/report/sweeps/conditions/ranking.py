@@ -144,8 +144,8 @@ def ranking_sentences(members: Members) -> list[str]:
         return sentences
     cases, count = groups.pairs.shape
     kind = "variants" if all(p.axis.categories for p in groups.parameters) else "conditions"
-    where = f"the same {counted(cases, 'case')}" if cases > 1 else "the same case"
-    return [f"Compared: {count} {kind}, each in {where}: {listed(groups.labels)}.", *sentences]
+    same = f"the same {counted(cases, 'case')}"
+    return [f"Compared: {count} {kind}, each in {same}: {listed(groups.labels)}.", *sentences]
 
 
 def failure_sentences(members: Members, groups: PairedConditions) -> list[str]:

@@ -61,32 +61,25 @@ class Mapped(NamedTuple):
     slices: list[Slice]
 
 
-class OverParameters(NamedTuple):
-    """What depends on parameters.
-
-    Attributes:
-        maps: At most two maps, or figures of curves; the first shows what became of the members, if
-            they differ in it.
-        effects: The effect of each parameter of drawn members.
-    """
-
-    maps: list[Figure]
-    effects: list[Block]
-
-
-def over_parameters(name: str, members: Members, command: str = "") -> OverParameters:
+def over_parameters(
+    name: str, members: Members, command: str = ""
+) -> tuple[list[Figure], list[Block]]:
     """Return maps over two parameters and the effects of parameters, or curves along one.
 
     Args:
         name: The name of the sweep; the names of the figures begin with it.
         members: The members.
         command: The command that runs a member, without its number.
+
+    Returns:
+        At most two maps, or figures of curves; the first shows what became of the members, if they
+        differ in it. Then the effect of each parameter of drawn members.
     """
     groups = paired_conditions_of(members)
     compared = groups.parameters if groups is not None else ()
     free = [p for p in members.parameters if p not in compared]
     if not free:
-        return OverParameters([], [])
+        return [], []
     slices = slices_of(members)
     what, effects = Mapped(name, members, slices), list[Block]()
     if len(free) == 1:
@@ -97,7 +90,7 @@ def over_parameters(name: str, members: Members, command: str = "") -> OverParam
     else:
         maps = _grid_maps(what, free)
     maps = [replace(figure, command=command) for figure in maps]
-    return OverParameters(maps, effects)
+    return maps, effects
 
 
 def _grid_maps(what: Mapped, free: list[Parameter]) -> list[Figure]:

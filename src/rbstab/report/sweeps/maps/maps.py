@@ -158,7 +158,8 @@ def map_figures(
         panels = tuple(panel for one in own for panel in _panels(what, grids, one))
         label = "Maps" if len(slices) == 1 else own[0].of_several.axis.label
         columns = 2 if len(slices) == 1 else 3
-        figure = Figure(f"{name}-{key}", f"{label} {over}", panels, columns, caption=caption)
+        title = f"{label[:1].upper()}{label[1:]} {over}"
+        figure = Figure(f"{name}-{key}", title, panels, columns, caption=caption)
         figures += [replace(figure, shared="xy")] if panels else []
     return figures
 

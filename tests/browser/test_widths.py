@@ -71,11 +71,20 @@ def test_the_page_never_scrolls_sideways(
 
 
 @WIDTHS
-@pytest.mark.parametrize("kind", ["compared", "runs"])
-def test_the_answers_are_seen_first(
-    opened: Opened, kind: str, size: dict, request: pytest.FixtureRequest
-) -> None:
-    page = opened(request.getfixturevalue(kind), **size)
+def test_the_answers_are_seen_first(opened: Opened, compared: Report, size: dict) -> None:
+    page = opened(compared, **size)
+    section = page.locator("main > section").first
+    expect(section.locator("p").first).to_contain_text("Returns: 1200 of 1200 members.")
+    expect(section.locator("p").first).to_be_in_viewport()
+    # Which condition is better, and the first figure.
+    expect(section.locator("p").nth(2)).to_be_in_viewport()
+    if size is DESKTOP:
+        expect(section.locator(".drawing").first).to_be_in_viewport()
+
+
+@WIDTHS
+def test_the_answers_of_runs_are_seen_first(opened: Opened, runs: Report, size: dict) -> None:
+    page = opened(runs, **size)
     card = page.locator(".card").first
     word = card.locator(".word").first
     expect(word).to_be_in_viewport()

@@ -89,13 +89,12 @@ def _sections(
 def _with_sweeps(
     of_runs: list[Block], facts: Sequence[RunFacts], sweeps: Sequence["SweepPart"]
 ) -> list[Block]:
-    """Return the answers of runs and sweeps: all sentences, then all cards."""
+    """Return the answers of runs and sweeps: the sentences on runs, then all cards."""
     from rbstab.report.sweeps.answers import cards_of
 
     sentences = [block for block in of_runs if isinstance(block, str)]
     if len(facts) == 1:
         sentences[0] = f"Run {facts[0].run.label}: {sentences[0]}"
-    sentences += [f"Sweep {p.answer.card.title}: {p.answer.sentences[0]}" for p in sweeps]
     cards = [block for block in of_runs if not isinstance(block, str)]
     of_sweeps = cards_of("sweeps-answers", [p.answer.card for p in sweeps])
     # A word means the same on both, and is explained once.

@@ -7,11 +7,8 @@ import pytest
 from support.made_sweeps import SPIN, code, write_sweep
 
 from rbstab.report.build import report_of
-from rbstab.report.model.document import Cards, Table
-from rbstab.report.model.figure import Figure, Shares
+from rbstab.report.model.document import Table
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.writers.plain_data import data_of
-from rbstab.report.writers.vega.specification import specification
 
 MANY = {f"{SPIN}[0]": {"linspace": [-2, 2, 300]}, f"{SPIN}[1]": {"linspace": [0, 30, 100]}}
 """30,000 members."""
@@ -26,6 +23,7 @@ def columns(found):
     return {
         "status": np.where(k < 23_000, code("completed"), code("range left")).astype(np.int8),
         "settling_time": np.where(k < 11_000, 1.0, np.nan),
+        "smallest_regularity": np.where(k > 22_000, 0.1, 0.9),
     }
 
 
@@ -40,14 +38,10 @@ def blocks_of(report):
 
 
 def texts_of(report):
-    """Return the sentences, and what cards and tables show, without numbers of members."""
+    """Return the sentences, and what tables show, without commands."""
     for block in blocks_of(report):
         if isinstance(block, str):
             yield block
-        elif isinstance(block, Cards):
-            for card in block.cards:
-                yield from (f"{one.word} {one.sentence}" for one in card.statements)
-                yield from (value for _, value in card.facts)
         elif isinstance(block, Table):
             yield from (cell.text for row in block.rows for cell in row if not cell.command)
 
@@ -69,26 +63,3 @@ def test_numbers_of_members_have_none(report):
     assert max(numbers) > 9999
     assert numbers == [row[0].value for row in notable.rows]
     assert all(row[0].command.endswith(f" {row[0].text}") for row in notable.rows)
-
-
-def test_bars_have_separators(report):
-    (figure,) = (
-        block
-        for block in blocks_of(report)
-        if isinstance(block, Figure) and isinstance(block.panels[0].marks[0], Shares)
-    )
-    layers = specification(figure, width=800.0, for_page=True)["concat"][0]["layer"]
-    texts = [row["text"] for layer in layers[::2] for row in layer["data"]["values"]]
-    assert texts == ["11,000", "12,000", "7000"]
-
-
-def test_data_have_none(report):
-    """The content as JSON has the counts of tables as numbers."""
-    tables = {
-        block["name"]: block["rows"]
-        for section in data_of(report)["sections"]
-        for block in section["blocks"]
-        if "rows" in block
-    }
-    fractions = next(rows for name, rows in tables.items() if name.endswith("-fractions"))
-    assert ["returns", 11_000.0] in [row[:2] for row in fractions]

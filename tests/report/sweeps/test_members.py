@@ -41,12 +41,6 @@ def test_ends(members):
     assert found.completed.tolist() == [True, True, False, False, False]
 
 
-def test_only_what_is_needed_is_read(members):
-    found = members(GRID)
-    assert "final_position" not in found.table
-    assert found.column("initial_angular_velocity_0").tolist()[:5] == [-2, -2, -2, -2, -1]
-
-
 def test_a_plan_that_cannot_be_read(made, monkeypatch):
     def of_the_future(plan):
         return plan_yaml(plan).replace("schema_version: 1", "schema_version: 99", 1)
@@ -75,7 +69,6 @@ def test_the_proved_level_is_that_of_the_kept_proof(made):
     proof = proof_for(results, plan.base_of("free"))
     found = read_members(made(vary, columns, base=base).path)
     inside = [start_state(problem_of(config), proof) is not None for config in configs]
-    assert found.share_proofs
     assert (found.column("lyapunov_start") < found.level).tolist() == inside
     assert [CONVERGENCE[k] == "proved" for k in found.convergence] == inside
     assert set(inside) == {True, False}
@@ -86,15 +79,7 @@ def test_without_a_proof_the_column_speaks(members, varied):
     found = members(varied, lambda arrays: {"convergence": arrays["run"] % 3})
     assert found.level is None
     assert found.convergence.tolist() == [k % 3 for k in range(len(found))]
-    assert found.share_proofs == (varied is GRID)
-
-
-def test_the_file_is_not_changed(made):
-    sweep = made(GRID)
-    before = sweep.path.read_bytes()
-    sweep_sections(sweep)
-    assert sweep.path.read_bytes() == before
-    assert len(read_sweep(sweep.path)["status"]) == 20
+    assert found.share_rest_states == (varied is GRID)
 
 
 def test_each_variant_has_its_own_level(members):

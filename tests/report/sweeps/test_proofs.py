@@ -4,15 +4,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.configs import VISCO_ELASTIC, plain
+from support.inputs import SINE, force
 from support.made_sweeps import GRID
 from support.sections import check_sections, figures_in, sweep_sections, tables, texts
 
+from rbstab.experiment.robust.record import BodiesRecord
+from rbstab.report.model.document import Table
 from rbstab.report.model.figure import Cells
-from rbstab.report.model.palette import colour
-from rbstab.report.sweeps.maps.cell_grid import map_grid
-from rbstab.report.sweeps.maps.cell_values import NOT_TRIED, proof_cells
+from rbstab.report.sweeps.maps.cells import cells_of, map_grid
+from rbstab.report.sweeps.maps.shown import shown_of
 from rbstab.report.sweeps.parameters import binned
-from rbstab.report.sweeps.proofs import MEANINGS, REASONS, proof_codes, tried_members
+from rbstab.report.sweeps.proofs import MEANINGS, REASONS, proof_blocks
 from rbstab.sweep.proofs.columns import (
     CONVERGENCE,
     FIRST_UNDECIDED,
@@ -22,13 +25,9 @@ from rbstab.sweep.proofs.columns import (
     PROVED,
 )
 from rbstab.sweep.proofs.convergence import MemberConvergence
+from rbstab.sweep.proofs.one_state import OneState
 
 PROVE = {"prove": "motion"}
-
-
-def rgb_of(tone):
-    """Return red, green and blue of a colour, 0 to 255."""
-    return np.array([*bytes.fromhex(tone[1:])], dtype=int)
 
 
 def some_of_each(arrays):
@@ -56,15 +55,6 @@ def sections(made):
     return found
 
 
-def test_a_sentence_counts_the_proved_members(sections):
-    assert sections[0].blocks[2] == (
-        "10 of 20 members are proved to converge to a rest state, 3 of them by an enclosure of "
-        "their exact motion. 2 are proved not to come to rest. 5 are not decided; the table has "
-        "the reasons. 3 start in no certified region, and their motion was not "
-        "enclosed."
-    )
-
-
 def test_the_table_has_the_reasons(sections):
     rows = texts(tables(sections)["sweep-1-proofs"])
     assert rows == [
@@ -73,108 +63,174 @@ def test_the_table_has_the_reasons(sections):
         ["does not come to rest: proved", "2"],
         ["not decided", "5"],
         ["not proved at the start, motion not enclosed", "3"],
+        ["of those proved: by an enclosure of their motion", "3"],
         ["of those not decided: the enclosure reached its largest number of steps", "2"],
         ["of those not decided: no further step of the enclosure could be proved", "3"],
     ]
 
 
 def test_the_map_shows_what_is_proved(sections):
-    panels = {p.title: p for p in figures_in(sections)["sweep-1-map"].panels}
-    (cells,) = (m for m in panels["convergence of the exact motion"].marks if isinstance(m, Cells))
+    panels = {p.title: p for p in figures_in(sections)["sweep-1-first"].panels}
+    (cells,) = panels["convergence of the exact motion"].marks
+    assert isinstance(cells, Cells)
     # Five columns of four members each; the second axis is the fastest.
     words = np.array(cells.scale.categories)[cells.values.T.astype(int)].ravel().tolist()
-    expected = [MEANINGS[2].format(1)] * 7 + [MEANINGS[2].format(2)] * 3
-    expected += [MEANINGS[3]] * 5 + [MEANINGS[4]] * 2 + [MEANINGS[1]] * 3
+    first, second = (words_of(PROVED).format(k) for k in (1, 2))
+    expected = [first] * 7 + [second] * 3
+    expected += [words_of(code) for code, count in ((3, 5), (4, 2), (1, 3)) for _ in range(count)]
     assert words == expected
-    assert "time from which inside a certified region [s]" in panels
 
 
-def test_answers_have_the_colours_of_their_kind(members):
-    codes = (2, 3, 4, 1, 0)
-
-    def some_of_every_code(arrays):
-        convergence = np.resize(codes, len(arrays["run"]))
-        return {"convergence": convergence, "proved_rest_state": convergence == 2}
-
-    found = proof_codes(members(GRID, some_of_every_code, **PROVE))
-    tones = dict(zip(found.labels, map(colour, found.colours), strict=True))
-    good, bad = (rgb_of(tones[MEANINGS[code].format(1)]) for code in (2, 4))
-    assert good.argmax() == 1
-    assert bad.argmax() == 0
-    for code in (1, 3):
-        assert np.ptp(rgb_of(tones[MEANINGS[code]])) == 0
-    assert len(set(tones.values())) == len(codes)
+def words_of(code):
+    return MEANINGS[code][0]
 
 
-def test_cells_with_several_members_show_the_share(members):
-    def columns(arrays):
-        return {"convergence": np.where(arrays["run"] < 10, 2, 1)}
-
-    found = members(GRID | {"body.mass": {"values": [40, 41]}}, columns)
-    axes = {p.axis.label: binned(p) for p in found.parameters}
-    first, second = (axes[f"initial angular_velocity[{k}]"] for k in (0, 1))
-    cells = proof_cells(found, map_grid(first, second))
-    # Eight members in a row of the first axis, two in each cell: the first ten are proved.
-    expected = np.zeros((4, 5))
-    expected[:, 0] = expected[0, 1] = 1.0
-    assert cells.values.tolist() == expected.tolist()
-    assert cells.scale.label == "share proved to converge"
-    (mass,) = (axis for label, axis in axes.items() if "mass" in label)
-    half = proof_cells(found, map_grid(mass, second))
-    assert half.values.ravel().tolist() == pytest.approx([0.4, 0.4] + [0.2, 0.2] * 3)
+TWO = GRID | {"body.mass": {"values": [40, 41]}}
+"""Eight members in a row of the first spin, two in each cell of both."""
 
 
-@pytest.mark.parametrize(("untried", "of"), [(0, "20"), (3, "the 17"), (20, "20")])
-def test_what_was_not_tried_is_not_0_of_1000(untried, of):
-    codes = np.where(np.arange(20) < untried, NO_PROOF, NOT_PROVED)
-    assert tried_members(codes) == f"{of} members{' that were tried' if 'the' in of else ''}"
+def map_of(found, axes):
+    """Return the map of shares of proved members over two parameters, by their labels."""
+    over = {p.axis.label: binned(p) for p in found.parameters}
+    (proofs,) = (shown.of_several for shown in shown_of(found) if shown.name == "proofs")
+    x, y = (over[label] for label in axes)
+    return cells_of(found, map_grid(x, y), proofs)
 
 
-def test_a_cell_without_any_proof_has_no_share(members):
-    """What was not tried is not 0 of 1000."""
+FIRST, SECOND = (f"initial angular_velocity[{k}]" for k in (0, 1))
 
+
+def test_what_was_not_tried_is_not_0_of_1000(members):
     def columns(arrays):
         proved_or_not = np.where(arrays["run"] < 10, PROVED, NOT_PROVED)
         return {"convergence": np.where(arrays["run"] < 32, proved_or_not, NO_PROOF)}
 
-    found = members(GRID | {"body.mass": {"values": [40, 41]}}, columns)
-    first, second = (
-        binned(p)
-        for k in (0, 1)
-        for p in found.parameters
-        if p.axis.label == f"initial angular_velocity[{k}]"
-    )
-    cells = proof_cells(found, map_grid(first, second))
+    found = members(TWO, columns)
+    cells = map_of(found, (FIRST, SECOND))
     assert np.isnan(cells.values[:, 4]).all()
     assert np.isfinite(cells.values[:, :4]).all()
     assert cells.members is not None
     reasons = cells.members.reasons
-    assert {reasons[code] for code in cells.members.gaps[:, 4]} == {NOT_TRIED}
-    (mass,) = (binned(p) for p in found.parameters if "mass" in p.axis.label)
+    assert {reasons[code] for code in cells.members.gaps[:, 4]} == {"no proof of the bodies"}
     # Sixteen of twenty members of each mass have a proof, or eight of ten with one of the second.
-    half = proof_cells(found, map_grid(mass, second))
+    half = map_of(found, ("mass", SECOND))
     assert half.values.ravel().tolist() == pytest.approx([0.5, 0.5] + [0.25, 0.25] * 3)
 
 
-def test_a_share_that_is_the_same_for_all_explains_nothing(made):
-    """A map that has nothing to show is not "left out, explained: nan %"."""
-    vary = {f"initial.angular_velocity[{k}]": {"uniform": [-9, 9]} for k in (0, 1)}
-
-    def columns(arrays):
-        return {"convergence": np.where(arrays["run"] % 2, NOT_PROVED, NO_PROOF)}
-
-    found = sweep_sections(made(vary, columns, design="random", members=400, seed=1))
-    texts_ = [block for section in found for block in section.blocks if isinstance(block, str)]
-    assert not any("nan" in text for text in texts_)
-    assert not any(name.startswith("sweep-1-map-proofs") for name in figures_in(found))
-    panels = [p.title for name, f in figures_in(found).items() if "map" in name for p in f.panels]
-    assert "share proved to converge" not in panels
+def said(found):
+    """Return the sentences on proofs, and the note of the table."""
+    blocks = proof_blocks("sweep-1", found, "COMMAND")
+    return [block.note if isinstance(block, Table) else block for block in blocks]
 
 
-def test_without_proofs_nothing_is_said(made):
-    found = sweep_sections(made(GRID))
-    assert "sweep-1-proofs" not in tables(found)
-    assert not any("proved" in block for block in found[0].blocks if isinstance(block, str))
+def test_what_was_not_tried_has_its_reason(members):
+    """Of some members, in the note; of all, as a sentence in place of a table."""
+    codes = np.where(np.arange(20) < 3, NO_PROOF, NOT_PROVED)
+    (note,) = said(members(GRID, lambda _: {"convergence": codes}))
+    assert note.endswith("No proof was made of the bodies of members 0 to 2: COMMAND makes it.")
+    (sentence,) = said(members(GRID))
+    assert sentence == "No proof was made of the bodies of any member: COMMAND makes it."
+    shaken = plain(VISCO_ELASTIC) | {"schema_version": 2, "elements": {"shake": force(SINE)}}
+    (sentence,) = said(members(GRID, base=shaken))
+    assert sentence == "Not proved: an input supplies power, so v may rise."
+
+
+def test_members_that_no_theorem_covers_are_counted_with_the_reason(members):
+    vary = {
+        "controller.variant": {"each": {"values": ["visco-elastic", "sliding"]}},
+        "initial.angular_velocity[0]": {"normal": [0, 6]},
+    }
+    base = plain(VISCO_ELASTIC)
+    base["controller"] |= {"K_s": [2000, 2000, 2000], "surface": {"slope": 20}}
+    found = members(
+        vary,
+        lambda a: {"convergence": np.where(a["controller_variant"] == 1, NO_PROOF, PROVED)},
+        base=base,
+        design="random",
+        members=10,
+        seed=4,
+    )
+    (table,) = proof_blocks("sweep-1", found, "COMMAND")
+    assert isinstance(table, Table)
+    label, count = texts(table)[-1]
+    assert label.startswith("of those without a proof: the force of a sliding connector jumps")
+    assert count == "10"
+    assert "COMMAND" not in table.note
+
+
+COUNTEREXAMPLE = BodiesRecord(
+    id="0",
+    version=1,
+    outcome="a body in the box has several rest states",
+    proved=False,
+    level=0.0,
+    parts=1,
+    boxes=1,
+    why="",
+    seconds=0.1,
+    sections={},
+    tolerances=(),
+    body={
+        "body.mass": "40.5",
+        **{f"controller.K_r[{axis}]": text for axis, text in enumerate(("80", "80", "64"))},
+    },
+    rest_states=((0.0, 0.1, 0.0), (2.0, 1.5, 3.0)),
+)
+STATES = "One rest state in the range of the Euler angles, a minimum: "
+MOTIONS = (
+    "Each motion of a proved body that stays in the range, and keeps a distance from its end in "
+    "θ2, converges to its rest state."
+)
+BETWEEN = (
+    "For every body between the least and the greatest value of each number of the plan: one rest "
+    "state, a minimum: false, proved. The body with body.mass = 40.5, controller.K_r = [80, 80, "
+    "64] can rest at Θ = (0, 0.1, 0) and (2, 1.5, 3) rad"
+)
+
+
+@pytest.mark.parametrize(
+    ("one_state", "older", "text"),
+    [
+        (
+            OneState(20, 20, levels=[617.5] * 10 + [480.0] * 10),
+            False,
+            f"{STATES}proved for 20 of 20 distinct bodies. {MOTIONS} So does each motion that "
+            "starts in the range with v(0) below 480 J (of some bodies up to 617.5 J).",
+        ),
+        (
+            OneState(20, 20, levels=[617.5] * 20),
+            True,
+            f"{STATES}proved for 20 of 20 distinct bodies. {MOTIONS}",
+        ),
+        (
+            OneState(20, 18, levels=[617.5] * 15),
+            False,
+            f"{STATES}proved for 18 of 20 distinct bodies (15 of them many at once), not decided "
+            f"for 2. {MOTIONS} Of those proved at once, so does each motion that starts in the "
+            "range with v(0) below 617.5 J.",
+        ),
+        (
+            OneState(20, 15, false=[2, 3, 7]),
+            False,
+            f"{STATES}proved for 15 of 20 distinct bodies, false for 3 (members 2 to 3, 7), not "
+            f"decided for 2. {MOTIONS}",
+        ),
+        # Nothing may be known of the bodies of the sweep itself.
+        (
+            OneState(20, counterexamples={"permanent": COUNTEREXAMPLE}),
+            False,
+            f"{STATES}proved for 0 of 20 distinct bodies, not decided for 20. {BETWEEN}.",
+        ),
+    ],
+    ids=["two levels", "older", "both ways", "false", "between"],
+)
+def test_bodies_that_have_one_rest_state_are_counted(members, one_state, older, text):
+    found = members(GRID, lambda a: {"settling_time": np.zeros(len(a["run"]))})
+    assert found.one_state == OneState()
+    vars(found)["one_state"] = one_state
+    if older:
+        del found.table.variables["rest_orientation"]
+    assert said(found)[0] == text
 
 
 def test_proofs_of_other_variants_made_later_count(members):

@@ -129,19 +129,16 @@ def test_answers_of_sweeps_stand_with_those_of_runs(tmp_path):
     sweeps = [write_sweep(tmp_path / name / "members.h5", GRID).path for name in ("one", "two")]
     (first, *_) = report_of(read_sources([run, *sweeps]), "").sections
     assert first.name == "summary"
-    # All sentences come before all cards.
-    assert [isinstance(block, str) for block in first.blocks] == [True] * 3 + [False] * 2
+    # The card of a sweep says what a sentence would.
+    assert [isinstance(block, str) for block in first.blocks] == [True] + [False] * 2
     assert str(first.blocks[0]).startswith("Run a: Rests elsewhere: at (")
-    titles = [
-        card.title for block in first.blocks if isinstance(block, Cards) for card in block.cards
-    ]
-    assert titles == ["a", "one", "two"]
-    returns = "Returns: 20 of 20 members. Desired: upright (default), within 10°."
-    assert f"Sweep two: {returns}" in first.blocks
-    # A sweep alone has its card in its first section, after its sentence.
+    cards = [card for block in first.blocks if isinstance(block, Cards) for card in block.cards]
+    assert [card.title for card in cards] == ["a", "one", "two"]
+    returns = "Returns: 20 of 20 members. Seen, not proved. Desired: upright (default), within 10°."
+    assert cards[-1].statements[0].sentence == returns
+    # A sweep alone needs no card: its section begins with the sentence.
     (alone, *_) = report_of(read_sources(sweeps[:1]), "").sections
-    assert alone.name == "sweep-1"
-    assert isinstance(alone.blocks[1], Cards)
+    assert (alone.name, alone.blocks[0]) == ("sweep-1", returns)
 
 
 def test_only_the_first_runs_move(tmp_path):

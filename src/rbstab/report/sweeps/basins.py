@@ -6,7 +6,8 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
-from rbstab.report.sweeps.members import Members
+from rbstab.report.model.words import vector
+from rbstab.report.sweeps.members import Members, kept
 from rbstab.report.sweeps.table_entries import number, whole
 
 SAME_ANGLES = 0.02
@@ -14,12 +15,6 @@ SAME_ANGLES = 0.02
 
 MAX_STATES = 8
 """With more distinct rest states there is no table: they probably vary with the parameters."""
-
-
-DIFFERENT = (
-    "The rest states that members approach are not grouped: the plan varies more than their "
-    "starts, so each may have its own."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,32 +25,21 @@ class Basins:
         energies: The stored energy of each, J.
         orientations: Θ of each, shape (states, 3), rad.
         codes: The number of each member's state, from 0; -1 if it did not complete; shape (n,).
-        settled: Whether each member has settled there, shape (n,).
     """
 
     energies: Array
     orientations: Array
     codes: Array
-    settled: Array
-
-    @property
-    def labels(self) -> tuple[str, ...]:
-        """A name of each state: "rest state 1"."""
-        return tuple(f"rest state {k}" for k in range(1, len(self.energies) + 1))
 
 
+@kept
+@np.errstate(all="ignore")  # a foreign file may have any numbers
 def basins_of(members: Members) -> Basins | None:
     """Return the basins of a sweep; None unless its members approach 2 to `MAX_STATES` states.
 
     Members have the same rest states only if they differ in their starts alone.
     """
-    return _grouped(members) if members.share_rest_states else None
-
-
-@np.errstate(all="ignore")  # a foreign file may have any numbers
-def _grouped(members: Members) -> Basins | None:
-    """Return the distinct rest states of members, also of different bodies; None as `basins_of`."""
-    if "rest_orientation" not in members.table:
+    if not members.share_rest_states or "rest_orientation" not in members.table:
         return None
     Theta, energy = members.column("rest_orientation"), members.column("energy_at_rest")
     known = members.completed & np.isfinite(Theta).all(axis=1) & np.isfinite(energy)
@@ -76,20 +60,17 @@ def _grouped(members: Members) -> Basins | None:
     rank = np.argsort(order)
     chosen = np.array(found)[order]
     numbers = np.where(codes < 0, -1, rank[codes])
-    return Basins(energy[chosen], Theta[chosen], numbers, members.at_rest)
+    return Basins(energy[chosen], Theta[chosen], numbers)
 
 
 def basin_blocks(name: str, members: Members) -> list[Block]:
     """Return a table of the rest states that members approach, if there are several."""
-    basins = _grouped(members)
+    basins = basins_of(members)
     if basins is None:
         return []
-    if not members.share_rest_states:
-        return [DIFFERENT]
     heads = (
         Head("rest state"),
         Head("members", numbers=True),
-        Head("settled", numbers=True),
         Head("energy", "J", numbers=True),
         Head("Θ", "rad"),
     )
@@ -100,9 +81,9 @@ def basin_blocks(name: str, members: Members) -> list[Block]:
             (
                 Cell(str(k + 1)),
                 whole(int(own.sum())),
-                whole(int((own & basins.settled).sum())),
                 number(float(basins.energies[k]), 6),
-                Cell(f"({_angles(Theta)})"),
+                # Angles below a nanoradian are only round-off.
+                Cell(vector(np.round(Theta, 9) + 0.0)),
             )
         )
     note = (
@@ -110,8 +91,3 @@ def basin_blocks(name: str, members: Members) -> list[Block]:
         "a descent in energy from its last sample. Members for which none was found are left out."
     )
     return [Table(f"{name}-basins", "Rest states that members approach", heads, tuple(rows), note)]
-
-
-def _angles(Theta: Array) -> str:
-    # Angles below a nanoradian are only round-off.
-    return ", ".join(f"{round(angle, 9) + 0.0:.4g}" for angle in Theta.tolist())

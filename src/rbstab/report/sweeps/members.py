@@ -1,8 +1,11 @@
 """The members of a sweep, as read for a report: parameters and outcomes."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, wraps
 from pathlib import Path
+from typing import TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -10,7 +13,7 @@ from rbstab.config.build import supplies_power
 from rbstab.config.numbers import is_of_initial_state
 from rbstab.experiment.answers.outcome import KINDS
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.palette import BAD, GOOD, OPEN, THIRD, UNKNOWN, UNTRIED
+from rbstab.report.model.palette import BAD, GOOD, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
 from rbstab.store.table import Table
 from rbstab.store.variables import safe_name
@@ -29,11 +32,9 @@ from rbstab.sweep.proofs.variants import without_theorem
 COLUMNS = (
     "status",
     "lyapunov_start",
-    "lyapunov_end",
     "energy_residual",
     "energy_scale",
     "peak_contact_displacement",
-    "peak_orientation",
     "smallest_regularity",
     "settling_time",
     "end_time",
@@ -44,7 +45,6 @@ COLUMNS = (
     "one_rest_state",
     "proved_time",
     "motion_proof",
-    "steps",
     "energy_at_rest",
     "rest_orientation",
     "rest_unstable",
@@ -60,9 +60,6 @@ OUTCOMES = tuple(kind.words for kind in KINDS)
 
 OUTCOME_COLOURS = (GOOD, BAD, OPEN, UNTRIED, THIRD, UNKNOWN)
 """Numbers of the colours of outcomes in the palette: green is only for members that return."""
-
-POINT_COLOURS = (GOOD, BAD, UNTRIED, OPEN, THIRD, UNKNOWN)
-"""Those of single points, which differ by their symbols too: pale grey would not show."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +88,11 @@ class Members:
     def driven(self) -> bool:
         """Whether inputs, or elements of users, supply power to the members."""
         return self.plan is not None and any(map(supplies_power, self.plan.bases.values()))
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether the members are drawn by a design, and not chosen as a grid."""
+        return self.plan is not None and self.plan.design is not None
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -127,24 +129,6 @@ class Members:
         """Boolean mask of the completed members, shape (n,)."""
         return self.column("status") == 0
 
-    @cached_property
-    def levels(self) -> dict[str, float]:
-        """c* of each variant with a proof, J, for v that counts from its nearest rest state."""
-        if self._certified is None:
-            return {}
-        return {
-            v: bound.energy - bound.nearest_energy for v, bound in self._certified.bounds.items()
-        }
-
-    @property
-    def share_proofs(self) -> bool:
-        """Whether members differ only in their initial state, so that one proof covers all."""
-        return self.plan is not None and all(
-            is_of_initial_state(column.path)
-            for variant in self.plan.variants
-            for column in self.plan.varied_keys_of(variant)
-        )
-
     @property
     def share_rest_states(self) -> bool:
         """Whether members have the same body, gravity, controller and elements.
@@ -153,7 +137,8 @@ class Members:
         """
         if self.plan is None:
             return True
-        return len(self.plan.variants) < 2 and self.share_proofs
+        keys = self.plan.varied_keys
+        return len(self.plan.variants) < 2 and all(is_of_initial_state(key.path) for key in keys)
 
     @cached_property
     def level(self) -> Array | None:
@@ -161,26 +146,20 @@ class Members:
 
         Members with v(0) < c* are proved to converge to the lowest rest state.
         """
-        if not self.levels or self.plan is None or self._certified is None:
+        bounds = {} if self._certified is None else self._certified.bounds
+        if not bounds or self.plan is None:
             return None
-        bounds, rest = self._certified.bounds, self._energy_at_rest
-        missing = np.full(len(self), np.nan)
-        by_variant = np.array(
-            [
-                np.broadcast_to(bounds[name].level(rest), (len(self),))
-                if name in bounds
-                else missing
-                for name in self.plan.variants
-            ]
-        )
+        # The energy of the rest state at which v of each member is zero.
+        rest = self.column("energy_at_rest")
+        variants = np.zeros(len(self), dtype=int)
         if "controller_variant" in self.table:
-            return by_variant[self.column("controller_variant"), np.arange(len(self))]
-        return by_variant[0]
-
-    @property
-    def _energy_at_rest(self) -> Array:
-        """The energy of the rest state at which v of each member is zero, J."""
-        return self.column("energy_at_rest")
+            variants = self.column("controller_variant")
+        found = np.full(len(self), np.nan)
+        for k, name in enumerate(self.plan.variants):
+            if name in bounds:
+                own = variants == k
+                found[own] = bounds[name].level(rest[own])
+        return found
 
     @cached_property
     def convergence(self) -> Array:
@@ -232,3 +211,24 @@ def read_members(path: Path) -> Members:
     if not {*varied} <= {*table}:
         plan = None
     return Members(with_outcomes(table, plan), plan, path.absolute().parent.parent)
+
+
+Found = TypeVar("Found")
+"""What is computed of a sweep."""
+
+
+def kept(function: Callable[[Members], Found]) -> Callable[[Members], Found]:
+    """Return a function that computes its value once for each sweep in memory.
+
+    Args:
+        function: Its value may be shared: nobody changes it.
+    """
+    known: WeakKeyDictionary[Members, Found] = WeakKeyDictionary()
+
+    @wraps(function)
+    def call(members: Members) -> Found:
+        if members not in known:
+            known[members] = function(members)
+        return known[members]
+
+    return call

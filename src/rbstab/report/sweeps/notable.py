@@ -1,113 +1,90 @@
-"""The table of notable members, and the command that reruns one of them."""
+"""Notable members, each with the command that runs it: extremes and failures."""
 
 import math
-from pathlib import Path
 
 import numpy as np
 
+from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
-from rbstab.report.sweeps.borders import notable
-from rbstab.report.sweeps.commands import member_command
-from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
 from rbstab.report.sweeps.members import FAILED, LEFT_RANGE, OUTCOMES, RETURNS, Members
 from rbstab.report.sweeps.parameters import shortened
-from rbstab.report.sweeps.quantities import PEAK_LABEL, start_values
+from rbstab.report.sweeps.quantities import (
+    peak_displacement,
+    regularity,
+    settling_time,
+    start_energy,
+    start_over_level,
+)
 from rbstab.report.sweeps.table_entries import number
 from rbstab.store.variables import safe_name
 from rbstab.sweep.members.outcome import STATUSES
 
-NUMBER_COLUMNS = {
-    "settling_time": ("settling time", "s"),
-    "smallest_regularity": ("smallest cos θ2", ""),
-    "lyapunov_start": ("v(0)", "J"),
-}
+MAX_PER_REASON = 2
+"""Maximum number of members in the list for each reason."""
 
-MAX_COLUMNS = 4
-"""Up to this many parameters have a column each; more share one column."""
+TONES = {RETURNS: "good", LEFT_RANGE: "bad", FAILED: "bad"}
+"""Green is only for a member that returns; one that still moves is no alarm."""
 
 
-def notable_blocks(name: str, members: Members, path: Path) -> list[Block]:
+def notable_blocks(name: str, members: Members, command: str) -> list[Block]:
     """Return the table of notable members, each with the command that runs it."""
-    reasons = notable(members) if members.plan is not None else []
+    reasons = notable(members) if members.plan is not None else {}
     if not reasons:
         return []
-    conditions = paired_conditions_of(members)
-    heads = (
-        Head("member", numbers=True),
-        *([] if conditions is None else [Head("condition")]),
-        Head("reason"),
-        Head("outcome"),
-        *(Head(label, unit, numbers=True) for label, unit in NUMBER_COLUMNS.values()),
-        Head(PEAK_LABEL, "m", numbers=True),
-        *_parameter_heads(members),
-    )
-    command = member_command(path)
-    rows = tuple(
-        (_member(command, k), *_row(members, conditions, reason, k)) for reason, k in reasons
-    )
-    table = Table(f"{name}-notable", "Notable members", heads, rows)
-    sentence = (
-        "Any member can be rerun as a single run, which stores its full trajectory. "
-        f"For the first member of the table: {command} {reasons[0][1]}"
-    )
+    quantities = [own(members) for own in (settling_time, regularity, start_energy)]
+    quantities.append(peak_displacement(members))
+    heads = [Head("member", numbers=True), Head("reason"), Head("outcome")]
+    heads += [Head(q.axis.label, q.axis.unit, numbers=True) for q in quantities]
+    heads += [Head("parameters")]
+    rows = []
+    for k, reason in reasons.items():
+        member = Cell(str(k), float(k), command=f"{command} {k}")
+        numbers = (number(float(q.values[k])) for q in quantities)
+        parameters = Cell(_parameters(members, k))
+        rows.append((member, Cell(reason), _outcome(members, k), *numbers, parameters))
+    table = Table(f"{name}-notable", "Notable members", tuple(heads), tuple(rows))
+    sentence = f"A single run of a member has its whole motion: {command} {next(iter(reasons))}"
     return [sentence, table]
 
 
-def _member(command: str, k: int) -> Cell:
-    """Return the number of a member, with the command that runs it."""
-    return Cell(str(k), float(k), command=f"{command} {k}")
-
-
-def _row(
-    members: Members, conditions: PairedConditions | None, reason: str, k: int
-) -> tuple[Cell, ...]:
-    """Return what is said of a member, without its number."""
-    peak = float(np.abs(members.column("peak_contact_displacement")[k]).max())
-    columns = {name: members.column(name) for name in NUMBER_COLUMNS}
-    columns["lyapunov_start"] = start_values(members)
-    # Green is only for a member that returns; one that still moves is no alarm.
-    tones = {RETURNS: "good", LEFT_RANGE: "bad", FAILED: "bad"}
-    tone = tones.get(int(members.outcomes[k]), "")
+def notable(members: Members) -> dict[int, str]:
+    """Return the reason by the number of each notable member: the first reason, if it has more."""
+    over_level, failed = start_over_level(members), members.outcomes == FAILED
+    nearest = [] if over_level is None else _smallest(np.abs(over_level.values - 1))
+    cosines = _smallest(np.where(members.completed, regularity(members).values, np.nan))
+    last = _smallest(np.where(members.at_rest, -settling_time(members).values, np.nan))[:1]
     return (
-        *([] if conditions is None else [Cell(conditions.labels[conditions.codes[k]])]),
-        Cell(reason),
-        Cell(_outcome(members, k), tone=tone),
-        *(number(float(column[k])) for column in columns.values()),
-        number(peak),
-        *_parameters(members, k),
+        dict.fromkeys(np.flatnonzero(failed)[:MAX_PER_REASON].tolist(), OUTCOMES[FAILED])
+        | dict.fromkeys(last, "comes to rest last")
+        | dict.fromkeys(nearest, "v(0) nearest c*")
+        | dict.fromkeys(cosines, "smallest cos θ2 of completed members")
     )
 
 
-def _outcome(members: Members, k: int) -> str:
+def _smallest(values: Array) -> list[int]:
+    """Return the numbers of the members with the smallest finite values."""
+    order = np.argsort(values, kind="stable")[:MAX_PER_REASON]
+    return order[np.isfinite(values[order])].tolist()
+
+
+def _outcome(members: Members, k: int) -> Cell:
     """Return the outcome of a member: with its tilt, or with how its run failed."""
-    word = OUTCOMES[members.outcomes[k]]
-    if members.outcomes[k] == FAILED:
-        return f"{word}: {STATUSES[members.column('status')[k]]}"
-    tilt = math.degrees(members.column("final_tilt")[k])
-    return word if members.outcomes[k] == RETURNS else f"{word}, {tilt:.1f}° away"
+    code = int(members.outcomes[k])
+    text = OUTCOMES[code]
+    if code == FAILED:
+        text += f": {STATUSES[members.column('status')[k]]}"
+    elif code != RETURNS:
+        text += f", {math.degrees(members.column('final_tilt')[k]):.1f}° away"
+    return Cell(text, tone=TONES.get(code, ""))
 
 
-def _varied(members: Members) -> list[str]:
-    """Return the names of the parameter columns."""
+def _parameters(members: Members, k: int) -> str:
+    """Return the varied values of a member."""
     assert members.plan is not None
-    return [safe_name(column.key) for column in members.plan.varied_keys]
-
-
-def _parameter_heads(members: Members) -> list[Head]:
-    columns = [members.table.variables[name] for name in _varied(members)]
-    if len(columns) > MAX_COLUMNS:
-        return [Head("parameters")]
-    return [Head(shortened(c.long_name), c.unit, numbers=not c.flags) for c in columns]
-
-
-def _parameters(members: Members, k: int) -> list[Cell]:
-    """Return the parameters of a member: one cell for each, or a single cell if there are many."""
-    cells = []
-    for name in _varied(members):
-        flags, value = members.table.variables[name].flags, members.column(name)[k]
-        cells.append(Cell(flags[int(value)]) if flags else number(float(value), 6))
-    if len(cells) <= MAX_COLUMNS:
-        return cells
-    labels = [shortened(members.table.variables[name].long_name) for name in _varied(members)]
-    assignments = (f"{label} = {cell.text}" for label, cell in zip(labels, cells, strict=True))
-    return [Cell("; ".join(assignments))]
+    texts = []
+    for key in members.plan.varied_keys:
+        variable = members.table.variables[safe_name(key.key)]
+        value = members.column(safe_name(key.key))[k]
+        text = variable.flags[int(value)] if variable.flags else f"{float(value):.6g}"
+        texts.append(f"{shortened(variable.long_name)} = {text}")
+    return "; ".join(texts)

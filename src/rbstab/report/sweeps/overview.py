@@ -6,17 +6,15 @@ from rbstab.files.counts import grouped
 from rbstab.files.existence import is_file
 from rbstab.files.shell_words import shell_word
 from rbstab.report.model.document import Cell, Head, Table
-from rbstab.report.model.words import NO_VALUE, counted, untrusted
+from rbstab.report.model.words import counted, untrusted
 from rbstab.report.sweeps.members import Members
-from rbstab.report.sweeps.table_entries import facts, whole
 from rbstab.store.table import Table as Columns
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE
-from rbstab.sweep.plan.axes import Axis
 from rbstab.sweep.plan.plan import Plan
 
 
 def overview_table(name: str, members: Members, path: Path) -> Table:
-    """Return the table of facts on a sweep."""
+    """Return the table of facts on a sweep, and of its varied keys."""
     table = members.table
     attributes = table.attributes
     rows = {
@@ -24,48 +22,39 @@ def overview_table(name: str, members: Members, path: Path) -> Table:
         "file": untrusted(path),
         "plan": untrusted(attributes.get("plan_id", "")),
         "members": _members(members),
+        "poses at rest": _poses(members),
         "engine": untrusted(attributes.get("engine", "")),
         "design": _design(members.plan, str(attributes.get("design", ""))),
         "compared with SciPy": _comparison(table),
         "digest of the results": untrusted(attributes.get("shards_digest", "")),
         "computed": _versions(table),
+        **({} if members.plan is None else _varied(members.plan)),
     }
     if is_file(path.parent / PLAN_FILE):
         rows["command to repeat"] = f"rbstab sweep {shell_word(path.parent / PLAN_FILE)} -o again"
-    return facts(f"{name}-facts", "The sweep", rows)
+    cells = tuple((Cell(key), Cell(text)) for key, text in rows.items())
+    return Table(f"{name}-facts", "The sweep", (Head("property"), Head("value")), cells)
 
 
-def varied_table(name: str, plan: Plan) -> Table:
-    """Return the table of varied keys, in the order of the plan."""
-    heads = (Head("key"), Head("values"), Head("count", numbers=True), Head("varies"))
-    rows = []
+def _varied(plan: Plan) -> dict[str, str]:
+    """Return how each key of a plan varies, in the order of the plan."""
+    rows = {}
     for axis in plan.axes:
+        manner = "independently"
+        if len(axis.varied_keys) > 1:
+            manner = f"together with other keys, as {untrusted(axis.name)}"
+        if axis.each:
+            manner += "; every value is combined with every point"
         for column in axis.varied_keys:
-            word = column.distribution.keyword
-            arguments = ", ".join(_argument(a) for a in column.distribution.root)
-            values = f"{word} [{arguments}]"
-            rows.append(
-                (
-                    Cell(column.key),
-                    Cell(f"base value times {values}" if column.scale else values),
-                    whole(axis.length) if axis.length else Cell(NO_VALUE),
-                    Cell(_varies(axis)),
-                )
+            arguments = ", ".join(
+                part if isinstance(part, str) else f"{part:.6g}"
+                for part in column.distribution.root
             )
-    return Table(f"{name}-varied", "Varied keys", heads, tuple(rows))
-
-
-def _varies(axis: Axis) -> str:
-    manner = (
-        f"together with other keys, as {untrusted(axis.name)}"
-        if len(axis.varied_keys) > 1
-        else "independently"
-    )
-    return f"{manner}; every value is combined with every point" if axis.each else manner
-
-
-def _argument(argument: float | str) -> str:
-    return argument if isinstance(argument, str) else f"{argument:.6g}"
+            base = "base value times " if column.scale else ""
+            values = f"{base}{column.distribution.keyword} [{arguments}]"
+            count = f" ({counted(axis.length, 'value')})" if axis.length else ""
+            rows[f"varied: {column.key}"] = f"{values}{count}, {manner}"
+    return rows
 
 
 def _members(members: Members) -> str:
@@ -73,6 +62,13 @@ def _members(members: Members) -> str:
         return grouped(len(members))
     lengths = " x ".join(map(grouped, members.plan.dimensions.values()))
     return f"{lengths} = {grouped(len(members))}"
+
+
+def _poses(members: Members) -> str:
+    """Return at how many poses members rest; those of different bodies may differ by little."""
+    poses = members.found.poses
+    count = "very many" if poses is None else grouped(poses)
+    return count if members.share_rest_states else f"{count} (the bodies differ)"
 
 
 def _design(plan: Plan | None, word: str) -> str:

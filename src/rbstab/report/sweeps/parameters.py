@@ -29,14 +29,12 @@ class Parameter:
 
     Args:
         name: The name of the axis in the plan.
-        column: The column of the table with its values.
         axis: Its axis in a figure; if the axis has categories, values are indices of categories.
         values: The value of each member, shape (n,).
         listed: Whether the values come from a list.
     """
 
     name: str
-    column: str
     axis: Axis
     values: Array
     listed: bool
@@ -45,13 +43,6 @@ class Parameter:
     def entries(self) -> Array:
         """The distinct values, ascending."""
         return np.unique(self.values)
-
-    @property
-    def unit_values(self) -> Array:
-        """The values scaled to 0 to 1, shape (n,); on a logarithmic axis, their logarithms."""
-        values = np.log(self.values) if self.axis.log else self.values.astype(float)
-        low, high = values.min(), values.max()
-        return (values - low) / (high - low) if high > low else np.zeros(len(values))
 
 
 class BinnedAxis(NamedTuple):
@@ -78,33 +69,25 @@ def parameters_of(plan: Plan, table: Table) -> tuple[Parameter, ...]:
 
 
 def binned(parameter: Parameter, cell_count: int = MAX_CELLS) -> BinnedAxis:
-    """Divide a parameter into cells.
-
-    A list has one cell for each entry; with more than `MAX_CELLS` entries, neighbouring entries
-    share a cell. Sampled values have cells of equal width.
+    """Divide a parameter into cells: one for each entry of a list, or of equal width.
 
     Args:
-        parameter: The parameter.
+        parameter: The parameter. With more than `MAX_CELLS` entries, neighbours share a cell.
         cell_count: The number of cells for sampled values.
     """
-    values, axis = parameter.values, parameter.axis
+    values, axis, is_sampled = parameter.values, parameter.axis, not parameter.listed
     if parameter.listed:
         entries = parameter.entries
-        indices = np.searchsorted(entries, values)
-        entries_per_cell = -(-len(entries) // MAX_CELLS)
-        starts = np.arange(0, len(entries), entries_per_cell)
-        scaled = np.log(entries) if axis.log else entries.astype(float)
-        sizes = np.diff([*starts, len(entries)])
-        middles = np.add.reduceat(scaled, starts) / sizes
-        if entries_per_cell == 1:
-            return BinnedAxis(indices, entries.astype(float), axis, sampled=False)
-        middles = np.exp(middles) if axis.log else middles
-        return BinnedAxis(indices // entries_per_cell, middles, axis, sampled=False)
+        per_cell = -(-len(entries) // MAX_CELLS)
+        if per_cell == 1:
+            indices = np.searchsorted(entries, values)
+            return BinnedAxis(indices, entries.astype(float), axis, is_sampled)
+        cell_count = -(-len(entries) // per_cell)
     scaled = np.log(values) if axis.log else values
     edges = np.linspace(scaled.min(), scaled.max(), cell_count + 1)
     indices = np.clip(np.searchsorted(edges, scaled, side="right") - 1, 0, cell_count - 1)
     middles = (edges[1:] + edges[:-1]) / 2
-    return BinnedAxis(indices, np.exp(middles) if axis.log else middles, axis, sampled=True)
+    return BinnedAxis(indices, np.exp(middles) if axis.log else middles, axis, is_sampled)
 
 
 def _parameter(plan: Plan, axis: PlanAxis, table: Table) -> Parameter:
@@ -126,7 +109,7 @@ def _parameter(plan: Plan, axis: PlanAxis, table: Table) -> Parameter:
         label += f" (with {', '.join(map(shortened, others))})"
     whole = values.dtype.kind in "iu" and not stored.flags
     figure_axis = Axis(label, unit, log=log, categories=stored.flags, whole=whole)
-    return Parameter(axis.name, name, figure_axis, values, listed)
+    return Parameter(axis.name, figure_axis, values, listed)
 
 
 def shortened(label: str) -> str:

@@ -1,10 +1,10 @@
-"""What is proved of the convergence of members: a paragraph, a table, and words for a map."""
+"""What is proved of the convergence of members: a table, and words for a map."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.files.counts import grouped
+from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.model.palette import BAD, GOOD, OPEN, SECOND, THIRD, UNKNOWN, UNTRIED
@@ -13,29 +13,28 @@ from rbstab.report.sweeps.table_entries import whole
 from rbstab.sweep.proofs.bodies import named_members, ranges_of
 from rbstab.sweep.proofs.columns import (
     FALSE,
-    FIRST_UNDECIDED,
     MOTION_PROOFS,
     NO_PROOF,
     NOT_DECIDED,
     NOT_PROVED,
     PROVED,
 )
+from rbstab.sweep.proofs.one_state import OneState
 
 MEANINGS = {
-    PROVED: "converges to rest state {}: proved",
-    FALSE: "does not come to rest: proved",
-    NOT_DECIDED: "not decided",
-    NOT_PROVED: "not proved at the start, motion not enclosed",
-    NO_PROOF: "no proof of its own body, or one that ended early",
+    PROVED: ("converges to rest state {}: proved", GOOD),
+    FALSE: ("does not come to rest: proved", BAD),
+    NOT_DECIDED: ("not decided", OPEN),
+    NOT_PROVED: ("not proved at the start, motion not enclosed", UNTRIED),
+    NO_PROOF: ("no proof of its own body, or one that ended early", UNKNOWN),
 }
-"""What each code of the column `convergence` says of a member, in the order of the table."""
+"""What each code of the column `convergence` says of a member, in the order of the table, and its
+number in the palette: red for what is false, greys for what is open, sand for what a proof could
+still tell.
+"""
 
 REST_STATE_COLOURS = (GOOD, SECOND, THIRD)
 """Palette numbers of the rest states to which members are proved to converge; they repeat."""
-
-COLOURS = {FALSE: BAD, NOT_DECIDED: OPEN, NOT_PROVED: UNTRIED, NO_PROOF: UNKNOWN}
-"""Palette numbers of the other codes: red for what is false, greys for what is open, and sand for
-what a proof could still tell."""
 
 REASONS = {
     "step limit": "the enclosure reached its largest number of steps",
@@ -77,7 +76,7 @@ def proof_codes(members: Members) -> ProofCodes:
     labels: list[str] = []
     colours: list[int] = []
     codes = np.zeros(len(members), dtype=int)
-    for code, meaning in MEANINGS.items():
+    for code, (meaning, colour) in MEANINGS.items():
         own = convergence == code
         numbers = np.unique(rest_states[own]) if code == PROVED else np.zeros(1, dtype=int)
         for place, number in enumerate(numbers.tolist()):
@@ -86,21 +85,8 @@ def proof_codes(members: Members) -> ProofCodes:
                 codes[chosen] = len(labels)
                 labels.append(meaning.format(number))
                 repeating = REST_STATE_COLOURS[place % len(REST_STATE_COLOURS)]
-                colours.append(COLOURS.get(code, repeating))
+                colours.append(repeating if code == PROVED else colour)
     return ProofCodes(tuple(labels), codes, tuple(colours))
-
-
-def tried_members(convergence: Array) -> str:
-    """Return of how many members a count of proved ones is: those with a proof of their body.
-
-    What was not tried is not 0 of 1000.
-    """
-    tried, total = int(np.count_nonzero(convergence != NO_PROOF)), len(convergence)
-    return (
-        f"the {grouped(tried)} members that were tried"
-        if 0 < tried < total
-        else f"{grouped(total)} members"
-    )
 
 
 def proved_shares(members: Members) -> Array:
@@ -114,81 +100,70 @@ def proved_shares(members: Members) -> Array:
 
 
 def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
-    """Return what is proved, in sentences and a table; nothing if the sweep has no proofs.
+    """Return what is proved: sentences on bodies, then a table on members, or why there is none.
 
     Args:
         name: The anchor of the sweep.
         members: Its members.
         command: The command that makes proofs that are missing.
     """
-    of_bodies = _of_bodies(members)
-    if not (members.convergence != NO_PROOF).any():
-        return of_bodies
-    found = proof_codes(members)
-    rows = [
-        (Cell(label), whole(int(np.count_nonzero(found.codes == k))))
-        for k, label in enumerate(found.labels)
-    ]
-    rows += [
-        (Cell(f"of those not decided: {REASONS[word]}"), whole(count))
-        for word, count in _reasons(members).items()
-    ]
-    heads = (Head("convergence of the exact motion"), Head("members", numbers=True))
-    title = "What is proved of the members"
-    table = Table(f"{name}-proofs", title, heads, tuple(rows), NOTE)
-    return [_sentence(members, command), *of_bodies, table]
-
-
-def _of_bodies(members: Members) -> list[Block]:
-    """Return for how many bodies it is proved that they have one rest state; none if of no body."""
-    sentences = members.one_state.sentences
-    return [". ".join(sentences) + "."] if sentences else []
-
-
-def _sentence(members: Members, command: str) -> str:
+    of_bodies = [f"{'. '.join(text)}." for text in [_of_bodies(members)] if text]
     convergence = members.convergence
-    count = {code: int(np.count_nonzero(convergence == code)) for code in MEANINGS}
-    of = tried_members(convergence)
-    sentences = [f"{grouped(count[PROVED])} of {of} are proved to converge to a rest state"]
-    if "proved_time" in members.table:
-        later = int(((convergence == PROVED) & (members.column("proved_time") > 0)).sum())
-        if later:
-            some = "all" if later == count[PROVED] else grouped(later)
-            sentences[0] += f", {some} of them by an enclosure of their exact motion"
-    if count[FALSE]:
-        sentences.append(f"{grouped(count[FALSE])} are proved not to come to rest")
-    if count[NOT_DECIDED]:
-        sentences.append(
-            f"{grouped(count[NOT_DECIDED])} are not decided; the table has the reasons"
-        )
-    if count[NOT_PROVED]:
-        sentences.append(
-            f"{grouped(count[NOT_PROVED])} start in no certified region, and their "
-            "motion was not enclosed"
-        )
     untried = convergence == NO_PROOF
+    reasons = {}
     for reason, own in members.undecidable.items():
-        chosen = untried & own
-        if chosen.any():
-            sentences.append(f"{grouped(np.count_nonzero(chosen))} have no proof: {reason}")
-            untried = untried & ~own
+        reasons[reason] = int(np.count_nonzero(untried & own))
+        untried = untried & ~own
+    missing = ""
     if untried.any():
         named = named_members(ranges_of(np.flatnonzero(untried).tolist()))
-        sentences.append(
-            f"{grouped(np.count_nonzero(untried))} are not proved, because the proof of their own "
-            f"body was not made, or ended early: {named}. {command} makes it"
+        every = "any member" if untried.all() else named
+        missing = f"No proof was made of the bodies of {every}: {command} makes it."
+    if (convergence == NO_PROOF).all():
+        why = "an input supplies power, so v may rise" if members.driven else "; ".join(reasons)
+        return [*of_bodies, f"Not proved: {why}." if why else missing]
+    found = proof_codes(members)
+    counts = np.bincount(found.codes, minlength=len(found.labels)).tolist()
+    rows = dict(zip(found.labels, counts, strict=True))
+    if "proved_time" in members.table:
+        later = (convergence == PROVED) & (members.column("proved_time") > 0)
+        rows["of those proved: by an enclosure of their motion"] = int(np.count_nonzero(later))
+    if "motion_proof" in members.table:
+        ends, counts = np.unique(
+            members.column("motion_proof")[convergence == NOT_DECIDED], return_counts=True
         )
-    return ". ".join(sentences) + "."
+        words = (REASONS.get(MOTION_PROOFS[end], "") for end in ends.tolist())
+        reasons_of = zip(words, counts.tolist(), strict=True)
+        rows |= {f"of those not decided: {word}": n for word, n in reasons_of if word}
+    rows |= {f"of those without a proof: {reason}": n for reason, n in reasons.items()}
+    heads = (Head("convergence of the exact motion"), Head("members", numbers=True))
+    title, note = "What is proved of the members", f"{NOTE} {missing}".strip()
+    cells = tuple((Cell(label), whole(count)) for label, count in rows.items() if count)
+    return [*of_bodies, Table(f"{name}-proofs", title, heads, cells, note)]
 
 
-def _reasons(members: Members) -> dict[str, int]:
-    """Return the number of undecided members by the reason, without reasons that do not occur."""
-    if "motion_proof" not in members.table:
-        return {}
-    undecided = members.column("motion_proof")[members.convergence == NOT_DECIDED]
-    counts = np.bincount(undecided, minlength=len(MOTION_PROOFS)).tolist()
-    return {
-        word: count
-        for code, (word, count) in enumerate(zip(MOTION_PROOFS, counts, strict=False))
-        if code >= FIRST_UNDECIDED and count
-    }
+def _of_bodies(members: Members) -> list[str]:
+    """Return for how many bodies it is proved that they have one rest state; none if of no body."""
+    found = members.one_state
+    if not found.proved:
+        return found.sentences
+    first, *refutations = found.sentences
+    return [
+        first,
+        "Each motion of a proved body that stays in the range, and keeps a distance from its end "
+        "in θ2, converges to its rest state",
+        *_level(members, found),
+        *refutations,
+    ]
+
+
+def _level(members: Members, found: OneState) -> list[str]:
+    """Return below which v(0) motions of bodies that were proved among many converge."""
+    # Of older sweeps, v may count from elsewhere.
+    if not len(found.levels) or "rest_orientation" not in members.table:
+        return []
+    least, most = rounded_down(min(found.levels)), rounded_down(max(found.levels))
+    bound = f"{least} J" if least == most else f"{least} J (of some bodies up to {most} J)"
+    every = len(found.levels) == found.proved
+    whose = "So does each motion" if every else "Of those proved at once, so does each motion"
+    return [f"{whose} that starts in the range with v(0) below {bound}"]

@@ -1,4 +1,4 @@
-"""Quantities of members that maps, curves and distributions show."""
+"""Quantities of members that figures and tables show."""
 
 from dataclasses import dataclass, replace
 
@@ -7,8 +7,14 @@ import numpy as np
 from rbstab.analysis.lyapunov import DIGITS
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
-from rbstab.report.sweeps.kept import kept
-from rbstab.report.sweeps.members import MOVING, OUTCOMES, Members
+from rbstab.report.sweeps.members import MOVING, OUTCOMES, Members, kept
+
+ONE_COLOUR = 0.01
+"""Values that differ by less than this fraction of the largest one have no figure.
+
+Gains, inertia and initial states of a real body are not known better than to about 1 %. A picture
+of smaller differences would suggest a structure that decides nothing; the numbers are in tables.
+"""
 
 LOG_AXIS_RATIO = 30.0
 """The axis is logarithmic if the 98% quantile exceeds the 2% quantile by more than this factor."""
@@ -30,6 +36,7 @@ class MemberQuantity:
         later: The mask of members whose value is larger than `end`, but not known, shape (n,); None
             for none.
         end: The largest value that a member can have.
+        is_share: Whether it is 1 for members with a property and 0 for others: its mean is shown.
     """
 
     name: str
@@ -38,6 +45,14 @@ class MemberQuantity:
     missing: str = "no value"
     later: Array | None = None
     end: float = np.inf
+    is_share: bool = False
+
+    @property
+    def varies(self) -> bool:
+        """Whether finite values differ enough for a figure: see `ONE_COLOUR`."""
+        finite = self.values[np.isfinite(self.values)]
+        least = 0.0 if self.axis.log else ONE_COLOUR
+        return len(finite) > 0 and bool(np.ptp(finite) > least * np.abs(finite).max())
 
     @property
     def ranked(self) -> Array:
@@ -94,18 +109,12 @@ def regularity(members: Members) -> MemberQuantity:
 
 @kept
 def start_energy(members: Members) -> MemberQuantity:
-    """Return v(0) of each member."""
-    return _quantity("start-energy", "v(0)", "J", start_values(members))
-
-
-def start_values(members: Members) -> Array:
-    """Return v(0) of each member, shape (n,), J; zero where it is round-off."""
+    """Return v(0) of each member; zero where it is round-off: a body may start at rest."""
     values = members.column("lyapunov_start")
-    if "energy_scale" not in members.table:
-        return values
-    # A body may start at rest: v(0) would then show its round-off.
-    scale = members.column("energy_scale")
-    return np.where(np.abs(values) <= scale / DIGITS, 0.0, values)
+    if "energy_scale" in members.table:
+        scale = members.column("energy_scale")
+        values = np.where(np.abs(values) <= scale / DIGITS, 0.0, values)
+    return _quantity("start-energy", "v(0)", "J", values)
 
 
 @kept
@@ -121,36 +130,10 @@ def start_over_level(members: Members) -> MemberQuantity | None:
 
 
 @kept
-def proved_time(members: Members) -> MemberQuantity | None:
-    """Return when members are inside a certified region, proved; None without such a column."""
-    if "proved_time" not in members.table:
-        return None
-    label = "time from which inside a certified region"
-    values = _finite(members.column("proved_time"))
-    return MemberQuantity("proved-time", Axis(label, "s"), values, "not proved")
-
-
-@kept
-def mapped(members: Members) -> tuple[MemberQuantity, ...]:
-    """Return the quantities that maps and curves show, if they have finite values."""
-    found = [
-        final_tilt(members),
-        settling_time(members),
-        peak_displacement(members),
-        regularity(members),
-    ]
-    found.append(start_over_level(members) or start_energy(members))
-    proved = proved_time(members)
-    found += [] if proved is None else [proved]
+def main_quantities(members: Members) -> tuple[MemberQuantity, ...]:
+    """Return the quantities by which members are compared, if they have finite values."""
+    found = settling_time(members), peak_displacement(members), regularity(members)
     return tuple(quantity for quantity in found if np.isfinite(quantity.values).any())
-
-
-def varies(values: Array) -> bool:
-    """Return whether the finite values differ by more than round-off."""
-    finite = values[np.isfinite(values)]
-    if not len(finite):
-        return False
-    return bool(np.ptp(finite) > 1e-9 * np.abs(finite).max())
 
 
 def _quantity(name: str, label: str, unit: str, values: Array) -> MemberQuantity:

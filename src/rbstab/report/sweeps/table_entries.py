@@ -1,19 +1,21 @@
 """Make cells of tables from numbers and texts."""
 
 import math
+from dataclasses import replace
 
 from rbstab.files.counts import grouped
 from rbstab.report.model import words
-from rbstab.report.model.document import Cell, Head, Table
+from rbstab.report.model.document import Cell, Table
 
 
 def number(value: float, digits: int = 4) -> Cell:
     """Return a cell with a number, shown with `digits` significant digits; NaN is shown as "-".
 
-    An infinite one is that of members that are not at rest by the end: it is shown as "later".
+    An infinite one is that of members that are not at rest by the end, or a difference from it: it
+    is shown as "later" or "earlier".
     """
-    if value == math.inf:
-        return Cell("later")
+    if math.isinf(value):
+        return Cell("later" if value > 0 else "earlier")
     return Cell(words.number(value, digits), float(value))
 
 
@@ -22,7 +24,9 @@ def whole(value: int) -> Cell:
     return Cell(grouped(value), float(value))
 
 
-def facts(name: str, title: str, rows: dict[str, str], note: str = "") -> Table:
-    """Return a table with a row for each property: its name and its text."""
-    cells = tuple((Cell(key), Cell(text)) for key, text in rows.items())
-    return Table(name, title, (Head("property"), Head("value")), cells, note)
+def by_condition(table: Table) -> Table:
+    """Return a table without its second column, that of conditions, if there are none."""
+    if any(row[1].text for row in table.rows):
+        return table
+    rows = tuple((row[0], *row[2:]) for row in table.rows)
+    return replace(table, heads=(table.heads[0], *table.heads[2:]), rows=rows)

@@ -7,8 +7,7 @@ import numpy as np
 
 from rbstab.config.numbers import is_of_initial_state
 from rbstab.mechanics.numbers import Array
-from rbstab.report.sweeps.kept import kept
-from rbstab.report.sweeps.members import Members
+from rbstab.report.sweeps.members import Members, kept
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.sweep.plan.plan import Plan
 
@@ -17,27 +16,36 @@ MAX_GROUPS = 12
 
 
 class Slice(NamedTuple):
-    """A selection of members: its title, and the numbers of the members (None: all)."""
+    """A selection of members: its title, and the numbers of the members, ascending."""
 
     title: str
-    chosen: Array | None
+    chosen: Array
 
 
 @dataclass(frozen=True, eq=False)
 class PairedConditions:
     """Groups of members with the same condition.
 
-    labels are the names of the conditions, codes the condition of each member, shape (n,). Each row
-    of pairs, shape (rows, conditions), has the numbers of members that differ only in their
-    condition; pairs is None if there are no such rows. has_own_v says whether v may be another
-    function in each condition.
+    slices are the members of each. Each row of pairs, shape (rows, conditions), has the numbers of
+    members that differ only in their condition; pairs is None if there are no such rows. has_own_v
+    says whether v may be another function in each condition.
     """
 
     parameters: tuple[Parameter, ...]
-    labels: tuple[str, ...]
-    codes: Array
+    slices: list[Slice]
     pairs: Array | None
     has_own_v: bool
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The names of the conditions."""
+        return tuple(part.title for part in self.slices)
+
+
+def slices_of(members: Members) -> list[Slice]:
+    """Return the members of each condition; without conditions one slice without a title."""
+    groups = paired_conditions_of(members)
+    return [Slice("", np.arange(len(members)))] if groups is None else groups.slices
 
 
 @kept
@@ -53,19 +61,19 @@ def paired_conditions_of(members: Members) -> PairedConditions | None:
         chosen = variant
     if not chosen:
         return None
-    labels, codes = [""], np.zeros(len(members), dtype=np.int64)
+    slices = [Slice("", np.arange(len(members)))]
     for parameter in chosen:
-        codes = codes * len(parameter.entries) + np.searchsorted(
-            parameter.entries, parameter.values
-        )
-        labels = [
-            f"{label}, {_condition(parameter, entry)}".removeprefix(", ")
-            for label in labels
+        slices = [
+            Slice(
+                f"{part.title}, {_condition(parameter, entry)}".removeprefix(", "),
+                part.chosen[parameter.values[part.chosen] == entry],
+            )
+            for part in slices
             for entry in parameter.entries.tolist()
         ]
     names = [p.name for p in chosen]
     pairs = _pairs(members, names)
-    return PairedConditions(tuple(chosen), tuple(labels), codes, pairs, _change_v(plan, names))
+    return PairedConditions(tuple(chosen), slices, pairs, _change_v(plan, names))
 
 
 def _change_v(plan: Plan, names: list[str]) -> bool:

@@ -1,15 +1,12 @@
 """The differences of a quantity between members that differ only in their condition."""
 
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
-from rbstab.report.sweeps.distributions import quantiles_of
-from rbstab.report.sweeps.fractions import CONFIDENCE
-from rbstab.report.sweeps.quantities import MemberQuantity
+from rbstab.report.sweeps.outcomes import CONFIDENCE
+from rbstab.report.sweeps.quantiles import quantiles_of
 
 MATTERS = 0.01
 """A median difference matters if it is at least this fraction of the values.
@@ -54,42 +51,14 @@ class PairedDifference(NamedTuple):
         """Whether the median difference is large enough beside the values, see `MATTERS`."""
         return self.pairs > 0 and abs(self.median) >= MATTERS * self.scale
 
+    def is_alike(self, *, sampled: bool) -> bool:
+        """Return whether there is no difference that is sure and matters in most cases.
 
-class PairedValues:
-    """The values of a quantity in cases that differ only in their condition.
-
-    Args:
-        values: Shape (cases, conditions).
-    """
-
-    def __init__(self, values: Array) -> None:
-        self.values = values
-        self._known: dict[tuple[int, int], PairedDifference] = {}
-
-    def difference(self, first: int, second: int) -> PairedDifference:
-        """Return the differences of the first condition from the second; computed once."""
-        if (first, second) not in self._known:
-            found = paired_difference(self.values[:, first], self.values[:, second])
-            self._known[first, second] = found
-        return self._known[first, second]
-
-
-def paired_values(groups: PairedConditions, quantity: MemberQuantity) -> PairedValues:
-    """Return the values of a quantity of a sweep, by case and condition.
-
-    Args:
-        groups: The conditions of the sweep; they have pairs.
-        quantity: The quantity.
-    """
-    assert groups.pairs is not None
-    if quantity not in _PAIRED:
-        # Columns are read as a whole.
-        _PAIRED[quantity] = PairedValues(np.asfortranarray(quantity.ranked[groups.pairs]))
-    return _PAIRED[quantity]
-
-
-_PAIRED: WeakKeyDictionary[MemberQuantity, PairedValues] = WeakKeyDictionary()
-"""Of the quantities in memory: the sentence, the matrix and the list of pairs ask for the same."""
+        Args:
+            sampled: Whether the pairs are a sample; otherwise no interval says how sure it is.
+        """
+        is_sure = self.is_sure or not sampled
+        return self.equal > self.pairs or not (is_sure and self.matters)
 
 
 def paired_difference(first: Array, second: Array) -> PairedDifference:

@@ -1,244 +1,186 @@
-"""Which of several conditions is better in a quantity, and how surely: paired differences."""
+"""Which of several conditions is better, and how surely: runs that ended early, paired values."""
 
-import math
-from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 
 from rbstab.files.counts import grouped
-from rbstab.mechanics.numbers import Array
 from rbstab.report.model.words import counted, listed, number
-from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions
-from rbstab.report.sweeps.conditions.paired_difference import (
-    MATTERS,
-    PairedDifference,
-    PairedValues,
-    paired_values,
-)
-from rbstab.report.sweeps.distributions import quantiles_of
-from rbstab.report.sweeps.fractions import CONFIDENCE
-from rbstab.report.sweeps.quantities import MemberQuantity
+from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
+from rbstab.report.sweeps.conditions.paired_difference import PairedDifference, paired_difference
+from rbstab.report.sweeps.members import LEFT_RANGE, Members, kept
+from rbstab.report.sweeps.outcomes import CONFIDENCE
+from rbstab.report.sweeps.quantiles import quantiles_of
+from rbstab.report.sweeps.quantities import MemberQuantity, main_quantities
 
-SETTLING, PEAK = "settling-time", "peak-displacement"
-"""The short names of quantities of which more is said."""
+SETTLING, PEAK, REGULARITY = "settling-time", "peak-displacement", "regularity"
+"""The short names of the quantities that are compared."""
 
-LARGER_IS_BETTER = ("regularity",)
-"""The short names of quantities that are better if they are larger; all others if smaller."""
-
-OTHERS = "it"
-"""The name of a quantity after a sentence that names it."""
-
-AT_THE_START = ", as where the largest value is that at the start"
-
-PLAIN_NAMES = {
+NAMES = {
     SETTLING: "The time to come to rest ({})",
     PEAK: "The largest displacement of the contact point ({})",
 }
-"""Names of quantities that need no explanation, by their short names; their labels follow."""
+"""What sentences call a quantity, with its label; smaller values are better."""
 
 
-def ranking_sentences(
-    groups: PairedConditions, quantities: list[MemberQuantity], *, sampled: bool
-) -> list[str]:
-    """Return a sentence on each quantity: the best condition, and how surely.
+class Ranking:
+    """The conditions of a sweep, compared in one quantity by members that differ in nothing else.
 
     Args:
-        groups: The conditions.
-        quantities: The quantities, each of which is better if it is smaller.
+        groups: The conditions; they have pairs.
+        quantity: The quantity.
         sampled: Whether the members are a sample; otherwise nothing is said of other members.
+
+    Attributes:
+        zero: The conditions that hold the contact point: its displacement is 0 by construction.
+            They cannot be compared with the others; with less than two others none is left out.
+        order: The conditions that have values to compare, the best median first. The median of a
+            condition counts cases that another one may lack: pairs decide, not medians.
     """
-    if groups.pairs is None:
-        return []
-    found = (_sentence(groups, quantity, sampled=sampled) for quantity in quantities)
-    return [sentence for sentence in found if sentence]
 
+    def __init__(
+        self, groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool
+    ) -> None:
+        assert groups.pairs is not None
+        self.groups, self.quantity, self.sampled = groups, quantity, sampled
+        # Columns are read as a whole.
+        self._values = np.asfortranarray(quantity.ranked[groups.pairs])
+        self._known: dict[tuple[int, int], PairedDifference] = {}
+        self._sign = -1 if quantity.name == REGULARITY else 1
+        columns = [column[~np.isnan(column)] for column in self._values.T]
+        zero = [k for k, column in enumerate(columns) if len(column) and not column.any()]
+        is_held = quantity.name == PEAK and len(columns) - len(zero) > 1
+        self.zero = zero if is_held else []
+        medians = [self._sign * quantiles_of(column, (0.5,))[0] for column in columns]
+        compared = (k for k in range(len(columns)) if len(columns[k]) and k not in self.zero)
+        self.order = sorted(compared, key=lambda k: medians[k])
 
-def compared_sentence(groups: PairedConditions) -> str:
-    """Return a sentence that says what is compared, and in which cases."""
-    assert groups.pairs is not None
-    cases, count = groups.pairs.shape
-    kind = "variants" if all(p.axis.categories for p in groups.parameters) else "conditions"
-    where = f"the same {counted(cases, 'case')}" if cases > 1 else "the same case"
-    return (
-        f"This sweep compares {count} {kind}: {listed(groups.labels)}. Each of them ran in "
-        f"{where}, that is, from the same start and with the same numbers otherwise."
-    )
+    def difference(self, first: int, second: int) -> PairedDifference:
+        """Return the differences of the first condition from the second; computed once."""
+        if (first, second) not in self._known:
+            found = paired_difference(self._values[:, first], self._values[:, second])
+            self._known[first, second] = found
+        return self._known[first, second]
 
+    @cached_property
+    def best(self) -> int | None:
+        """The condition that none is better than in common cases; None if there is none."""
+        for best in self.order:
+            others = [self.difference(best, k) for k in self.order if k != best]
+            better = (self._sign * one.median > 0 for one in others if not self._is_alike(one))
+            if not any(better):
+                return best
+        return None
 
-def _sentence(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool) -> str:
-    """Return a sentence on the best conditions; "" if there are no two to compare."""
-    values, order = paired_values(groups, quantity), comparable(groups, quantity)
-    if len(order) < 2:
-        return ""
-    name, begin = _name(groups, quantity), ""
-    zero = always_zero(groups, quantity)
-    if zero:
-        always = listed(groups.labels[k] for k in zero)
-        begin = f"{name} is always 0 with {always}, by construction. Of the others: "
-        name = OTHERS
-    best = _best(values, order, sampled=sampled)
-    if best is None:
-        subject = "" if name == OTHERS else f"{name}: "
-        return f"{begin}{subject}none is better than all others; the table compares all pairs."
-    compared = _compared(values, best, order)
-    if not compared:
-        return ""
-    apart = [groups.labels[k] for k in order if k != best and k not in compared]
-    alike = [k for k, one in compared.items() if is_alike(one, sampled=sampled)]
-    sentence = _Sentence(groups, quantity, name, best, sampled)
-    without = (
-        f" Without a common case with {groups.labels[best]}: {listed(apart)}." if apart else ""
-    )
-    if alike:
-        return f"{begin}{sentence.on_alike(alike, compared)}{without}"
-    (second, found), *more = compared.items()
-    return f"{begin}{sentence.on_two(second, found, few=not more)}{without}"
-
-
-def always_zero(groups: PairedConditions, quantity: MemberQuantity) -> list[int]:
-    """Return the conditions that hold the contact point: its displacement is 0 by construction.
-
-    They cannot be compared with the others. If there are less than two others, none is left out.
-    """
-    if quantity.name != PEAK:
-        return []
-    columns = _known(groups, quantity)
-    zero = [k for k, column in enumerate(columns) if len(column) and not column.any()]
-    return zero if len(columns) - len(zero) > 1 else []
-
-
-def comparable(groups: PairedConditions, quantity: MemberQuantity) -> list[int]:
-    """Return the conditions that have values to compare, that with the smallest median first.
-
-    The median of a condition counts cases that another one may lack: pairs decide, not medians.
-    """
-    columns, zero = _known(groups, quantity), always_zero(groups, quantity)
-    others = [k for k, column in enumerate(columns) if len(column) and k not in zero]
-    return sorted(others, key=lambda k: quantiles_of(columns[k], (0.5,))[0])
-
-
-def best_of(groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool) -> int | None:
-    """Return the condition than which none is better in common cases; None if there is none."""
-    values, order = paired_values(groups, quantity), comparable(groups, quantity)
-    if quantity.name in LARGER_IS_BETTER:
-        values, order = PairedValues(-values.values), order[::-1]
-    return _best(values, order, sampled=sampled)
-
-
-def _known(groups: PairedConditions, quantity: MemberQuantity) -> list[Array]:
-    """Return the values of each condition that are known, or known to be later than the end."""
-    columns = paired_values(groups, quantity).values.T
-    return [column[~np.isnan(column)] for column in columns]
-
-
-def _compared(values: PairedValues, best: int, order: Sequence[int]) -> dict[int, PairedDifference]:
-    """Return the differences of one condition from the others with which it shares cases."""
-    found = {k: values.difference(best, k) for k in order if k != best}
-    return {k: one for k, one in found.items() if one.pairs or one.equal}
-
-
-def _best(values: PairedValues, order: Sequence[int], *, sampled: bool) -> int | None:
-    """Return the condition that none is better than in common cases; None if there is none."""
-    for best in order:
-        compared = _compared(values, best, order)
-        alike = {k for k, one in compared.items() if is_alike(one, sampled=sampled)}
-        if not any(one.median > 0 for k, one in compared.items() if k not in alike):
-            return best
-    return None
-
-
-def is_alike(found: PairedDifference, *, sampled: bool) -> bool:
-    """Return whether two conditions have no difference that is sure and matters in most cases."""
-    is_sure = found.is_sure or not sampled
-    return found.equal > found.pairs or not (is_sure and found.matters)
-
-
-def _name(groups: PairedConditions, quantity: MemberQuantity) -> str:
-    label = quantity.axis.label
-    if quantity.name == SETTLING and groups.has_own_v:
-        label = f"{label}; v is not the same function in each condition"
-    return PLAIN_NAMES.get(quantity.name, "The {}").format(label)
-
-
-class _Sentence(NamedTuple):
-    """What is needed to write a sentence on the condition with the smallest values."""
-
-    groups: PairedConditions
-    quantity: MemberQuantity
-    name: str
-    best: int
-    sampled: bool
-
-    def on_two(self, second: int, found: PairedDifference, *, few: bool) -> str:
-        """Return the sentence if the best condition is better than all others."""
-        first, other = self.groups.labels[self.best], self.groups.labels[second]
-        cases = counted(found.pairs, "case")
+    @property
+    def sentence(self) -> str:
+        """Which condition is better, and how surely; "" if there are no two to compare."""
+        if len(self.order) < 2:
+            return ""
+        labels, label = self.groups.labels, self.quantity.axis.label
+        if self.quantity.name == SETTLING and self.groups.has_own_v:
+            label += ", each of its own v"
+        name = NAMES[self.quantity.name].format(label)
+        if self.zero:
+            always = listed(labels[k] for k in self.zero)
+            name += f", always 0 with {always} by construction,"
+        best = self.best
+        if best is None:
+            return f"{name}: none is better than all others."
+        compared = {k: self.difference(best, k) for k in self.order if k != best}
+        compared = {k: one for k, one in compared.items() if one.pairs or one.equal}
+        if not compared:
+            return ""
+        alike = [labels[k] for k, one in compared.items() if self._is_alike(one)]
+        if alike:
+            sure = "sure difference that matters" if self.sampled else "difference that matters"
+            if len(alike) == len(compared):
+                return f"{name}: no {sure} between {listed([labels[best], *alike], last=' and ')}."
+            return f"{name} is smallest with {labels[best]}; no {sure} from {listed(alike)}."
+        second, found = next(iter(compared.items()))
         smaller = round(found.negative * found.pairs)
-        often = f"all {cases}" if smaller == found.pairs > 1 else f"{grouped(smaller)} of {cases}"
+        often = "all" if smaller == found.pairs else f"{grouped(smaller)} of the"
+        total = len(self.groups.pairs if self.groups.pairs is not None else ())
+        cases = counted(found.pairs, "case")
+        cases += f" that differ, of {grouped(total)}" if found.pairs < total else ""
         interval = ""
         if self.sampled:
             low, high = self._text(-found.high), self._text(-found.low)
-            interval = (
-                f"; with {CONFIDENCE:.0%} confidence, this median is between {low} and {high}"
-            )
-        ranks = f"smaller with {first} than with {other}. Of these two, {first}"
-        if not few:
-            ranks = f"smallest with {first}. Next is {other}: of these two, {first}"
+            interval = f" ({CONFIDENCE:.0%} interval: {low} to {high})"
         return (
-            f"{self.name} is {ranks} has the smaller value in {often}, by "
-            f"{self._text(-found.median)} in the median{interval}"
-            f"{self._equal(found)}{self._left_out(found)}."
+            f"{name} is smallest with {labels[best]}: smaller than with {labels[second]} in "
+            f"{often} {cases}, by {self._text(-found.median)} in the median{interval}."
         )
 
-    def on_alike(self, alike: list[int], compared: Mapping[int, PairedDifference]) -> str:
-        """Return the sentence if other conditions have no difference from the best that matters."""
-        labels = self.groups.labels
-        names = listed((labels[k] for k in (self.best, *alike)), last=" and ")
-        others = [k for k in compared if k not in alike]
-        smallest = ", which have the smallest values" if others else ""
-        name = "" if self.name == OTHERS else f"{self.name}: "
-        begin = f"{name}no difference that matters between {names}{smallest}"
-        if len(alike) > 1:
-            return f"{begin}."
-        found = compared[alike[0]]
-        left_out = self._left_out(found)
-        if found.equal > found.pairs:
-            common = counted(found.equal + found.pairs, "case")
-            all_of = "all" if not found.pairs else f"{grouped(found.equal)} of"
-            return f"{begin}: it is the same in {all_of} {common}{left_out}."
-        tail = f"{self._equal(found)}{left_out}."
-        cases = counted(found.pairs, "case")
-        if self.sampled and not found.is_sure:
-            begin = begin.replace("no difference that matters", "no sure difference")
-            return f"{begin} (median of {cases}{tail[:-1]})."
-        return (
-            f"{begin}. The difference is {self._text(abs(found.median))} in the median of {cases}, "
-            f"less than {MATTERS:.0%} of the values{tail}"
-        )
+    def _is_alike(self, found: PairedDifference) -> bool:
+        return found.is_alike(sampled=self.sampled)
 
     def _text(self, difference: float) -> str:
         """Return a difference with its unit; an infinite one is that from a value after the end."""
-        if not math.isfinite(difference):
+        if not np.isfinite(difference):
             return "more than the runs last" if difference > 0 else "less"
         return f"{number(difference)} {self.quantity.axis.unit}".rstrip()
 
-    def _equal(self, found: PairedDifference) -> str:
-        if not found.equal:
-            return ""
-        why = AT_THE_START if self.quantity.name == PEAK else ""
-        return f"; in {counted(found.equal, 'further case')} both are equal{why}"
 
-    def _left_out(self, found: PairedDifference) -> str:
-        """Return how many cases are left out, and why."""
-        assert self.groups.pairs is not None
-        total = len(self.groups.pairs)
-        count = total - found.pairs - found.equal
-        why = "a run ended early"
-        if self.quantity.name == SETTLING:
-            why = "neither run was at rest by its end, or one ended early"
-        return (
-            f"; {grouped(count)} of {grouped(total)} cases are left out, where {why}"
-            if count
-            else ""
-        )
+@kept
+def rankings_of(members: Members) -> tuple[Ranking, ...]:
+    """Return the rankings of conditions, one for each quantity; none without pairs."""
+    groups = paired_conditions_of(members)
+    if groups is None or groups.pairs is None:
+        return ()
+    sampled = members.is_drawn
+    return tuple(Ranking(groups, q, sampled=sampled) for q in main_quantities(members))
+
+
+def ranking_sentences(members: Members) -> list[str]:
+    """Return which condition is better, and how surely; what is compared first."""
+    groups, rankings = paired_conditions_of(members), rankings_of(members)
+    if groups is None:
+        return []
+    sentences = failure_sentences(members, groups)
+    sentences += [one.sentence for one in rankings if one.quantity.name in NAMES]
+    sentences = [sentence for sentence in sentences if sentence]
+    if not sentences or groups.pairs is None:
+        return sentences
+    cases, count = groups.pairs.shape
+    kind = "variants" if all(p.axis.categories for p in groups.parameters) else "conditions"
+    same = f"the same {counted(cases, 'case')}"
+    return [f"Compared: {count} {kind}, each in {same}: {listed(groups.labels)}.", *sentences]
+
+
+def failure_sentences(members: Members, groups: PairedConditions) -> list[str]:
+    """Return how many runs of each condition did not complete; [] if all completed.
+
+    The best and the worst condition are compared in the same cases. How often only one of both
+    failed is binomial with p = 1/2 if the condition makes no difference (McNemar's test).
+    """
+    failed = members.outcomes >= LEFT_RANGE
+    if not failed.any():
+        return []
+    of_each = [failed[part.chosen] for part in groups.slices]
+    counts = [int(np.count_nonzero(own)) for own in of_each]
+    parts = [
+        f"{label}: {grouped(count)} of {grouped(len(own))}"
+        for label, count, own in zip(groups.labels, counts, of_each, strict=True)
+    ]
+    sentence = f"Runs that ended early: {'; '.join(parts)}."
+    best, worst = int(np.argmin(counts)), int(np.argmax(counts))
+    if groups.pairs is None or counts[best] == counts[worst]:
+        return [sentence]
+    one, other = failed[groups.pairs[:, best]], failed[groups.pairs[:, worst]]
+    only_best, only_worst = (int(np.count_nonzero(k)) for k in (one & ~other, other & ~one))
+    text = (
+        f"In {grouped(only_worst)} of the same {counted(len(one), 'case')} only "
+        f"{groups.labels[worst]} ended early, in {grouped(only_best)} only {groups.labels[best]}"
+    )
+    if not members.is_drawn:
+        return [sentence, f"{text}."]
+    # Imported late: SciPy's statistics take longer to load than the rest of a report.
+    from scipy.stats import binomtest
+
+    # Both are the extremes of many: a difference that chance makes is found more often among these.
+    pairs = len(counts) * (len(counts) - 1) // 2
+    chance = pairs * binomtest(only_best, only_best + only_worst, 0.5).pvalue
+    sure = "more than chance makes" if chance < 1.0 - CONFIDENCE else "this may be chance"
+    chosen = f", these two chosen from {pairs} pairs" if pairs > 1 else ""
+    return [sentence, f"{text}: {sure} (sign test, {CONFIDENCE:.0%} confidence{chosen})."]

@@ -1,0 +1,16 @@
+"""Protects what reports of sweeps say: sentences, tables and figures, as in a stored file."""
+
+import json
+
+import pytest
+from report.sweeps.said import FILE, SWEEPS, said
+
+
+@pytest.mark.parametrize("name", SWEEPS)
+def test_the_report_says_what_is_stored(tmp_path, name):
+    stored = json.loads(FILE.read_text(encoding="utf-8"))[name]
+    found = json.loads(json.dumps(said(name, tmp_path / name)))
+    assert [s["name"] for s in found] == [s["name"] for s in stored]
+    for one, other in zip(found, stored, strict=True):
+        # As texts, for NaN differs from itself.
+        assert json.dumps(one, indent=1) == json.dumps(other, indent=1)

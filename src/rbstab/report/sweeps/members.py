@@ -13,7 +13,7 @@ from rbstab.config.build import supplies_power
 from rbstab.config.numbers import is_of_initial_state
 from rbstab.experiment.answers.outcome import KINDS
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.palette import BAD, GOOD, THIRD, UNKNOWN, UNTRIED
+from rbstab.report.model.palette import BAD, GOOD, SECOND, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
 from rbstab.store.table import Table
 from rbstab.store.variables import safe_name
@@ -58,7 +58,7 @@ RETURNS, RESTS_ELSEWHERE, UNSTABLE, MOVING, LEFT_RANGE, FAILED = range(len(KINDS
 OUTCOMES = tuple(kind.words for kind in KINDS)
 """The words of the outcomes, by their codes."""
 
-OUTCOME_COLOURS = (GOOD, BAD, OPEN, UNTRIED, THIRD, UNKNOWN)
+OUTCOME_COLOURS = (GOOD, BAD, SECOND, UNTRIED, THIRD, UNKNOWN)
 """Numbers of the colours of outcomes in the palette: green is only for members that return."""
 
 

@@ -29,7 +29,8 @@ def exact(kind, extra, x):
 
 def over(kind, extra, low, high, *more):
     """Return the coefficients over an interval."""
-    return coefficients(kind, extra, Intervals(np.array([low]), np.array([high])), 3, *more)
+    found = coefficients(kind, extra, np.array([[low], [high]]), 3, *more)
+    return [Intervals.of(one) for one in found]
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")

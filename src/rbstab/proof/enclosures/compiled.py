@@ -2,7 +2,7 @@
 
 Each operation knows which coefficients of its result can be different from zero (sin θ1 has 4 of
 the 20 of order 3), and which pairs of coefficients a product needs. `taylor` evaluates them in
-intervals over boxes, and `points` in doubles at points.
+intervals over boxes, or in doubles at points.
 """
 
 from collections import Counter
@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.enclosures.intervals import Intervals, constant
+from rbstab.proof.enclosures.intervals import constant
 from rbstab.proof.exact.expr import (
     COS,
     INNER,
@@ -56,7 +56,7 @@ class Derivatives(NamedTuple):
         first: The places of the first derivatives, shape (n,).
         second: Those of the second, shape (n, n).
         third: Those of the third, shape (n, n, n); empty for coefficients of a lower order.
-        factors: α! of all coefficients, shape (coefficients, 1).
+        factors: α! of all coefficients, shape (coefficients, 1, 1).
     """
 
     first: Array
@@ -78,7 +78,7 @@ def derivatives(n: int, order: int) -> Derivatives:
         return np.array(found, dtype=int).reshape(shape)
 
     third = unit[:, None, None] + second if order > 2 else np.zeros((0, 0, 0, n), dtype=int)
-    factors = np.array([[float(prod(map(factorial, row)))] for row in rows])
+    factors = np.array([float(prod(map(factorial, row))) for row in rows])[:, None, None]
     return Derivatives(places(unit), places(second), places(third), factors)
 
 
@@ -121,7 +121,7 @@ Term = tuple[int, bool, float, Exponents]
 class Sum(NamedTuple):
     """A sum c0 + Σ c x: c0, doubles near each c (None: 1), where each x goes; its bounds."""
 
-    c0: Intervals | None
+    c0: Array | None
     factors: tuple[float | None, ...]
     rows: tuple[Array | slice, ...]
     bounds: tuple[float, float] | None
@@ -150,17 +150,15 @@ class Compiled:
         leaves: For each variable of the expressions the Taylor variables on which it depends.
         order: The highest order of a coefficient.
         least: Known lower bounds of atoms, such as 0 of cos θ2 where |θ2| <= π/2.
-        moving: Variables of which several values are taken for the same values of the others.
     """
 
-    def __init__(  # noqa: PLR0913, PLR0917 (what is known when it is compiled)
+    def __init__(
         self,
         results: Sequence[Expr],
         n: int,
         leaves: Mapping[int, Sequence[int]],
         order: int,
         least: Mapping[Atom, float] | None = None,
-        moving: Sequence[int] = (),
     ) -> None:
         self.n, self.order, self.leaves, self.least = n, order, leaves, least or {}
         self.exponents, self.place = exponents(n, order)
@@ -170,10 +168,6 @@ class Compiled:
         self._expansions: dict[int, list[list[Term]]] = {}
         self.results = [self._expression(e) for e in results]
         self.tightened = self._arguments()
-        self.positive = [k for k, one in enumerate(self.operations) if one.kind == POSITIVE]
-        self.above_positive = self._above(self.positive)
-        moved = (k for k, one in enumerate(self.operations) if one.kind == "variable")
-        self.above_moving = self._above([k for k in moved if self.operations[k].detail in moving])
 
     def _arguments(self) -> frozenset[int]:
         """Return the arguments of functions but sines, which Taylor's theorem makes sharper."""
@@ -183,14 +177,6 @@ class Compiled:
         # 1/cos θ and the like need no more.
         plain = {"variable", "number"}
         return frozenset(k for k, one in found.items() if not (one.kind in plain or _is_sine(one)))
-
-    def _above(self, places: Sequence[int]) -> frozenset[int]:
-        """Return the operations that depend on some others, with these."""
-        found = set(places)
-        for k, one in enumerate(self.operations):
-            if found.intersection(one.places):
-                found.add(k)
-        return frozenset(found)
 
     def _add(
         self, key: Any, kind: str, places: Sequence[int], support: Sequence[int], detail: Any
@@ -370,7 +356,7 @@ def _bounds_of_sum(e: Expr) -> tuple[float, float] | None:
         else:
             return None
     low, high = constant(c0 - size), constant(c0 + size)
-    return float(low.lo), float(high.hi)
+    return float(low[0, 0]), float(high[1, 0])
 
 
 def _is_sine(one: Operation) -> bool:

@@ -49,27 +49,26 @@ class TiedBounds(BoundedEnergy):
         N = springs.convex
         self.rest = BoundedEnergy(N, (*ANGLES, *free), least=least, order=2) if N.terms else None
 
-    def is_single(self, lo: Array, hi: Array, values: Values, size: Array) -> Array:
+    def is_single(self, x: Array, values: Values, size: Array) -> Array:
         """Return whether W has one stationary point z, its minimiser, for all Θ of each box."""
-        count = lo.shape[1]
+        softer = np.zeros(x.shape[2])
         if not self.weights:
-            return np.ones(count, dtype=bool)
+            return softer < 1
         # |r_j| is at least |z + r_j| - |z| for any z.
-        pull = sum(self.weights) + self._pull(lo, hi)
+        pull = sum(self.weights) + self._pull(x)
         away = (pull / self.stiffness + np.sqrt((size**2).sum(axis=0))) * UP
-        softer = np.zeros(count)
         for k, weight in enumerate(self.weights, start=1):
-            shortest = values.dense(k, count).lo[0] / UP - away
+            shortest = values.coefficients(k)[0, 0] / UP - away
             softer += np.where(shortest > 0, weight / shortest * UP, np.inf)
         return np.asarray(softer * UP < self.stiffness)
 
-    def _pull(self, lo: Array, hi: Array) -> Array:
+    def _pull(self, x: Array) -> Array:
         """Bound |∂N/∂z| at z = 0 over boxes, N."""
         if self.rest is None:
-            return np.zeros(lo.shape[1])
-        nothing = np.zeros((self.k, lo.shape[1]))
-        b = self.rest.over(np.concatenate([lo, nothing]), np.concatenate([hi, nothing]))
-        return np.asarray(np.sqrt((b.slopes.mag[self.n :] ** 2).sum(axis=0)) * UP)
+            return np.zeros(x.shape[2])
+        ends = np.concatenate([x, np.zeros((self.k, *x.shape[1:]))])
+        slopes = self.rest.over(ends[:, 0], ends[:, 1]).slopes.mag[self.n :]
+        return np.asarray(np.sqrt((slopes**2).sum(axis=0)) * UP)
 
 
 def bounds_of(energy: Energy, order: int = 3) -> BoundedEnergy:

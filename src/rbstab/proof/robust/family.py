@@ -16,9 +16,8 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.bounds import UP
 from rbstab.proof.enclosures.compiled import Compiled, derivatives
-from rbstab.proof.enclosures.intervals import Intervals, product
-from rbstab.proof.enclosures.points import AtPoints, variables_at
-from rbstab.proof.enclosures.taylor import Values, variables_over
+from rbstab.proof.enclosures.intervals import Intervals
+from rbstab.proof.enclosures.taylor import Values, slopes_of_one
 from rbstab.proof.exact.expr import Expr
 from rbstab.proof.model import COSINE, HALVES, THETA
 from rbstab.proof.robust.forms import Forms
@@ -70,12 +69,10 @@ class Family:
         """How many boxes are worth bounding at once."""
         return int(min(1024, max(64, 200_000 // max(1, len(self.forms.others)))))
 
-    def _derivatives(self, values: Values, boxes: int) -> Intervals:
+    def _derivatives(self, values: Values) -> Intervals:
         """Return the derivatives of all functions, shape (functions, coefficients, boxes)."""
         places = range(len(values.compiled.results))
-        with np.errstate(all="ignore"):
-            each = [values.derivatives(k, boxes) for k in places]
-        return Intervals(np.stack([one.lo for one in each]), np.stack([one.hi for one in each]))
+        return Intervals.of(np.stack([values.derivatives(k) for k in places]))
 
     def sums(self, of: Intervals, places: Array) -> Sums:
         """Return Σ C_0 μ and all Σ C_j μ of the derivatives at some places."""
@@ -102,10 +99,13 @@ class Family:
         low, high = np.vstack([lo, -ends]), np.vstack([hi, ends])
         tightened = bool(self.compiled.tightened)
         compiled = self.compiled if tightened else self.points
-        at = Values(compiled, variables_over(self.variables, middle, middle))
-        of_boxes = variables_over(self.variables, low, high)
-        over = Values(self.compiled, of_boxes, at if tightened else None, radius)
-        c, o = (self._derivatives(one, lo.shape[1]) for one in (at, over))
+        at, over = (
+            slopes_of_one(self.variables, np.stack(ends, 1))
+            for ends in ((middle, middle), (low, high))
+        )
+        about = Values(compiled, at)
+        values = Values(self.compiled, over, about if tightened else None, radius)
+        c, o = self._derivatives(about), self._derivatives(values)
         return Over(self, centre, radius, c, o)
 
     def remainder(self, o: Intervals) -> tuple[Array, Array, Array]:
@@ -148,9 +148,8 @@ class Family:
         """Return the derivatives of all functions, ∇U, and the rows of ∇²U by Θ."""
         count = points.shape[1]
         middle = np.vstack([points, np.zeros((self.n - 3, count))])
-        with np.errstate(all="ignore"):
-            at = AtPoints(self.points, variables_at(self.variables, middle))
-            each = [at.derivatives(k, count) for k in range(self.count)]
+        at = Values(self.points, slopes_of_one(self.variables, middle[:, None]))
+        each = [at.derivatives(k) for k in range(self.count)]
         mid = np.array(each).reshape(self.count, -1, count)
         f = np.tensordot(self.forms.middle, mid, 1)
         return mid, f[self.first[:3]], f[self.second[:3]]
@@ -225,7 +224,7 @@ class Over:
             for x in (f.forms.middle - size, f.forms.middle + size)
         ]
         with np.errstate(all="ignore"):
-            terms = product(Intervals(*coefficients), mine)
+            terms = Intervals(*coefficients) * mine
             low, high = (
                 end.sum(axis=0) + side * (f.epsilon * np.abs(end).sum(axis=0) + remainder)
                 for side, end in ((-1, terms.lo), (1, terms.hi))

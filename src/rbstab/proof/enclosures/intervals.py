@@ -8,7 +8,6 @@ magnitude. This covers its own rounding, and that of a sum of up to 60 such resu
 transcendental functions come from python-flint, whose errors are proved.
 """
 
-from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -22,6 +21,9 @@ TINY = 1e-300
 
 PRECISION = 80
 """Bits of the numbers of python-flint that are rounded to doubles."""
+
+MOST_KEPT = 200_000
+"""Values of one function that are kept."""
 
 SIGNS = np.array([[-1.0], [1.0]])
 """The ways in which both ends are moved."""
@@ -120,28 +122,44 @@ def root(x: Array) -> Array:
 
 def monotone(name: str, x: Array) -> Array:
     """Return a rising function (`exp`, `log`, `atan`) from its values at both ends."""
-    return outward(values_of(x, lambda ball: getattr(ball, name)()))
+    if x.shape[-2] == 1:
+        return np.asarray(_NUMPY[name](x))
+    return outward(values_of(name, x))
 
 
-def values_of(x: Array, function: Callable[[Any], Any]) -> Array:
-    """Return the values of a function of a ball at doubles, each to some ulps; NaN if unbounded."""
+def values_of(name: str, x: Array) -> Array:
+    """Return the values of a function (`sin`, ...) at doubles, each to some ulps; NaN if unbounded.
+
+    They are kept: boxes have angles in common, and their centres are middles of sines too.
+    """
     from flint import arb, ctx  # imported late: few commands make proofs
 
+    kept = _KEPT.setdefault(name, {})
+    if len(kept) > MOST_KEPT:
+        kept.clear()
     different, places = np.unique(x, return_inverse=True)
-    found = np.full(different.shape, np.nan)
+    values = different.tolist()
     with ctx.workprec(PRECISION):
-        for k, value in enumerate(different.tolist()):
-            ball = function(arb(value))
-            if ball.is_finite():
-                found[k] = float(ball)
+        for value in values:
+            if value not in kept:
+                ball = getattr(arb(value), name)()
+                kept[value] = float(ball) if ball.is_finite() else np.nan
+    found = np.array([kept[value] for value in values])
     return np.asarray(found[places].reshape(x.shape))
+
+
+_KEPT: dict[str, dict[float, float]] = {}
+
+_NUMPY = {"exp": np.exp, "log": np.log, "atan": np.arctan}
 
 
 def sin_cos(x: Array) -> tuple[Array, Array]:
     """Return sine and cosine: exact to an ulp at the middles, and widened by the radii."""
+    if x.shape[-2] == 1:
+        return np.sin(x), np.cos(x)
     m, r = Intervals.of(x).mid, Intervals.of(x).rad
     m, r = np.where(np.isfinite(m), m, 0.0), np.where(np.isfinite(r), r, 4.0)
-    s, c = values_of(m, lambda ball: ball.sin()), values_of(m, lambda ball: ball.cos())
+    s, c = values_of("sin", m), values_of("cos", m)
     return _turned(s, c, r), _turned(c, -s, r)
 
 
@@ -161,9 +179,10 @@ def _turned(f: Array, g: Array, r: Array) -> Array:
 
 def power(x: Array, n: int) -> Array:
     """Return x^n for a whole number n, also a negative one."""
-    with np.errstate(all="ignore"):
-        found = _positive_power(x, abs(n))
-        return found if n >= 0 else _reciprocal(found)
+    if x.shape[-2] == 1:
+        return np.asarray(x**n)
+    found = _positive_power(x, abs(n))
+    return found if n >= 0 else _reciprocal(found)
 
 
 def _positive_power(x: Array, n: int) -> Array:

@@ -6,7 +6,7 @@ small values use these; what is proved afterwards does not depend on them.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from math import factorial
+from functools import cached_property
 
 import numpy as np
 
@@ -20,9 +20,9 @@ from rbstab.proof.enclosures.compiled import (
     Table,
     derivatives,
 )
-from rbstab.proof.enclosures.intervals import SIGNS, UNBOUNDED, Intervals, outward, product
+from rbstab.proof.enclosures.intervals import SIGNS, UNBOUNDED, outward, product
 from rbstab.proof.enclosures.univariate import coefficients
-from rbstab.proof.exact.expr import COS, INNER, OF, POSITIVE, SIN, STEP, Expr
+from rbstab.proof.exact.expr import INNER, OF, POSITIVE, STEP, Expr
 
 Variables = Mapping[int, Array]
 """Each variable over the boxes: its value and its slopes, shape (1 + slopes, 2 or 1, boxes)."""
@@ -88,13 +88,12 @@ class Values:
         found[:, 1] = np.fmin(found[:, 1], over[:, 1])
         return found
 
-    @property
+    @cached_property
     def smooth(self) -> Array:
         """Whether each expression of the kind `POSITIVE` is above zero, shape (boxes,)."""
-        found = np.ones(self.shape[-1], dtype=bool)
-        for one, value in zip(self.compiled.operations, self.values, strict=True):
-            found &= one.kind != POSITIVE or value[0, 0] > 0
-        return found
+        both = zip(self.compiled.operations, self.values, strict=True)
+        above = [value[0, 0] > 0 for one, value in both if one.kind == POSITIVE]
+        return np.asarray(np.all(above or np.ones((1, self.shape[1]), dtype=bool), axis=0))
 
     def coefficients(self, number: int) -> Array:
         """Return all coefficients of a result, shape (coefficients, 2 or 1, boxes)."""
@@ -194,19 +193,10 @@ def _function(values: Values, one: Operation, x: Array) -> Array:
 
 def _coefficients(compiled: Compiled, function: Function, x: Array) -> list[Array]:
     """Return g^(k)(x)/k! for k up to an order, each of the shape of x."""
-    kind, order = function.kind, compiled.order
-    if kind == OF:
+    if function.kind == OF:
         return list(_outlined(function.extra, x))
-    if len(x) == 2:
-        least = None if function.atom is None else compiled.least.get(function.atom)
-        return coefficients(kind, function.extra, x, order, least)
-    if kind in {SIN, COS}:
-        # Middles of bounds would lose the relative accuracy of small sines.
-        turns = [np.sin(x), np.cos(x), -np.sin(x), -np.cos(x)]
-        first = int(kind == COS)
-        return [turns[(first + k) % 4] / factorial(k) for k in range(order + 1)]
-    bounds = coefficients(kind, function.extra, np.concatenate([x, x]), order)
-    return [Intervals.of(one).mid[None] for one in bounds]
+    least = compiled.least.get(function.atom) if function.atom and len(x) == 2 else None
+    return coefficients(function.kind, function.extra, x, compiled.order, least)
 
 
 def _outlined(compiled: Compiled, x: Array) -> Array:

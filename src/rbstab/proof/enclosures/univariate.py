@@ -28,7 +28,7 @@ def coefficients(
     Args:
         kind: The function: `SIN`, `COS`, "power", "exp", "sqrt", "log" or "atan".
         extra: The exponent of a power.
-        x: The intervals, shape (2, boxes).
+        x: The intervals, shape (2, boxes), or numbers, shape (1, points).
         order: The highest k.
         least: A known lower bound of a cosine.
 
@@ -55,7 +55,7 @@ def _sines(kind: str, x: Array, order: int, least: float | None) -> list[Array]:
 
 
 def _times(x: Array, c: Fraction) -> Array:
-    return x if c == 1 else product(x, constant(c))
+    return x if c == 1 else product(x, constant(c)[: len(x)])
 
 
 def _powers(n: int, x: Array, order: int) -> list[Array]:
@@ -77,14 +77,14 @@ def _sqrt(x: Array) -> list[Array]:
     factors = (Fraction(1, 2), Fraction(-1, 8), Fraction(1, 16))
     below = [_times(power(r, -n), c) for n, c in zip((1, 3, 5), factors, strict=True)]
     # It has no derivative at 0.
-    return [r, *(np.where(x[0] <= 0, UNBOUNDED, one) for one in below)]
+    return [r, *(np.where(x[0] <= 0, UNBOUNDED[: len(x)], one) for one in below)]
 
 
 def _log(x: Array) -> list[Array]:
     bad = x[0] <= 0
     inside = np.where(bad, 1.0, x)
     powers = [_times(power(inside, -k), Fraction((-1) ** (k + 1), k)) for k in range(1, 4)]
-    return [np.where(bad, UNBOUNDED, one) for one in (monotone("log", inside), *powers)]
+    return [np.where(bad, UNBOUNDED[: len(x)], one) for one in (monotone("log", inside), *powers)]
 
 
 def _atan(x: Array) -> list[Array]:

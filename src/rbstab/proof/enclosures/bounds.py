@@ -290,16 +290,10 @@ def inverses(M: Array) -> Array:
     """Return approximate inverses of matrices of shape (n, n, boxes); NaN for a singular one."""
     stacked = np.moveaxis(M, 2, 0)
     with np.errstate(all="ignore"):
-        try:
-            return np.moveaxis(np.linalg.inv(stacked), 0, 2)
-        except np.linalg.LinAlgError:
-            found = np.full(stacked.shape, np.nan)
-            for k, one in enumerate(stacked):
-                try:
-                    found[k] = np.linalg.inv(one)
-                except np.linalg.LinAlgError:
-                    continue
-            return np.moveaxis(found, 0, 2)
+        size = np.linalg.det(stacked)[:, None, None]
+        good = np.isfinite(size) & (size != 0)
+        found = np.linalg.inv(np.where(good, stacked, np.eye(len(M))))
+    return np.moveaxis(np.where(good, found, np.nan), 0, 2)
 
 
 def _residual(Y: Array, M: Matrices) -> Array:

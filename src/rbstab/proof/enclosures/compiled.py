@@ -119,16 +119,15 @@ Term = tuple[int, bool, float, Exponents]
 
 
 class Sum(NamedTuple):
-    """A sum c0 + Σ c x: c0, doubles near each c (None: 1), where each x goes; its bounds."""
+    """A sum c0 + Σ c x: c0, doubles near each c (None: 1), and where each x goes."""
 
     c0: Array | None
     factors: tuple[float | None, ...]
     rows: tuple[Array | slice, ...]
-    bounds: tuple[float, float] | None
 
 
 class Function(NamedTuple):
-    """A function g(x): its kind and a number; where the powers of x go, and their tables.
+    """A function g(x): its kind, a number and its bound; where the powers of x go, their tables.
 
     For `OF` the number is the expression of one variable, compiled. With u for x without its value,
     the k-th of `rows` has the places of u^k, and the k-th of `tables` gives u^(k + 1) from it.
@@ -136,7 +135,7 @@ class Function(NamedTuple):
 
     kind: str
     extra: Any
-    atom: Atom | None
+    least: float | None
     rows: tuple[Array, ...]
     tables: tuple[Table, ...]
 
@@ -235,7 +234,6 @@ class Compiled:
             constant(c0) if c0 else None,
             tuple(None if c == 1 else float(c) for c, _ in parts),
             tuple(_rows([index[row] for row in self._support(k)], len(support)) for _, k in parts),
-            _bounds_of_sum(e),
         )
         return self._add(("sum", e.digest), "sum", [k for _, k in parts], support, detail)
 
@@ -249,8 +247,8 @@ class Compiled:
             return self._known[key]
         if a.kind == VAR:
             assert isinstance(a.argument, int)
-            places = [self.place[_unit(i, self.n)] for i in self.leaves.get(a.argument, ())]
-            return self._add(key, "variable", (), [0, *places], a.argument)
+            slopes = [1 + i for i in self.leaves.get(a.argument, ())]  # these come first
+            return self._add(key, "variable", (), [0, *slopes], a.argument)
         x = self._expression(a.inner)
         if a.kind == LET:
             node = x
@@ -289,7 +287,8 @@ class Compiled:
         ordered = sorted({0}.union(*powers))
         index = {row: i for i, row in enumerate(ordered)}
         rows = tuple(np.array([index[row] for row in one], dtype=int) for one in powers)
-        detail = Function(kind, extra, a, rows, tuple(tables))
+        least = None if a is None else self.least.get(a)
+        detail = Function(kind, extra, least, rows, tuple(tables))
         return self._add(key, "function", [x], ordered, detail)
 
     def _table(self, left: Sequence[int], right: Sequence[int]) -> Table:
@@ -345,20 +344,6 @@ def _shared(terms: Mapping[Any, Fraction]) -> tuple[Atom, int] | None:
     )
 
 
-def _bounds_of_sum(e: Expr) -> tuple[float, float] | None:
-    """Bound a sum of a number and of sines and cosines with numbers, such as 1 + cos θ."""
-    c0, size = Fraction(0), Fraction(0)
-    for m, c in e.terms.items():
-        if not m:
-            c0 = c
-        elif len(m) == 1 and m[0][1] > 0 and m[0][0].kind in {SIN, COS}:
-            size += abs(c)
-        else:
-            return None
-    low, high = constant(c0 - size), constant(c0 + size)
-    return float(low[0, 0]), float(high[1, 0])
-
-
 def _is_sine(one: Operation) -> bool:
     return one.kind == "function" and one.detail.kind in {SIN, COS}
 
@@ -366,7 +351,3 @@ def _is_sine(one: Operation) -> bool:
 def _rows(places: list[int], count: int) -> Array | slice:
     """Return the places as an index, which is faster if it is of all rows."""
     return slice(None) if len(places) == count else np.array(places)
-
-
-def _unit(i: int, n: int) -> Exponents:
-    return tuple(int(i == j) for j in range(n))

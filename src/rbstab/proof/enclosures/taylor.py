@@ -143,10 +143,7 @@ def _sum(values: Values, one: Operation, *given: Array) -> Array:
         found += SIGNS * (size * ((len(given) + 4) * ROUNDING))
     if detail.c0 is not None:
         found[0] += detail.c0[: values.shape[0]]
-    found = outward(found, 2 * ROUNDING)
-    if detail.bounds is not None:
-        found[0] = np.clip(found[0], *detail.bounds)
-    return found
+    return outward(found, 2 * ROUNDING)
 
 
 def _times(table: Table, x: Array, y: Array, *, squares: bool = False) -> Array:
@@ -179,7 +176,7 @@ def _step(_: Values, one: Operation, x: Array) -> Array:
 def _function(values: Values, one: Operation, x: Array) -> Array:
     """Return Σ g_k u^k, where u is x without its value, and g_k is the k-th coefficient of g."""
     detail: Function = one.detail
-    g = _coefficients(values.compiled, detail, x[0])
+    g = _coefficients(detail, x[0], values.compiled.order)
     found = np.zeros((len(one.support), *x.shape[1:]))
     u = p = x[1:]
     for k, rows in enumerate(detail.rows, start=1):
@@ -191,12 +188,12 @@ def _function(values: Values, one: Operation, x: Array) -> Array:
     return found
 
 
-def _coefficients(compiled: Compiled, function: Function, x: Array) -> list[Array]:
+def _coefficients(function: Function, x: Array, order: int) -> list[Array]:
     """Return g^(k)(x)/k! for k up to an order, each of the shape of x."""
     if function.kind == OF:
         return list(_outlined(function.extra, x))
-    least = compiled.least.get(function.atom) if function.atom and len(x) == 2 else None
-    return coefficients(function.kind, function.extra, x, compiled.order, least)
+    least = function.least if len(x) == 2 else None
+    return coefficients(function.kind, function.extra, x, order, least)
 
 
 def _outlined(compiled: Compiled, x: Array) -> Array:

@@ -143,28 +143,6 @@ def as_decimal(value: object) -> Fraction:
     raise TypeError(f"an expression takes no {type(value).__name__}")
 
 
-class Functions:
-    """Functions of exact numbers that are made of sine, cosine and the exponential function."""
-
-    __slots__ = ()
-
-    def tan(self: Any) -> Any:
-        """Return its tangent."""
-        return self.sin() / self.cos()
-
-    def sinh(self: Any) -> Any:
-        """Return its hyperbolic sine."""
-        return (self.exp() - (-self).exp()) / 2
-
-    def cosh(self: Any) -> Any:
-        """Return its hyperbolic cosine."""
-        return (self.exp() + (-self).exp()) / 2
-
-    def tanh(self: Any) -> Any:
-        """Return its hyperbolic tangent."""
-        return 1 - 2 / ((2 * self).exp() + 1)
-
-
 def _with_expr(operation: Callable[["Expr", "Expr"], "Expr"]) -> Callable[["Expr", Any], Any]:
     """Return an operation that takes a number too, and leaves an array to that of arrays."""
 
@@ -175,7 +153,7 @@ def _with_expr(operation: Callable[["Expr", "Expr"], "Expr"]) -> Callable[["Expr
 
 
 @total_ordering
-class Expr(Functions):
+class Expr:
     """Σ c Π atom^power.
 
     Args:
@@ -387,6 +365,22 @@ class Expr(Functions):
     def atan(self) -> "Expr":
         """Return its arc tangent."""
         return self.function("atan")
+
+    def tan(self) -> "Expr":
+        """Return its tangent."""
+        return self.sin() / self.cos()
+
+    def sinh(self) -> "Expr":
+        """Return its hyperbolic sine."""
+        return (self.exp() - (-self).exp()) / 2
+
+    def cosh(self) -> "Expr":
+        """Return its hyperbolic cosine."""
+        return (self.exp() + (-self).exp()) / 2
+
+    def tanh(self) -> "Expr":
+        """Return its hyperbolic tangent."""
+        return 1 - 2 / ((2 * self).exp() + 1)
 
     def step(self, smooth: int) -> "Expr":
         """Return 1 where it is positive, else 0.

@@ -71,7 +71,7 @@ class Bounds:
     def slopes(self) -> Intervals:
         """∇V over the boxes, from its terms and from the mean value theorem."""
         S, s = self.slope
-        spread = np.einsum("ijm,jm->im", np.abs(S) + s, self.radius) * UP
+        spread = times(np.abs(S) + s, self.radius) * UP
         by_mean, natural = self.gradient.widened(spread, spread), self.gradient_over
         return Intervals(np.fmax(natural.lo, by_mean.lo), np.fmin(natural.hi, by_mean.hi))
 
@@ -149,19 +149,19 @@ class BoundedEnergy:
 
     def minimiser(self, points: Array) -> Minimiser:
         """Return z near the lowest point at some points of shape (n, points), to round-off."""
-        z, b, count = np.zeros((self.k, points.shape[1])), self.z, points.shape[1]
-        C, inverse = np.zeros((self.k, self.n, count)), np.zeros((self.k, self.k, count))
+        b, z = self.z, np.zeros((self.k, points.shape[1]))
+        if not self.k:
+            return Minimiser(z, np.zeros((0, *points.shape)), z[:, None])
         with np.errstate(all="ignore"):
-            for _ in range(NEWTON_STEPS if self.k else 0):
+            for _ in range(NEWTON_STEPS):
                 _, g, H = self.at_all(points, z)
                 inverse = inverses(H[b, b])
-                step = np.einsum("ijm,jm->im", inverse, g[b])
+                step = times(inverse, g[b])
                 step = np.where(np.isfinite(step), step, 0.0)
                 z = z - np.clip(step, -0.5, 0.5)
                 if np.abs(step).max(initial=0.0) < NEAR * (1 + np.abs(z).max(initial=0.0)):
-                    C = -np.einsum("ijm,jkm->ikm", inverse, H[b, self.theta])
                     break
-            return Minimiser(z, C, inverse)
+            return Minimiser(z, -times(inverse, H[b, self.theta]), inverse)
 
     def at_all(self, points: Array, z: Array) -> tuple[Array, Array, Array]:
         """Return U, ∇U and ∇²U by Θ and z at points (n, points) and z (free, points)."""
@@ -210,7 +210,7 @@ class BoundedEnergy:
         a, b = self.theta, self.z
         least = self.minimiser(centre)
         at, about = self._at(centre, least)
-        way = np.einsum("ijm,jm->im", np.abs(least.C), radius)
+        way = times(np.abs(least.C), radius)
         nothing = np.zeros_like(least.z)
 
         def box(Z: Array) -> tuple[Values, Intervals]:
@@ -224,20 +224,20 @@ class BoundedEnergy:
             return self._bounds(centre, radius, at, over, radius)
         # ζ at the centre: |ζ| <= 2|Y g_ζ|, which Krawczyk's test for the box below includes.
         g, magnitude = at[self.first], np.abs(least.inverse)
-        at_zero = 2 * np.einsum("ijm,jm->im", magnitude, g.mag[b]) * UP + 1e-18
+        at_zero = 2 * times(magnitude, g.mag[b]) * UP + 1e-18
         drift = self._slopes_along(at, over, radius)
-        Z = 2 * np.einsum("ijm,jm->im", magnitude, drift) * UP + 2 * at_zero
+        Z = 2 * times(magnitude, drift) * UP + 2 * at_zero
         values, over = box(Z)
         H = over[self.second][b, b]
         E = _residual(least.inverse, Matrices(H.mid, H.rad))
-        image = np.einsum("ijm,jm->im", magnitude, self._slopes_along(at, over, radius))
-        image = image + np.einsum("ijm,jm->im", E, Z)
+        image = times(magnitude, self._slopes_along(at, over, radius))
+        image = image + times(E, Z)
         norm = E.sum(axis=1).max(axis=0) * UP
         inside = np.all(image * UP < Z, axis=0) & (norm < 1)
         inside &= self.is_single(x, values, (np.abs(least.z) + way + Z) * UP)
         # |U_ζζ⁻¹| <= Σ Eᵏ|Y|; entries of Eᵏ are at most |E|ᵏ⁻¹ times the largest in their column.
         share = E + E.max(axis=0) * (norm / np.maximum(1 - norm, 1e-300)) * UP
-        inverse = np.einsum("ijm,jkm->ikm", np.eye(self.k)[..., None] + share, magnitude) * UP
+        inverse = times(np.eye(self.k)[..., None] + share, magnitude) * UP
         whole = self._bounds(centre, radius, at, over, np.concatenate([radius, Z]))
         cross = np.abs(whole.hessian.mid[a, b]) + whole.hessian.rad[a, b]
         schur = np.einsum("ijm,jkm,lkm->ilm", cross, inverse, cross) * UP
@@ -249,7 +249,7 @@ class BoundedEnergy:
         fall = (g.mag[b] * at_zero).sum(axis=0) * UP + unknown
         # Over the way from ẑ to the minimiser the mixed derivatives are those of the box.
         mixed = np.maximum(at.mag[self.second][a, b], cross)
-        off = np.einsum("ijm,jm->im", mixed, at_zero) * UP + unknown
+        off = times(mixed, at_zero) * UP + unknown
         return Bounds(
             centre,
             radius,
@@ -266,10 +266,10 @@ class BoundedEnergy:
         a, b = self.theta, self.z
         wide = over.mag[self.second][b, a]
         centre = at.mag[self.first][b]
-        found = centre + np.einsum("ijm,jm->im", wide, radius)
+        found = centre + times(wide, radius)
         if self.order >= 3:
             T = over.mag[self.third][b, a, a]
-            by_third = centre + np.einsum("ijm,jm->im", at.mag[self.second][b, a], radius)
+            by_third = centre + times(at.mag[self.second][b, a], radius)
             by_third = by_third + 0.5 * np.einsum("ijkm,jm,km->im", T, radius, radius)
             found = np.fmin(found, by_third)
         return np.asarray(found * UP)
@@ -278,12 +278,17 @@ class BoundedEnergy:
         """Return V, ∇V and ∇²V at points of shape (n, points), to round-off."""
         a, b, least = self.theta, self.z, self.minimiser(points)
         value, gradient, H = self.at_all(points, least.z)
-        return value, gradient[a], H[a, a] + np.einsum("ijm,jkm->ikm", H[a, b], least.C)
+        return value, gradient[a], H[a, a] + times(H[a, b], least.C)
 
     def curvatures(self, x: Array) -> Array:
         """Return the eigenvalues of ∇²V at one point of shape (n,), to round-off."""
         found: Array = np.linalg.eigvalsh(self.at(x[:, None])[2][:, :, 0])
         return found
+
+
+def times(M: Array, x: Array) -> Array:
+    """Return Mx for each box, with matrices of shape (n, k, boxes), and vectors or matrices x."""
+    return np.asarray(np.einsum("ijm,j...m->i...m", M, x))
 
 
 def inverses(M: Array) -> Array:
@@ -299,8 +304,8 @@ def inverses(M: Array) -> Array:
 def _residual(Y: Array, M: Matrices) -> Array:
     """Bound |I - YM| for each matrix M, shape (n, n, boxes)."""
     eye = np.eye(len(Y))[..., None]
-    near = np.abs(eye - np.einsum("ijm,jkm->ikm", Y, M.mid))
-    size = np.einsum("ijm,jkm->ikm", np.abs(Y), M.rad + ROUND_OFF * np.abs(M.mid))
+    near = np.abs(eye - times(Y, M.mid))
+    size = times(np.abs(Y), M.rad + ROUND_OFF * np.abs(M.mid))
     return np.asarray((near + size) * UP + ROUND_OFF * eye)
 
 
@@ -320,7 +325,7 @@ def preconditioned(b: Bounds) -> tuple[Array, Array, Array, Array]:
     """
     Y = inverses(b.slope.mid)
     g = b.gradient
-    step = np.einsum("ijm,jm->im", Y, g.mid)
+    step = times(Y, g.mid)
     size = g.rad + ROUND_OFF * np.abs(g.mid)
-    error = np.einsum("ijm,jm->im", np.abs(Y), size) * UP
+    error = times(np.abs(Y), size) * UP
     return step, error, _residual(Y, b.slope), _residual(Y, b.hessian)

@@ -15,7 +15,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Boxes, joined
-from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds
+from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, times
 from rbstab.proof.enclosures.intervals import TINY, Intervals
 from rbstab.proof.enclosures.tied import bounds_of
 from rbstab.proof.exact.expr import STEP, expr
@@ -65,12 +65,14 @@ def quadratic_range(a: Array, A: Array) -> Quadratic:
     slack = ROUND_OFF * (np.abs(a).sum(axis=0) + (size + np.abs(A)).sum(axis=(0, 1))) + TINY
     unknown = 0.5 * rest * UP + slack
     spans = np.abs(Q).sum(axis=0) ** 2 * UP
-    up, down = np.maximum(D, 0.0), np.maximum(-D, 0.0)
-    lowest, u = _convex_least(a, Q, up)
-    highest, _ = _convex_least(-a, Q, down)
-    low = lowest - (0.5 * (down * spans).sum(axis=0) + unknown) * UP
-    high = -highest + (0.5 * (up * spans).sum(axis=0) + unknown) * UP
-    return Quadratic(low - ROUND_OFF * np.abs(low), high + ROUND_OFF * np.abs(high), u)
+
+    def least(a: Array, D: Array) -> tuple[Array, Array]:
+        value, u = _convex_least(a, Q, np.maximum(D, 0.0))
+        low = value - (0.5 * (np.maximum(-D, 0.0) * spans).sum(axis=0) + unknown) * UP
+        return low - ROUND_OFF * np.abs(low), u
+
+    (low, u), (high, _) = least(a, D), least(-a, -D)
+    return Quadratic(low, -high, u)
 
 
 def _composed(Q: Array, D: Array) -> Array:
@@ -81,13 +83,13 @@ def _convex_least(a: Array, Q: Array, D: Array) -> tuple[Array, Array]:
     """Bound a'u + ½u'QDQ'u, D >= 0, from below by its tangent plane at a point near the lowest."""
     P = _composed(Q, D)
     along = np.einsum("jim,jm->im", Q, a) / np.where(D > 0, D, np.inf)
-    u = np.clip(-np.einsum("ijm,jm->im", Q, along), -1.0, 1.0)
+    u = np.clip(-times(Q, along), -1.0, 1.0)
     for _ in range(SWEEPS):
         for i in range(len(a)):
             pull = -(a[i] + np.einsum("jm,jm->m", P[i], u) - P[i, i] * u[i])
             bent = np.clip(pull / np.where(P[i, i] > 0, P[i, i], 1.0), -1.0, 1.0)
             u[i] = np.where(P[i, i] > 0, bent, np.sign(pull))
-    slope = a + np.einsum("ijm,jm->im", P, u)
+    slope = a + times(P, u)
     value = np.einsum("im,im->m", 0.5 * (a + slope), u)
     return value - (np.abs(slope) + slope * u).sum(axis=0), u
 

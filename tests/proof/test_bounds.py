@@ -80,6 +80,13 @@ def test_an_energy_is_between_its_bounds(order, count):
     fuzz(test, outlined(), energies(), boxes(), RATIONAL, count=count)
 
 
+def test_a_sum_that_cancels_is_between_its_bounds():
+    """Each term is rounded by far more than an ulp of the sum."""
+    for k in range(20):
+        x = np.array([1e8 + 0.1 * k, 1e8, 0.3 * k])
+        check(X / 3 - Y / 3 + Z / 7, x, x, x)
+
+
 @pytest.mark.parametrize("free", [1, 2])
 @pytest.mark.parametrize("count", COUNTS)
 def test_the_least_energy_is_between_its_bounds(free, count):

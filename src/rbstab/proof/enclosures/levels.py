@@ -142,13 +142,11 @@ class Ranges:
         steps = [a for a in energy.U.all_atoms if a.kind == STEP and a.extra == 1]
         if len(steps) > MOST_STEPS or any(set(a.inner.variables) & set(energy.free) for a in steps):
             return cls(V)
-        choices = product((0, 1), repeat=len(steps)) if steps else ()
-        replaced = [
-            {step: expr(one) for step, one in zip(steps, choice, strict=True)} for choice in choices
-        ]
-        return cls(
-            V, [bounds_of(replace(energy, U=substituted(energy.U, one))) for one in replaced]
-        )
+        sides = []
+        for choice in product((0, 1), repeat=len(steps)) if steps else ():
+            known = {step: expr(one) for step, one in zip(steps, choice, strict=True)}
+            sides.append(bounds_of(replace(energy, U=substituted(energy.U, known))))
+        return cls(V, sides)
 
     def over(self, boxes: Boxes) -> tuple[Bounds, Intervals, Array]:
         """Return the bounds over boxes, on V with what they imply, and points where V is low."""
@@ -166,12 +164,9 @@ class Ranges:
 
     def values(self, boxes: Boxes) -> Intervals:
         """Return bounds on V over boxes, J, in batches."""
-        parts = [self.over(boxes[slice(k, k + BATCH)])[1] for k in range(0, boxes.count, BATCH)]
-        empty = np.zeros(0)
-        return Intervals(
-            np.concatenate([empty, *(one.lo for one in parts)]),
-            np.concatenate([empty, *(one.hi for one in parts)]),
-        )
+        batches = (boxes[slice(k, k + BATCH)] for k in range(0, boxes.count, BATCH))
+        parts = [self.over(some)[1].ends for some in batches]
+        return Intervals.of(np.concatenate([np.zeros((2, 0)), *parts], 1))
 
 
 class LeastValues(NamedTuple):

@@ -27,7 +27,9 @@ from rbstab.proof.exact.expr import (
     as_factor,
     atom,
     expr,
+    mapped,
     only,
+    product,
     summed,
     variable,
 )
@@ -54,16 +56,11 @@ def _length_apart(m: Monomial, c: Fraction, numbers: frozenset[int]) -> Expr:
     if len(m) != 1 or m[0][1] != 2 or m[0][0].kind != LET or not m[0][0].variables & numbers:
         return term
     inner = m[0][0].inner
-    lengths = [a for a in inner.atoms if a.kind == ROOT]
-    c0 = inner.terms.get(())
-    if len(lengths) != 1 or len(inner.terms) != 2 or c0 is None:
+    length = next((a for a in inner.atoms if a.kind == ROOT), None)
+    if length is None or set(inner.terms) != {(), ((length, 1),)}:
         return term
-    length = lengths[0]
-    factor = inner.terms.get(((length, 1),))
-    if factor is None:
-        return term
-    both = only(length).scaled(2 * c0 * factor) + c0**2
-    return (both + length.inner.scaled(factor**2)).scaled(c)  # √q√q is q
+    square = product(inner, inner).scaled(c)
+    return mapped(square, lambda a, p: a.inner if p == 2 else only(a))  # √q√q is q
 
 
 def with_squares(U: Expr, free: Sequence[int]) -> Expr:

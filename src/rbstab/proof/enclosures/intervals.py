@@ -9,6 +9,7 @@ transcendental functions come from python-flint, whose errors are proved.
 """
 
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -94,10 +95,9 @@ def outward(x: Array, slack: float = SLACK) -> Array:
 
 def product(a: Array, b: Array) -> Array:
     """Return ab. 0·inf counts as 0: an infinite end stands for arbitrarily large finite numbers."""
-    one = a[..., :1, :] * b
-    if one.shape[-2] == 1:
-        return np.asarray(one)
-    two = a[..., 1:, :] * b
+    if a.shape[-2] == 1:
+        return np.asarray(a * b)
+    one, two = a[..., :1, :] * b, a[..., 1:, :] * b
     low, high = np.fmin(one, two), np.fmax(one, two, out=one)
     np.fmin(low[..., 0, :], low[..., 1, :], out=two[..., 0, :])
     np.fmax(high[..., 0, :], high[..., 1, :], out=two[..., 1, :])
@@ -109,6 +109,7 @@ def negative(x: Array) -> Array:
     return np.asarray(-x[..., ::-1, :])
 
 
+@lru_cache(10_000)
 def constant(c: Fraction | int) -> Array:
     """Return the doubles about a rational number, shape (2, 1)."""
     x = float(c)

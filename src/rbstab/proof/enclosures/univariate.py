@@ -54,15 +54,15 @@ def _sines(kind: str, x: Array, order: int, least: float | None) -> list[Array]:
     return [_times(turns[(first + k) % 4], Fraction(1, factorial(k))) for k in range(order + 1)]
 
 
-def _times(x: Array, c: Fraction) -> Array:
+def _times(x: Array, c: Fraction | int) -> Array:
     return x if c == 1 else product(x, constant(c)[: len(x)])
 
 
 def _powers(n: int, x: Array, order: int) -> list[Array]:
-    found, c = list[Array](), Fraction(1)
+    found, c = list[Array](), 1
     for k in range(order + 1):
         found.append(_times(power(x, n - k), c) if c else np.zeros_like(x))
-        c = c * (n - k) / (k + 1)
+        c = c * (n - k) // (k + 1)  # exactly
     return found
 
 

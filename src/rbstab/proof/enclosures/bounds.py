@@ -12,6 +12,7 @@ Taylor's theorem alone.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -147,20 +148,30 @@ class BoundedEnergy:
         values = self._values(compiled, x, outward(z), least.C)
         return Intervals.of(values.derivatives(0)), values if self.boxes.tightened else None
 
+    @cached_property
+    def _by_free(self) -> Compiled:
+        """U for derivatives by z alone, which are far fewer."""
+        alone = {v: (j,) for j, v in enumerate(self.free)}
+        return Compiled([self.U], self.k, alone, 2, self.least)
+
     def minimiser(self, points: Array) -> Minimiser:
         """Return z near the lowest point at some points of shape (n, points), to round-off."""
         b, z = self.z, np.zeros((self.k, points.shape[1]))
         if not self.k:
             return Minimiser(z, np.zeros((0, *points.shape)), z[:, None])
+        fixed = dict(zip(self.variables, points[:, None, None], strict=True))
+        places = derivatives(self.k, 2)
         with np.errstate(all="ignore"):
             for _ in range(NEWTON_STEPS):
-                _, g, H = self.at_all(points, z)
-                inverse = inverses(H[b, b])
-                step = times(inverse, g[b])
+                moved = fixed | slopes_of_one(self.free, z[:, None])
+                f = Values(self._by_free, moved).derivatives(0)[:, 0]
+                step = times(inverses(f[places.second]), f[places.first])
                 step = np.where(np.isfinite(step), step, 0.0)
                 z = z - np.clip(step, -0.5, 0.5)
                 if np.abs(step).max(initial=0.0) < NEAR * (1 + np.abs(z).max(initial=0.0)):
                     break
+            _, _, H = self.at_all(points, z)
+            inverse = inverses(H[b, b])
             return Minimiser(z, -times(inverse, H[b, self.theta]), inverse)
 
     def at_all(self, points: Array, z: Array) -> tuple[Array, Array, Array]:
@@ -288,7 +299,7 @@ class BoundedEnergy:
 
 def times(M: Array, x: Array) -> Array:
     """Return Mx for each box, with matrices of shape (n, k, boxes), and vectors or matrices x."""
-    return np.asarray(np.einsum("ijm,j...m->i...m", M, x))
+    return np.asarray(np.einsum("ijm,jm->im" if x.ndim == 2 else "ijm,jkm->ikm", M, x))
 
 
 def inverses(M: Array) -> Array:

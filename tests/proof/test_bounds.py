@@ -80,6 +80,13 @@ def test_an_energy_is_between_its_bounds(order, count):
     fuzz(test, outlined(), energies(), boxes(), RATIONAL, count=count)
 
 
+def test_a_sum_that_cancels_is_between_its_bounds():
+    """Each term is rounded by far more than an ulp of the sum."""
+    for k in range(20):
+        x = np.array([1e8 + 0.1 * k, 1e8, 0.3 * k])
+        check(X / 3 - Y / 3 + Z / 7, x, x, x)
+
+
 @pytest.mark.parametrize("free", [1, 2])
 @pytest.mark.parametrize("count", COUNTS)
 def test_the_least_energy_is_between_its_bounds(free, count):
@@ -189,9 +196,12 @@ def test_a_derivative_that_jumps_is_not_known_from_the_centre(order):
 def test_arguments_of_functions_are_bounded_by_derivatives_over_the_box():
     """exp(2θ1) for |θ1| <= 2 is far above its Taylor polynomial at 0, which ends at 23.7 < 54.6."""
     U = ((2 * X).exp() + 1).sqrt() + ((2 * X).exp() + Y).atan()
+    # Its third derivative is near that of its argument, which is least at the centre.
+    nearly = 1000 * ((2 * X).exp() / 1000 + (-2 * X).exp() / 1000).exp()
     end = np.array([2.0, 0.5, 0.5])
     for sign in (-1, 1):
         check(U, -end, end, sign * end)
+        check(nearly, -end / 4, end / 4, sign * end / 4)
 
 
 def test_what_the_minimum_takes_off_the_curvature_is_counted():

@@ -36,16 +36,16 @@ def pairs(draw, ends=ENDLESS):
         a = (-far if b is None else b) - far
     if b is None:
         b = a + 2 * far
-    return Intervals(np.array([low]), np.array([high])), a + (b - a) * draw(SHARES)
+    return between(low, high), a + (b - a) * draw(SHARES)
 
 
 def between(low, high):
-    return Intervals(np.array([float(low)]), np.array([float(high)]))
+    return np.array([[float(low)], [float(high)]])
 
 
 def holds(found, exact):
     """Whether an interval contains a fraction, or what is known to a ball."""
-    low, high = found.lo[0], found.hi[0]
+    (low,), (high,) = found
     assert not np.isnan([low, high]).any()
     number = Fraction if isinstance(exact, Fraction) else ball
     return not (
@@ -56,20 +56,25 @@ def holds(found, exact):
 def multiples(x, factor):
     """Return multiples of an interval, with the exact factors that they stand for."""
     about = intervals.constant(factor)
-    wide = Intervals(about.lo - 1, about.hi + 1)
-    yield intervals.scaled(x, float(factor)), Fraction(float(factor))
-    yield intervals.scaled(x, about), factor
-    yield from ((intervals.scaled(x, wide), Fraction(float(end))) for end in (wide.lo, wide.hi))
+    wide = about + intervals.SIGNS
+    yield intervals.product(x, about), factor
+    yield from ((intervals.product(wide, x), Fraction(float(end))) for end in wide[:, 0])
+    yield intervals.negative(intervals.product(x, about)), -factor
 
 
 def constants(c):
     found = intervals.constant(c)
-    yield between(found.lo, found.hi), c
-    assert (found.lo == found.hi) == (Fraction(float(c)) == c)
+    yield found, c
+    assert (found[0] == found[1]) == (Fraction(float(c)) == c)
 
 
 def parts(x, a):
     """Return intervals that have to contain a, by the middle, the radius and the magnitude."""
+    x = Intervals.of(x)
+    yield x.ends, a
+    yield x.widened(0.1, 0.2).ends, a + Fraction(0.2)
+    yield x.widened(0.1, 0.2).ends, a - Fraction(0.1)
+    yield (x * x).ends, a * a
     yield between(-x.mag[0], x.mag[0]), a
     if np.isfinite(x.rad[0]):
         yield between(0, x.rad[0]), abs(a - Fraction(x.mid[0]))
@@ -82,7 +87,7 @@ def powers(x, a):
 def functions(x, a):
     if a >= 0:
         yield intervals.root(x), ball(a).sqrt()
-    if x.lo[0] > 0:
+    if x[0, 0] > 0:
         yield intervals.monotone("log", x), ball(a).log()
     if abs(a) < 10**6:
         yield intervals.monotone("exp", x), ball(a).exp()
@@ -121,19 +126,10 @@ def test_an_operation_contains_the_exact_results(name, count):
     fuzz(test, st.tuples(*strategies), count=2 * count)
 
 
-@pytest.mark.parametrize("count", COUNTS)
-def test_what_is_in_both_is_kept(count):
-    def test(one, other):
-        (x, a), (y, _) = one, other
-        assert holds(intervals.met(x, y), a) == holds(y, a)
-
-    fuzz(test, pairs(), pairs(), count=count)
-
-
 def is_tight(found, low, high):
     """The ends are those of the exact image, but for round-off."""
     size = 1e-13 * max(abs(low), abs(high), 1e-290)
-    np.testing.assert_allclose([found.lo[0], found.hi[0]], [low, high], rtol=0, atol=size)
+    np.testing.assert_allclose(found[:, 0], [low, high], rtol=0, atol=size)
 
 
 def test_a_product_is_sharp_for_all_signs():
@@ -143,6 +139,7 @@ def test_a_product_is_sharp_for_all_signs():
             is_tight(intervals.product(between(a, b), between(c, d)), min(ends), max(ends))
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @pytest.mark.parametrize("n", [-3, -2, -1, 1, 2, 3, 4])
 def test_a_power_is_sharp(n):
     for low, high in ((2.0, 3.0), (-3.0, -2.0), (-2.0, 3.0), (0.0, 3.0), (-3.0, 0.0)):
@@ -153,10 +150,10 @@ def test_a_power_is_sharp(n):
             ends = [low**n, high**n]
             is_tight(found, 0.0 if n % 2 == 0 else ends[0], max(ends))
         elif n % 2 == 0:  # one bound of 1/x² is known
-            np.testing.assert_allclose(found.lo, 1 / max(low**-n, high**-n), rtol=1e-13)
-            assert found.hi == np.inf
+            np.testing.assert_allclose(found[0], 1 / max(low**-n, high**-n), rtol=1e-13)
+            assert found[1] == np.inf
         else:
-            assert np.isfinite([found.lo[0], found.hi[0]]).tolist() == [low == 0, high == 0]
+            assert np.isfinite(found[:, 0]).tolist() == [low == 0, high == 0]
 
 
 @pytest.mark.parametrize(
@@ -179,10 +176,17 @@ def test_sines_and_rising_functions_are_sharp(low, high, least, most):
 
 
 def test_what_is_no_number_is_no_bound():
-    found = intervals.outward(np.array([np.nan, 1.0]), np.array([np.nan, 2.0]))
-    assert (found.lo[0], found.hi[0]) == (-np.inf, np.inf)
-    assert found.lo[1] < 1.0
-    assert found.hi[1] > 2.0
+    found = intervals.outward(np.array([[np.nan, 1.0], [np.nan, 2.0]]))
+    assert found[:, 0].tolist() == [-np.inf, np.inf]
+    assert found[0, 1] < 1.0
+    assert found[1, 1] > 2.0
+
+
+def test_doubles_are_not_rounded():
+    """An array with one end has numbers near to the exact ones."""
+    x = np.array([[0.1, -3.0]])
+    np.testing.assert_array_equal(intervals.outward(x), x)
+    np.testing.assert_array_equal(intervals.product(x, x), x * x)
 
 
 def test_a_sum_of_sixty_products_is_still_between_its_bounds():
@@ -190,6 +194,7 @@ def test_a_sum_of_sixty_products_is_still_between_its_bounds():
     rng = np.random.default_rng(3)
     for _ in range(50):
         a, b = rng.normal(size=(2, 60)) * 10.0 ** rng.integers(-3, 3, size=(2, 60))
-        found = intervals.product(Intervals(a, a), Intervals(b, b))
+        found = intervals.product(np.stack([a, a]), np.stack([b, b]))
         exact = sum(Fraction(x) * Fraction(y) for x, y in zip(a, b, strict=True))
-        assert Fraction(float(found.lo.sum())) <= exact <= Fraction(float(found.hi.sum()))
+        low, high = found.sum(axis=1)
+        assert Fraction(float(low)) <= exact <= Fraction(float(high))

@@ -13,7 +13,7 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.load import load_config
 from rbstab.config.user_code.permission import without_code
 from rbstab.proof.enclosures.bounds import BoundedEnergy
-from rbstab.proof.enclosures.points import value_at
+from rbstab.proof.enclosures.taylor import value_at
 from rbstab.proof.exact.expr import COS, atom, variable
 from rbstab.proof.held import jumps
 from rbstab.proof.model import (

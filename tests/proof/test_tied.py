@@ -6,6 +6,7 @@ Rest states and least energies are looked for by SciPy, with an energy written f
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from support.balls import value
 from support.ligaments import ligament_of
 from support.pose import attitude
 from support.tied_springs import (
@@ -20,7 +21,8 @@ from support.tied_springs import (
 
 from rbstab.elements.guards.stop import Stop
 from rbstab.proof.boxes import Box
-from rbstab.proof.exact.lengths import springs_of
+from rbstab.proof.exact.expr import expr, variable
+from rbstab.proof.exact.lengths import NotSingleError, springs_of, with_squares
 from rbstab.proof.reasons import NoReducedEnergy
 from rbstab.proof.rest_states import Body
 from rbstab.systems.parameters import map_parameters
@@ -31,6 +33,8 @@ BENT = spring_of((0.0, 0.0, 0.5), (0.1, 0.05, 1.3), 6000.0, 1.3)
 OTHER = spring_of((-0.2, 0.1, 0.0), (-0.6, 0.2, -0.1), 500.0, 0.7)
 
 END = np.array([np.pi, np.pi / 2, np.pi])
+
+FREE = (3, 4, 5)
 
 
 def body_of(springs, soft=1.0, *others, K_d=None):
@@ -134,6 +138,37 @@ def test_the_region_ends_at_the_border_or_where_a_spring_has_no_length(at_border
     assert region.spring is not at_border
     assert (region.face is not None) == at_border
     assert 0.999 * height <= region.lower_bound <= height + 1e-6
+
+
+Z0, Z1, Z2 = (variable(k) for k in FREE)
+OFFSET = (variable(0).sin(), variable(0).cos(), expr(1))
+
+
+def with_line(more):
+    """Return ½ (100 z0² + 200 z1² + 300 z2²) - 2 |z + r(Θ)| and more."""
+    length = sum((a + b) ** 2 for a, b in zip((Z0, Z1, Z2), OFFSET, strict=True)).sqrt()
+    return with_squares(50 * Z0**2 + 100 * Z1**2 + 150 * Z2**2 - 2 * length + more, FREE)
+
+
+def test_an_energy_is_taken_apart_into_lines_and_what_is_convex():
+    """Norms are convex; and where the line has no length, only its own term is left out."""
+    more = Z0**4 + (1 + (Z1 - Z0) ** 2).sqrt() + ((Z0 + 1) ** 2 + Z1**2 + Z2**2 + 2).sqrt()
+    found = springs_of(with_line(more), FREE)
+    (line,) = found.lines
+    assert line.weight == 2
+    assert line.offset == OFFSET
+    assert 100 * (1 - 1e-7) < found.stiffness <= 100
+    place = {3: -np.sin(0.7), 4: -np.cos(0.7), 5: -1.0, 0: 0.7}
+    (collapsed,) = found.collapsed(with_line(more), FREE)
+    rest = value(with_line(more) - with_line(expr(0)), place)
+    squares = 50 * np.sin(0.7) ** 2 + 100 * np.cos(0.7) ** 2 + 150
+    assert float(value(collapsed, {0: 0.7})) == pytest.approx(squares + float(rest), rel=1e-12)
+
+
+@pytest.mark.parametrize("more", [-(Z0**4), Z1**3, Z0**2 * Z1, -(Z0.exp()), Z0 * variable(0).sin()])
+def test_beside_lines_all_else_must_be_convex(more):
+    with pytest.raises(NotSingleError):
+        springs_of(with_line(more), FREE)
 
 
 def test_ligaments_beside_springs_are_part_of_what_is_convex():

@@ -118,7 +118,7 @@ def confined(energy: Energy, V: BoundedEnergy | None = None) -> Array | None:
 
 def end_of_pitch(energy: Energy) -> float:
     """Return the largest |θ2| in the range, rad, rounded up: that of a stop, or π/2."""
-    return 0.5 * PERIOD if energy.stop is None else float(constant(energy.stop).hi)
+    return 0.5 * PERIOD if energy.stop is None else float(constant(energy.stop)[1, 0])
 
 
 def _sloping(p: Expr) -> Expr:

@@ -15,7 +15,7 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, preconditioned
-from rbstab.proof.enclosures.intervals import Intervals, constant, product
+from rbstab.proof.enclosures.intervals import Intervals, constant
 from rbstab.proof.exact.expr import STEP, VAR, Atom, atom, expr, variable
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.model import Energy
@@ -88,7 +88,7 @@ def out_of_balance(energy: Energy) -> Test | None:
             for A, B in sides:
                 a, b = (one.over(boxes.lo[:, at], boxes.hi[:, at]).slopes for one in (A, B))
                 for i, j in ((0, 1), (1, 2), (2, 0)):
-                    one, two = product(a[i], b[j]), product(a[j], b[i])
+                    one, two = a[i] * b[j], a[j] * b[i]
                     found[at] |= (one.lo > two.hi) | (one.hi < two.lo)
         return found
 
@@ -191,8 +191,7 @@ def zeros_at_stop(energy: Energy, box: Box) -> list[Zeros]:
 
 def _zeros_on_face(energy: Energy, box: Box, side: int) -> Zeros:
     assert energy.stop is not None
-    angle = constant(side * energy.stop)
-    ends = np.array([[float(angle.lo)], [float(angle.hi)]])
+    ends = constant(side * energy.stop)
     face = substituted(energy.U, {atom(VAR, 1): expr(side * energy.stop)})
     on_face = BoundedEnergy(face, (0, 2), free=energy.free)
     whole = BoundedEnergy(energy.U, free=energy.free, least=energy.least)

@@ -8,7 +8,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
 from rbstab.proof.confine import OUTER
 from rbstab.proof.enclosures.bounds import BoundedEnergy
-from rbstab.proof.enclosures.points import values_at
+from rbstab.proof.enclosures.taylor import values_at
 from rbstab.proof.exact.expr import Expr, only
 from rbstab.proof.model import COSINE, HALVES, Energy
 

@@ -12,7 +12,7 @@ from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.confine import confined, end_of_pitch
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
-from rbstab.proof.enclosures.points import value_at
+from rbstab.proof.enclosures.taylor import value_at
 from rbstab.proof.enclosures.tied import TiedBounds, bounds_of
 from rbstab.proof.exact.expr import COS, SIN, VAR
 from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rbstab.mechanics import numbers
-from rbstab.proof.enclosures.points import value_at
+from rbstab.proof.enclosures.taylor import value_at
 from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.passive.signs import is_convex
 

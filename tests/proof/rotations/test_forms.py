@@ -8,7 +8,7 @@ from rbstab.analysis.configuration import configurations
 from rbstab.experiment.stored_proof.rotations import angles_of
 from rbstab.mechanics.attitude import quaternions, rotation
 from rbstab.proof.enclosures.bounds import BoundedEnergy
-from rbstab.proof.enclosures.points import value_at
+from rbstab.proof.enclosures.taylor import value_at
 from rbstab.proof.rotations.forms import in_chart
 from rbstab.proof.rotations.lists import configuration_at
 from rbstab.proof.rotations.states import RestRotation

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from support.rotations import attitude, config_of, four_mounts, held, tie, traced, zero_of_chart
 
 from rbstab.mechanics.attitude import rotation
-from rbstab.proof.enclosures.points import value_at
+from rbstab.proof.enclosures.taylor import value_at
 from rbstab.proof.rotations.energy import ENTRIES, NO_POSITION, NotOnRotationsError
 from rbstab.proof.rotations.lists import rest_rotations
 from rbstab.proof.rotations.states import Rotations, against_morse

@@ -12,15 +12,15 @@ Taylor's theorem alone.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.compiled import Compiled, derivatives
-from rbstab.proof.enclosures.intervals import Intervals, met, outward
-from rbstab.proof.enclosures.points import AtPoints, Point
-from rbstab.proof.enclosures.taylor import Values, variables_over
+from rbstab.proof.enclosures.intervals import SIGNS, Intervals, outward
+from rbstab.proof.enclosures.taylor import Values, slopes_of_one
 from rbstab.proof.exact.expr import Atom, Expr
 
 UP = 1 + 1e-12
@@ -72,9 +72,9 @@ class Bounds:
     def slopes(self) -> Intervals:
         """∇V over the boxes, from its terms and from the mean value theorem."""
         S, s = self.slope
-        spread = np.einsum("ijm,jm->im", np.abs(S) + s, self.radius) * UP
-        by_mean = outward(self.gradient.lo - spread, self.gradient.hi + spread)
-        return met(self.gradient_over, by_mean)
+        spread = times(np.abs(S) + s, self.radius) * UP
+        by_mean, natural = self.gradient.widened(spread, spread), self.gradient_over
+        return Intervals(np.fmax(natural.lo, by_mean.lo), np.fmin(natural.hi, by_mean.hi))
 
 
 class Minimiser(NamedTuple):
@@ -115,16 +115,12 @@ class BoundedEnergy:
         self.U, self.variables, self.free = U, tuple(variables), tuple(free)
         self.least, self.order = least or {}, order
         self.n, self.k = len(self.variables), len(self.free)
+        self.theta, self.z = slice(0, self.n), slice(self.n, None)
         total = self.n + self.k
-        leaves = {v: (i,) for i, v in enumerate(self.variables)}
-        moving = {v: (*range(self.n), self.n + j) for j, v in enumerate(self.free)}
-        leaves_of_all: dict[int, Sequence[int]] = {**leaves, **moving}
-        self.points = Compiled([U], total, leaves_of_all, 2, self.least)
-        self.boxes = Compiled([U, *also], total, leaves_of_all, order, self.least, self.free)
-        with_z = {m: c for m, c in U.terms.items() if any(a.variables & set(free) for a, _ in m)}
-        alone = {v: (j,) for j, v in enumerate(self.free)}
-        self.of_free = Compiled([Expr(with_z)], self.k, alone, 2, self.least, self.free)
-        self.evaluated = 0
+        leaves: dict[int, Sequence[int]] = {v: (i,) for i, v in enumerate(self.variables)}
+        leaves |= {v: (*range(self.n), self.n + j) for j, v in enumerate(self.free)}
+        self.points = Compiled([U], total, leaves, 2, self.least)
+        self.boxes = Compiled([U, *also], total, leaves, order, self.least)
         self.first, self.second, self.third, _ = derivatives(total, order)
 
     # -- coefficients --------------------------------------------------------------------------
@@ -132,75 +128,56 @@ class BoundedEnergy:
     def _values(  # noqa: PLR0913, PLR0917 (what it is computed from, where it is needed)
         self,
         compiled: Compiled,
-        lo: Array,
-        hi: Array,
-        least: Minimiser | None = None,
-        Z: Array | None = None,
+        x: Array,
+        z: Array,
+        C: Array,
         about: Values | None = None,
         reach: Array | None = None,
-        known: Values | None = None,
     ) -> Values:
-        self.evaluated += lo.shape[1]
-        centre = 0.5 * lo + 0.5 * hi
-        wide = np.maximum(hi - centre, centre - lo)
-        one, angles = np.ones(lo.shape[1]), variables_over(self.variables, lo, hi)
+        """Return values where Θ is x, (n, 2 or 1, boxes), and z with the slopes C, likewise."""
+        given = slopes_of_one(self.variables, x)
+        for v, own, slopes in zip(self.free, z, C, strict=True):
+            by_theta = np.broadcast_to(slopes[:, None], x.shape)
+            given[v] = np.concatenate([own[None], by_theta, np.ones_like(x[:1])])
+        return Values(compiled, given, about, reach)
 
-        def leaf(v: int) -> Intervals:
-            if v in self.variables:
-                return angles(v)
-            j = self.free.index(v)
-            assert least is not None
-            assert Z is not None
-            spread = (np.abs(least.C[j]) * wide).sum(axis=0) * UP + Z[j]
-            whole = outward((least.z[j] - spread)[None], (least.z[j] + spread)[None])
-            slopes = np.stack([*least.C[j], one])
-            return Intervals(np.concatenate([whole.lo, slopes]), np.concatenate([whole.hi, slopes]))
-
-        return Values(compiled, leaf, about, reach, known)
-
-    def _at(
-        self, centre: Array, least: Minimiser | None = None, Z: Array | None = None
-    ) -> tuple[Intervals, Values | None]:
+    def _at(self, centre: Array, least: Minimiser) -> tuple[Intervals, Values | None]:
         """Return the derivatives at points, and all values there if bounds over boxes use them."""
         compiled = self.boxes if self.boxes.tightened else self.points
-        values = self._values(compiled, centre, centre, least, Z)
-        return values.derivatives(0, centre.shape[1]), values if self.boxes.tightened else None
+        x, z = (np.stack([one, one], 1) for one in (centre, least.z))
+        values = self._values(compiled, x, outward(z), least.C)
+        return Intervals.of(values.derivatives(0)), values if self.boxes.tightened else None
+
+    @cached_property
+    def _by_free(self) -> Compiled:
+        """U for derivatives by z alone, which are far fewer."""
+        alone = {v: (j,) for j, v in enumerate(self.free)}
+        return Compiled([self.U], self.k, alone, 2, self.least)
 
     def minimiser(self, points: Array) -> Minimiser:
         """Return z near the lowest point at some points of shape (n, points), to round-off."""
-        count = points.shape[1]
-        z = np.zeros((self.k, count))
+        b, z = self.z, np.zeros((self.k, points.shape[1]))
+        if not self.k:
+            return Minimiser(z, np.zeros((0, *points.shape)), z[:, None])
+        fixed = dict(zip(self.variables, points[:, None, None], strict=True))
+        places = derivatives(self.k, 2)
         with np.errstate(all="ignore"):
-            known = None
             for _ in range(NEWTON_STEPS):
-                known = AtPoints(self.of_free, self._at_points(points, z, 0), known)
-                f, places = known.derivatives(0, count), derivatives(self.k, 2)
-                step = np.einsum("ijm,jm->im", inverses(f[places.second]), f[places.first])
+                moved = fixed | slopes_of_one(self.free, z[:, None])
+                f = Values(self._by_free, moved).derivatives(0)[:, 0]
+                step = times(inverses(f[places.second]), f[places.first])
                 step = np.where(np.isfinite(step), step, 0.0)
                 z = z - np.clip(step, -0.5, 0.5)
                 if np.abs(step).max(initial=0.0) < NEAR * (1 + np.abs(z).max(initial=0.0)):
                     break
-        a, b = slice(0, self.n), slice(self.n, None)
-        _, _, H = self.at_all(points, z)
-        inverse = inverses(H[b, b])
-        return Minimiser(z, -np.einsum("ijm,jkm->ikm", inverse, H[b, a]), inverse)
-
-    def _at_points(self, points: Array, z: Array, slopes: int) -> Point:
-        """Return the variables at points: Θ with so many slopes (0: it is fixed), and z."""
-        one, none = np.ones(points.shape[1]), [np.zeros(points.shape[1])] * (slopes * self.n)
-
-        def point(v: int) -> Array:
-            if v in self.variables:
-                return np.stack([points[self.variables.index(v)], *[one] * slopes])
-            return np.stack([z[self.free.index(v)], *none, one])
-
-        return point
+            _, _, H = self.at_all(points, z)
+            inverse = inverses(H[b, b])
+            return Minimiser(z, -times(inverse, H[b, self.theta]), inverse)
 
     def at_all(self, points: Array, z: Array) -> tuple[Array, Array, Array]:
         """Return U, ∇U and ∇²U by Θ and z at points (n, points) and z (free, points)."""
-        with np.errstate(all="ignore"):
-            at = AtPoints(self.points, self._at_points(points, z, 1))
-            f = at.derivatives(0, points.shape[1])
+        fixed = np.zeros((self.k, self.n, 1))
+        f = self._values(self.points, points[:, None], z[:, None], fixed).derivatives(0)[:, 0]
         return f[0], f[self.first], f[self.second]
 
     # -- bounds --------------------------------------------------------------------------------
@@ -209,12 +186,9 @@ class BoundedEnergy:
         """Return bounds over the boxes lo <= Θ <= hi, both of shape (n, boxes)."""
         centre = 0.5 * lo + 0.5 * hi
         radius = np.nextafter(np.maximum(hi - centre, centre - lo), np.inf)
+        x = np.stack([lo, hi], 1)
         with np.errstate(all="ignore"):
-            if self.k:
-                return self._reduced(lo, hi, centre, radius)
-            at, about = self._at(centre)
-            values = self._values(self.boxes, lo, hi, about=about, reach=radius)
-            return self._bounds(centre, radius, at, values.derivatives(0, lo.shape[1]), radius)
+            return self._over(x, centre, radius)
 
     def _bounds(
         self, centre: Array, radius: Array, at: Intervals, over: Intervals, reach: Array
@@ -233,61 +207,49 @@ class BoundedEnergy:
             centre, radius, at[0], at[self.first], over[self.first], slope, hessian, over[0]
         )
 
-    def is_single(self, lo: Array, hi: Array, values: Values, size: Array) -> Array:
+    def is_single(self, x: Array, values: Values, size: Array) -> Array:
         """Return whether U has one stationary point z, its minimiser, for all Θ of each box.
 
         Args:
-            lo: The lower ends of the boxes, shape (n, boxes).
-            hi: The upper ends.
+            x: The ends of the boxes, shape (n, 2, boxes).
             values: The values of U and of `also` over each box, with the z that belong to it.
             size: The largest |z_i| of these, shape (free, boxes).
         """
-        return np.ones(lo.shape[1], dtype=bool)  # as it is convex in z
+        return np.ones(x.shape[2], dtype=bool)  # as it is convex in z
 
-    def _reduced(self, lo: Array, hi: Array, centre: Array, radius: Array) -> Bounds:
-        """Return bounds on the least energy over z."""
+    def _over(self, x: Array, centre: Array, radius: Array) -> Bounds:
+        a, b = self.theta, self.z
         least = self.minimiser(centre)
+        at, about = self._at(centre, least)
+        way = times(np.abs(least.C), radius)
         nothing = np.zeros_like(least.z)
-        at, about = self._at(centre, least, nothing)
-        a, b = slice(0, self.n), slice(self.n, None)
-        magnitude = np.abs(least.inverse)
 
-        def box(Z: Array, known: Values | None = None) -> Values:
+        def box(Z: Array) -> tuple[Values, Intervals]:
+            z = outward(least.z[:, None] + SIGNS * (way * UP + Z)[:, None])
             reach = np.concatenate([radius, Z])
-            return self._values(self.boxes, lo, hi, least, Z, about, reach, known)
+            values = self._values(self.boxes, x, z, least.C, about, reach)
+            return values, Intervals.of(values.derivatives(0))
 
+        values, over = box(nothing)
+        if not self.k:
+            return self._bounds(centre, radius, at, over, radius)
         # ζ at the centre: |ζ| <= 2|Y g_ζ|, which Krawczyk's test for the box below includes.
-        g = at[self.first]
-        at_zero = 2 * np.einsum("ijm,jm->im", magnitude, g.mag[b]) * UP + 1e-18
-        count, first = lo.shape[1], box(nothing)
-        drift = self._slopes_along(at, first.derivatives(0, count), radius)
-        Z = 2 * np.einsum("ijm,jm->im", magnitude, drift) * UP + 2 * at_zero
-        values = box(Z, first)
-        over = values.derivatives(0, count)
-        H = over[self.second]
-        E = _residual(least.inverse, Matrices(H.mid[b, b], H.rad[b, b]))
-        image = np.einsum("ijm,jm->im", magnitude, self._slopes_along(at, over, radius))
-        image = image + np.einsum("ijm,jm->im", E, Z)
+        g, magnitude = at[self.first], np.abs(least.inverse)
+        at_zero = 2 * times(magnitude, g.mag[b]) * UP + 1e-18
+        drift = self._slopes_along(at, over, radius)
+        Z = 2 * times(magnitude, drift) * UP + 2 * at_zero
+        values, over = box(Z)
+        H = over[self.second][b, b]
+        E = _residual(least.inverse, Matrices(H.mid, H.rad))
+        image = times(magnitude, self._slopes_along(at, over, radius))
+        image = image + times(E, Z)
         norm = E.sum(axis=1).max(axis=0) * UP
         inside = np.all(image * UP < Z, axis=0) & (norm < 1)
-        size = np.abs(least.z) + np.einsum("ijm,jm->im", np.abs(least.C), radius) + Z
-        inside &= self.is_single(lo, hi, values, size * UP)
+        inside &= self.is_single(x, values, (np.abs(least.z) + way + Z) * UP)
         # |U_ζζ⁻¹| <= Σ Eᵏ|Y|; entries of Eᵏ are at most |E|ᵏ⁻¹ times the largest in their column.
         share = E + E.max(axis=0) * (norm / np.maximum(1 - norm, 1e-300)) * UP
-        bound = np.einsum("ijm,jkm->ikm", np.eye(self.k)[..., None] + share, magnitude) * UP
+        inverse = times(np.eye(self.k)[..., None] + share, magnitude) * UP
         whole = self._bounds(centre, radius, at, over, np.concatenate([radius, Z]))
-        return self._without_free(whole, at, at_zero, bound, inside, (a, b))
-
-    def _without_free(  # noqa: PLR0913, PLR0917 (what `_reduced` has computed)
-        self,
-        whole: Bounds,
-        at: Intervals,
-        at_zero: Array,
-        inverse: Array,
-        inside: Array,
-        blocks: tuple[slice, slice],
-    ) -> Bounds:
-        a, b = blocks
         cross = np.abs(whole.hessian.mid[a, b]) + whole.hessian.rad[a, b]
         schur = np.einsum("ijm,jkm,lkm->ilm", cross, inverse, cross) * UP
         unknown = np.where(inside, 0.0, np.inf)
@@ -295,44 +257,39 @@ class BoundedEnergy:
             Matrices(M.mid[a, a], M.rad[a, a] + schur + unknown)
             for M in (whole.hessian, whole.slope)
         )
-        g = whole.gradient
         fall = (g.mag[b] * at_zero).sum(axis=0) * UP + unknown
-        off = np.einsum("ijm,jm->im", at.mag[self.second][a, b], at_zero) * UP + unknown
         # Over the way from ẑ to the minimiser the mixed derivatives are those of the box.
-        off = np.maximum(off, np.einsum("ijm,jm->im", cross, at_zero) * UP)
-        natural = whole.gradient_over
+        mixed = np.maximum(at.mag[self.second][a, b], cross)
+        off = times(mixed, at_zero) * UP + unknown
         return Bounds(
-            whole.centre,
-            whole.radius,
-            outward(whole.value.lo - fall, whole.value.hi),
-            outward(g.lo[a] - off, g.hi[a] + off),
-            Intervals(natural.lo[a] - unknown, natural.hi[a] + unknown),
+            centre,
+            radius,
+            whole.value.widened(fall, 0.0),
+            g[a].widened(off, off),
+            whole.gradient_over[a].widened(unknown, unknown),
             slope,
             hessian,
-            Intervals(whole.value_over.lo - unknown, whole.value_over.hi + unknown),
+            whole.value_over.widened(unknown, unknown),
         )
 
     def _slopes_along(self, at: Intervals, over: Intervals, radius: Array) -> Array:
         """Bound |U_ζ(δ, 0)| over the boxes: at the centre, plus U_ζδ δ, plus ½ U_ζδδ δδ."""
-        a, b = slice(0, self.n), slice(self.n, None)
+        a, b = self.theta, self.z
         wide = over.mag[self.second][b, a]
         centre = at.mag[self.first][b]
-        found = centre + np.einsum("ijm,jm->im", wide, radius)
+        found = centre + times(wide, radius)
         if self.order >= 3:
             T = over.mag[self.third][b, a, a]
-            by_third = centre + np.einsum("ijm,jm->im", at.mag[self.second][b, a], radius)
+            by_third = centre + times(at.mag[self.second][b, a], radius)
             by_third = by_third + 0.5 * np.einsum("ijkm,jm,km->im", T, radius, radius)
             found = np.fmin(found, by_third)
         return np.asarray(found * UP)
 
     def at(self, points: Array) -> tuple[Array, Array, Array]:
         """Return V, ∇V and ∇²V at points of shape (n, points), to round-off."""
-        a, b = slice(0, self.n), slice(self.n, None)
-        if not self.k:
-            return self.at_all(points, np.zeros((0, points.shape[1])))
-        least = self.minimiser(points)
+        a, b, least = self.theta, self.z, self.minimiser(points)
         value, gradient, H = self.at_all(points, least.z)
-        return value, gradient[a], H[a, a] + np.einsum("ijm,jkm->ikm", H[a, b], least.C)
+        return value, gradient[a], H[a, a] + times(H[a, b], least.C)
 
     def curvatures(self, x: Array) -> Array:
         """Return the eigenvalues of ∇²V at one point of shape (n,), to round-off."""
@@ -340,27 +297,26 @@ class BoundedEnergy:
         return found
 
 
+def times(M: Array, x: Array) -> Array:
+    """Return Mx for each box, with matrices of shape (n, k, boxes), and vectors or matrices x."""
+    return np.asarray(np.einsum("ijm,jm->im" if x.ndim == 2 else "ijm,jkm->ikm", M, x))
+
+
 def inverses(M: Array) -> Array:
     """Return approximate inverses of matrices of shape (n, n, boxes); NaN for a singular one."""
     stacked = np.moveaxis(M, 2, 0)
     with np.errstate(all="ignore"):
-        try:
-            return np.moveaxis(np.linalg.inv(stacked), 0, 2)
-        except np.linalg.LinAlgError:
-            found = np.full(stacked.shape, np.nan)
-            for k, one in enumerate(stacked):
-                try:
-                    found[k] = np.linalg.inv(one)
-                except np.linalg.LinAlgError:
-                    continue
-            return np.moveaxis(found, 0, 2)
+        size = np.linalg.det(stacked)[:, None, None]
+        good = np.isfinite(size) & (size != 0)
+        found = np.linalg.inv(np.where(good, stacked, np.eye(len(M))))
+    return np.moveaxis(np.where(good, found, np.nan), 0, 2)
 
 
 def _residual(Y: Array, M: Matrices) -> Array:
     """Bound |I - YM| for each matrix M, shape (n, n, boxes)."""
     eye = np.eye(len(Y))[..., None]
-    near = np.abs(eye - np.einsum("ijm,jkm->ikm", Y, M.mid))
-    size = np.einsum("ijm,jkm->ikm", np.abs(Y), M.rad + ROUND_OFF * np.abs(M.mid))
+    near = np.abs(eye - times(Y, M.mid))
+    size = times(np.abs(Y), M.rad + ROUND_OFF * np.abs(M.mid))
     return np.asarray((near + size) * UP + ROUND_OFF * eye)
 
 
@@ -380,7 +336,7 @@ def preconditioned(b: Bounds) -> tuple[Array, Array, Array, Array]:
     """
     Y = inverses(b.slope.mid)
     g = b.gradient
-    step = np.einsum("ijm,jm->im", Y, g.mid)
+    step = times(Y, g.mid)
     size = g.rad + ROUND_OFF * np.abs(g.mid)
-    error = np.einsum("ijm,jm->im", np.abs(Y), size) * UP
+    error = times(np.abs(Y), size) * UP
     return step, error, _residual(Y, b.slope), _residual(Y, b.hessian)

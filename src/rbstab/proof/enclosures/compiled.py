@@ -2,7 +2,7 @@
 
 Each operation knows which coefficients of its result can be different from zero (sin θ1 has 4 of
 the 20 of order 3), and which pairs of coefficients a product needs. `taylor` evaluates them in
-intervals over boxes, and `points` in doubles at points.
+intervals over boxes, or in doubles at points.
 """
 
 from collections import Counter
@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.enclosures.intervals import Intervals, constant
+from rbstab.proof.enclosures.intervals import constant
 from rbstab.proof.exact.expr import (
     COS,
     INNER,
@@ -56,7 +56,7 @@ class Derivatives(NamedTuple):
         first: The places of the first derivatives, shape (n,).
         second: Those of the second, shape (n, n).
         third: Those of the third, shape (n, n, n); empty for coefficients of a lower order.
-        factors: α! of all coefficients, shape (coefficients, 1).
+        factors: α! of all coefficients, shape (coefficients, 1, 1).
     """
 
     first: Array
@@ -78,7 +78,7 @@ def derivatives(n: int, order: int) -> Derivatives:
         return np.array(found, dtype=int).reshape(shape)
 
     third = unit[:, None, None] + second if order > 2 else np.zeros((0, 0, 0, n), dtype=int)
-    factors = np.array([[float(prod(map(factorial, row)))] for row in rows])
+    factors = np.array([float(prod(map(factorial, row))) for row in rows])[:, None, None]
     return Derivatives(places(unit), places(second), places(third), factors)
 
 
@@ -119,16 +119,15 @@ Term = tuple[int, bool, float, Exponents]
 
 
 class Sum(NamedTuple):
-    """A sum c0 + Σ c x: c0, doubles near each c (None: 1), where each x goes; its bounds."""
+    """A sum c0 + Σ c x: c0, doubles near each c (None: 1), and where each x goes."""
 
-    c0: Intervals | None
+    c0: Array | None
     factors: tuple[float | None, ...]
     rows: tuple[Array | slice, ...]
-    bounds: tuple[float, float] | None
 
 
 class Function(NamedTuple):
-    """A function g(x): its kind and a number; where the powers of x go, and their tables.
+    """A function g(x): its kind, a number and its bound; where the powers of x go, their tables.
 
     For `OF` the number is the expression of one variable, compiled. With u for x without its value,
     the k-th of `rows` has the places of u^k, and the k-th of `tables` gives u^(k + 1) from it.
@@ -136,7 +135,7 @@ class Function(NamedTuple):
 
     kind: str
     extra: Any
-    atom: Atom | None
+    least: float | None
     rows: tuple[Array, ...]
     tables: tuple[Table, ...]
 
@@ -150,17 +149,15 @@ class Compiled:
         leaves: For each variable of the expressions the Taylor variables on which it depends.
         order: The highest order of a coefficient.
         least: Known lower bounds of atoms, such as 0 of cos θ2 where |θ2| <= π/2.
-        moving: Variables of which several values are taken for the same values of the others.
     """
 
-    def __init__(  # noqa: PLR0913, PLR0917 (what is known when it is compiled)
+    def __init__(
         self,
         results: Sequence[Expr],
         n: int,
         leaves: Mapping[int, Sequence[int]],
         order: int,
         least: Mapping[Atom, float] | None = None,
-        moving: Sequence[int] = (),
     ) -> None:
         self.n, self.order, self.leaves, self.least = n, order, leaves, least or {}
         self.exponents, self.place = exponents(n, order)
@@ -170,10 +167,6 @@ class Compiled:
         self._expansions: dict[int, list[list[Term]]] = {}
         self.results = [self._expression(e) for e in results]
         self.tightened = self._arguments()
-        self.positive = [k for k, one in enumerate(self.operations) if one.kind == POSITIVE]
-        self.above_positive = self._above(self.positive)
-        moved = (k for k, one in enumerate(self.operations) if one.kind == "variable")
-        self.above_moving = self._above([k for k in moved if self.operations[k].detail in moving])
 
     def _arguments(self) -> frozenset[int]:
         """Return the arguments of functions but sines, which Taylor's theorem makes sharper."""
@@ -183,14 +176,6 @@ class Compiled:
         # 1/cos θ and the like need no more.
         plain = {"variable", "number"}
         return frozenset(k for k, one in found.items() if not (one.kind in plain or _is_sine(one)))
-
-    def _above(self, places: Sequence[int]) -> frozenset[int]:
-        """Return the operations that depend on some others, with these."""
-        found = set(places)
-        for k, one in enumerate(self.operations):
-            if found.intersection(one.places):
-                found.add(k)
-        return frozenset(found)
 
     def _add(
         self, key: Any, kind: str, places: Sequence[int], support: Sequence[int], detail: Any
@@ -249,7 +234,6 @@ class Compiled:
             constant(c0) if c0 else None,
             tuple(None if c == 1 else float(c) for c, _ in parts),
             tuple(_rows([index[row] for row in self._support(k)], len(support)) for _, k in parts),
-            _bounds_of_sum(e),
         )
         return self._add(("sum", e.digest), "sum", [k for _, k in parts], support, detail)
 
@@ -263,8 +247,8 @@ class Compiled:
             return self._known[key]
         if a.kind == VAR:
             assert isinstance(a.argument, int)
-            places = [self.place[_unit(i, self.n)] for i in self.leaves.get(a.argument, ())]
-            return self._add(key, "variable", (), [0, *places], a.argument)
+            slopes = [1 + i for i in self.leaves.get(a.argument, ())]  # these come first
+            return self._add(key, "variable", (), [0, *slopes], a.argument)
         x = self._expression(a.inner)
         if a.kind == LET:
             node = x
@@ -303,7 +287,8 @@ class Compiled:
         ordered = sorted({0}.union(*powers))
         index = {row: i for i, row in enumerate(ordered)}
         rows = tuple(np.array([index[row] for row in one], dtype=int) for one in powers)
-        detail = Function(kind, extra, a, rows, tuple(tables))
+        least = None if a is None else self.least.get(a)
+        detail = Function(kind, extra, least, rows, tuple(tables))
         return self._add(key, "function", [x], ordered, detail)
 
     def _table(self, left: Sequence[int], right: Sequence[int]) -> Table:
@@ -359,20 +344,6 @@ def _shared(terms: Mapping[Any, Fraction]) -> tuple[Atom, int] | None:
     )
 
 
-def _bounds_of_sum(e: Expr) -> tuple[float, float] | None:
-    """Bound a sum of a number and of sines and cosines with numbers, such as 1 + cos θ."""
-    c0, size = Fraction(0), Fraction(0)
-    for m, c in e.terms.items():
-        if not m:
-            c0 = c
-        elif len(m) == 1 and m[0][1] > 0 and m[0][0].kind in {SIN, COS}:
-            size += abs(c)
-        else:
-            return None
-    low, high = constant(c0 - size), constant(c0 + size)
-    return float(low.lo), float(high.hi)
-
-
 def _is_sine(one: Operation) -> bool:
     return one.kind == "function" and one.detail.kind in {SIN, COS}
 
@@ -380,7 +351,3 @@ def _is_sine(one: Operation) -> bool:
 def _rows(places: list[int], count: int) -> Array | slice:
     """Return the places as an index, which is faster if it is of all rows."""
     return slice(None) if len(places) == count else np.array(places)
-
-
-def _unit(i: int, n: int) -> Exponents:
-    return tuple(int(i == j) for j in range(n))

@@ -22,16 +22,17 @@ def proved_index(matrix: Array, error: Array) -> int | None:
     Returns:
         The index; None if these matrices may differ in it.
     """
-    rows, errors = _rational(matrix), _rational(error)
-    if rows is None or errors is None:
+    if not np.isfinite([matrix, error]).all():
         return None
-    places = range(len(rows))
-    symmetric = [[(rows[i][j] + rows[j][i]) / 2 for j in places] for i in places]
+    M, errors = (
+        np.array([[Fraction(x) for x in row] for row in one.tolist()]) for one in (matrix, error)
+    )
     # The norm of a symmetric matrix is at most its largest sum of a row of magnitudes. The
     # symmetric part of an error has the mean of both errors.
-    sums = [sum(errors[i][j] + errors[j][i] for j in places) for i in places]
-    reach = Fraction(max(sums)) / 2
-    below, above = (negative_eigenvalues(_shifted(symmetric, s)) for s in (reach, -reach))
+    reach = (errors + errors.T).sum(axis=1).max() / 2 * np.eye(len(M), dtype=int)
+    below, above = (
+        negative_eigenvalues(((M + M.T) / 2 + shift).tolist()) for shift in (-reach, reach)
+    )
     return below if below == above else None
 
 
@@ -49,14 +50,3 @@ def negative_eigenvalues(rows: list[list[Fraction]]) -> int | None:
         return None
     signs = [(c > 0) == (k % 2 == 0) for k, c in enumerate(coefficients) if c != 0]
     return sum(one != other for one, other in pairwise(signs))
-
-
-def _shifted(rows: list[list[Fraction]], shift: Fraction) -> list[list[Fraction]]:
-    """Return M - shift I, which has as many negative eigenvalues as M has below the shift."""
-    return [[x - shift * (i == j) for j, x in enumerate(row)] for i, row in enumerate(rows)]
-
-
-def _rational(matrix: Array) -> list[list[Fraction]] | None:
-    if not np.all(np.isfinite(matrix)):
-        return None
-    return [[Fraction(entry) for entry in row] for row in matrix.tolist()]

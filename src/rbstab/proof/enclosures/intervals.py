@@ -1,12 +1,15 @@
-"""Arrays of intervals [lo, hi] in doubles, rounded outwards. An infinite end is no bound.
+"""Intervals in doubles, rounded outwards, and numbers in doubles. An infinite end is no bound.
+
+An array of intervals has shape (..., 2, boxes) with their lower and upper ends. One of shape
+(..., 1, boxes) has doubles near numbers, which are not rounded: the same formulas hold for both.
 
 Each operation is computed to nearest, and its ends are then moved outwards by `SLACK` of their
 magnitude. This covers its own rounding, and that of a sum of up to 60 such results. Values of
 transcendental functions come from python-flint, whose errors are proved.
 """
 
-from collections.abc import Callable
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,6 +23,14 @@ TINY = 1e-300
 PRECISION = 80
 """Bits of the numbers of python-flint that are rounded to doubles."""
 
+MOST_KEPT = 200_000
+"""Values of one function that are kept."""
+
+SIGNS = np.array([[-1.0], [1.0]])
+"""The ways in which both ends are moved."""
+
+UNBOUNDED = SIGNS * np.inf
+
 
 class Intervals:
     """Intervals with the ends lo and hi, arrays of one shape."""
@@ -29,8 +40,25 @@ class Intervals:
     def __init__(self, lo: Array, hi: Array) -> None:
         self.lo, self.hi = lo, hi
 
+    @classmethod
+    def of(cls, ends: Array) -> "Intervals":
+        """Return those with some ends, shape (..., 2, boxes)."""
+        return cls(ends[..., 0, :], ends[..., 1, :])
+
+    @property
+    def ends(self) -> Array:
+        """Both ends, shape (..., 2, boxes)."""
+        return np.stack([self.lo, self.hi], -2)
+
     def __getitem__(self, place: Any) -> "Intervals":
         return Intervals(self.lo[place], self.hi[place])
+
+    def __mul__(self, other: "Intervals") -> "Intervals":
+        return Intervals.of(product(self.ends, other.ends))
+
+    def widened(self, below: Array | float, above: Array | float) -> "Intervals":
+        """Move the lower ends down and the upper ones up."""
+        return Intervals.of(outward(Intervals(self.lo - below, self.hi + above).ends))
 
     @property
     def mid(self) -> Array:
@@ -51,93 +79,92 @@ class Intervals:
         return np.maximum(np.abs(self.lo), np.abs(self.hi))
 
 
-def outward(lo: Array, hi: Array, slack: float = SLACK) -> Intervals:
+def outward(x: Array, slack: float = SLACK) -> Array:
     """Move ends outwards by a share of their magnitude; what is no number becomes no bound."""
-    low, high = np.asarray(_moved(np.subtract, lo, slack)), np.asarray(_moved(np.add, hi, slack))
-    if np.isnan(low.sum() + high.sum()):  # also where infinite numbers of both signs are summed
-        low = np.where(np.isnan(low), -np.inf, low)
-        high = np.where(np.isnan(high), np.inf, high)
-    return Intervals(low, high)
+    if x.shape[-2] == 1:
+        return x
+    found = np.abs(x)
+    found *= slack
+    found += TINY
+    found *= SIGNS
+    found += x
+    if np.isnan(found.sum()):  # also where infinite numbers of both signs are summed
+        found = np.where(np.isnan(found), UNBOUNDED, found)
+    return found
 
 
-def _moved(way: np.ufunc, x: Array, slack: float) -> Array:
-    size = np.abs(x)
-    size *= slack
-    size += TINY
-    return np.asarray(way(x, size, out=size if isinstance(size, np.ndarray) else None))
-
-
-def product(a: Intervals, b: Intervals) -> Intervals:
+def product(a: Array, b: Array) -> Array:
     """Return ab. 0·inf counts as 0: an infinite end stands for arbitrarily large finite numbers."""
-    one, two = a.lo * b.lo, a.lo * b.hi
+    if a.shape[-2] == 1:
+        return np.asarray(a * b)
+    one, two = a[..., :1, :] * b, a[..., 1:, :] * b
     low, high = np.fmin(one, two), np.fmax(one, two, out=one)
-    for end in (b.lo, b.hi):
-        np.multiply(a.hi, end, out=two)
-        np.fmin(low, two, out=low)
-        np.fmax(high, two, out=high)
-    return outward(low, high)
+    np.fmin(low[..., 0, :], low[..., 1, :], out=two[..., 0, :])
+    np.fmax(high[..., 0, :], high[..., 1, :], out=two[..., 1, :])
+    return outward(two)
 
 
-def scaled(x: Intervals, factor: Intervals | float) -> Intervals:
-    """Return the product with one number, which may be known to an interval alone."""
-    if isinstance(factor, Intervals):
-        if factor.lo != factor.hi:
-            shape = np.shape(x.lo)
-            return product(
-                Intervals(np.broadcast_to(factor.lo, shape), np.broadcast_to(factor.hi, shape)), x
-            )
-        factor = float(factor.lo)
-    ends = (factor * x.lo, factor * x.hi)
-    return outward(*(ends if factor >= 0 else ends[::-1]))
+def negative(x: Array) -> Array:
+    """Return -x."""
+    return np.asarray(-x[..., ::-1, :])
 
 
-def met(a: Intervals, b: Intervals) -> Intervals:
-    """Return what is in both."""
-    return Intervals(np.fmax(a.lo, b.lo), np.fmin(a.hi, b.hi))
-
-
-def constant(c: Fraction | int) -> Intervals:
-    """Return the doubles about a rational number."""
+@lru_cache(10_000)
+def constant(c: Fraction | int) -> Array:
+    """Return the doubles about a rational number, shape (2, 1)."""
     x = float(c)
-    exact = Fraction(x) == c
-    low, high = (x, x) if exact else (np.nextafter(x, -np.inf), np.nextafter(x, np.inf))
-    return Intervals(np.asarray(low), np.asarray(high))
+    return np.full((2, 1), x) if Fraction(x) == c else np.nextafter(x, UNBOUNDED)
 
 
-def root(x: Intervals) -> Intervals:
+def root(x: Array) -> Array:
     """Return the square root of what is not negative (numpy rounds it correctly)."""
-    return outward(np.sqrt(np.maximum(x.lo, 0.0)), np.sqrt(np.maximum(x.hi, 0.0)))
+    return np.maximum(outward(np.sqrt(np.maximum(x, 0.0))), 0.0)
 
 
-def monotone(name: str, x: Intervals) -> Intervals:
+def monotone(name: str, x: Array) -> Array:
     """Return a rising function (`exp`, `log`, `atan`) from its values at both ends."""
-    ends = values_of(np.stack([x.lo, x.hi]), lambda ball: getattr(ball, name)())
-    return outward(ends[0], ends[1])
+    if x.shape[-2] == 1:
+        return np.asarray(_NUMPY[name](x))
+    return outward(values_of(name, x))
 
 
-def values_of(x: Array, function: Callable[[Any], Any]) -> Array:
-    """Return the values of a function of a ball at doubles, each to some ulps; NaN if unbounded."""
+def values_of(name: str, x: Array) -> Array:
+    """Return the values of a function (`sin`, ...) at doubles, each to some ulps; NaN if unbounded.
+
+    They are kept: boxes have angles in common, and their centres are middles of sines too.
+    """
     from flint import arb, ctx  # imported late: few commands make proofs
 
+    kept = _KEPT.setdefault(name, {})
+    if len(kept) > MOST_KEPT:
+        kept.clear()
     different, places = np.unique(x, return_inverse=True)
-    found = np.full(different.shape, np.nan)
+    values = different.tolist()
     with ctx.workprec(PRECISION):
-        for k, value in enumerate(different.tolist()):
-            ball = function(arb(value))
-            if ball.is_finite():
-                found[k] = float(ball)
+        for value in values:
+            if value not in kept:
+                ball = getattr(arb(value), name)()
+                kept[value] = float(ball) if ball.is_finite() else np.nan
+    found = np.array([kept[value] for value in values])
     return np.asarray(found[places].reshape(x.shape))
 
 
-def sin_cos(x: Intervals) -> tuple[Intervals, Intervals]:
+_KEPT: dict[str, dict[float, float]] = {}
+
+_NUMPY = {"exp": np.exp, "log": np.log, "atan": np.arctan}
+
+
+def sin_cos(x: Array) -> tuple[Array, Array]:
     """Return sine and cosine: exact to an ulp at the middles, and widened by the radii."""
-    m = np.where(np.isfinite(x.mid), x.mid, 0.0)
-    r = np.where(np.isfinite(x.rad), x.rad, 4.0)
-    s, c = values_of(m, lambda ball: ball.sin()), values_of(m, lambda ball: ball.cos())
+    if x.shape[-2] == 1:
+        return np.sin(x), np.cos(x)
+    m, r = Intervals.of(x).mid, Intervals.of(x).rad
+    m, r = np.where(np.isfinite(m), m, 0.0), np.where(np.isfinite(r), r, 4.0)
+    s, c = values_of("sin", m), values_of("cos", m)
     return _turned(s, c, r), _turned(c, -s, r)
 
 
-def _turned(f: Array, g: Array, r: Array) -> Intervals:
+def _turned(f: Array, g: Array, r: Array) -> Array:
     """Bound f cos δ + g sin δ for |δ| <= r, where f² + g² = 1: its extremes, or its ends."""
     e = 2.0**-50
     small = np.minimum(r, np.pi)
@@ -148,36 +175,37 @@ def _turned(f: Array, g: Array, r: Array) -> Intervals:
     angle = np.abs(np.arctan2(g, f))
     high = np.where(angle <= r + e, 1.0, high)
     low = np.where(np.pi - angle <= r + e, -1.0, low)
-    return Intervals(np.maximum(low - 8 * e, -1.0), np.minimum(high + 8 * e, 1.0))
+    return np.clip(Intervals(low, high).ends + 8 * e * SIGNS, -1.0, 1.0)
 
 
-def power(x: Intervals, n: int) -> Intervals:
+def power(x: Array, n: int) -> Array:
     """Return x^n for a whole number n, also a negative one."""
-    with np.errstate(all="ignore"):
-        found = _positive_power(x, abs(n))
-        return found if n >= 0 else _reciprocal(found)
+    if x.shape[-2] == 1:
+        return np.asarray(x**n)
+    found = _positive_power(x, abs(n))
+    return found if n >= 0 else _reciprocal(found)
 
 
-def _positive_power(x: Intervals, n: int) -> Intervals:
-    a, b = np.ones_like(x.lo), np.ones_like(x.hi)
+def _positive_power(x: Array, n: int) -> Array:
+    found, even = np.ones_like(x), n % 2 == 0
     for _ in range(n):  # each product is correctly rounded
-        a, b = a * x.lo, b * x.hi
+        found = found * x
     if n == 0:
-        return Intervals(a, b)
-    if n % 2 == 0:
-        crossing = (x.lo <= 0) & (x.hi >= 0)
-        a, b = np.where(crossing, 0.0, np.minimum(a, b)), np.maximum(a, b)
-    found = outward(a, b, 4 * n * 2.0**-53)
+        return found
+    if even:
+        found.sort(axis=-2)
+        found[..., 0, :][(x[..., 0, :] <= 0) & (x[..., 1, :] >= 0)] = 0.0
+    found = outward(found, 4 * n * 2.0**-53)
     # The sign is known exactly, so that 1/x has a bound on one side where an end is zero.
-    low = np.where((x.lo >= 0) | (n % 2 == 0), np.maximum(found.lo, 0.0), found.lo)
-    high = np.where((x.hi <= 0) & (n % 2 == 1), np.minimum(found.hi, 0.0), found.hi)
-    return Intervals(low, high)
+    low, high = found[..., 0, :], found[..., 1, :]
+    np.maximum(low, 0.0, out=low, where=(x[..., 0, :] >= 0) | even)
+    np.minimum(high, 0.0, out=high, where=(x[..., 1, :] <= 0) & (not even))
+    return found
 
 
-def _reciprocal(x: Intervals) -> Intervals:
+def _reciprocal(x: Array) -> Array:
     """Return 1/x; an end at zero gives no bound on one side, and zero inside on neither."""
-    positive, negative = x.lo >= 0, x.hi <= 0
-    low = np.where(positive, 1.0 / x.hi, np.where(negative & (x.hi < 0), 1.0 / x.hi, -np.inf))
-    high = np.where(negative, 1.0 / x.lo, np.where(positive & (x.lo > 0), 1.0 / x.lo, np.inf))
-    none = positive & negative
-    return outward(np.where(none, -np.inf, low), np.where(none, np.inf, high))
+    low, high = x[..., 0, :], x[..., 1, :]
+    lowest = np.where((high < 0) | ((low >= 0) & (high > 0)), 1.0 / high, -np.inf)
+    highest = np.where((low > 0) | ((high <= 0) & (low < 0)), 1.0 / low, np.inf)
+    return outward(Intervals(lowest, highest).ends)

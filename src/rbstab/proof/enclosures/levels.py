@@ -15,7 +15,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Boxes, joined
-from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds
+from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, times
 from rbstab.proof.enclosures.intervals import TINY, Intervals
 from rbstab.proof.enclosures.tied import bounds_of
 from rbstab.proof.exact.expr import STEP, expr
@@ -40,8 +40,11 @@ MOST_STEPS = 3
 SWEEPS = 6
 """Of the coordinates, towards the point at which the tangent plane touches."""
 
-SHORTEST = 1e-9
-"""rad: a descent that moves by less has ended."""
+SHARE = 0.1
+"""Of a box, the part about its lowest point that is looked at next."""
+
+SHORTEST = 1e-6
+"""rad: in a shorter box one more step of Newton's method would be round-off."""
 
 
 class Quadratic(NamedTuple):
@@ -62,12 +65,14 @@ def quadratic_range(a: Array, A: Array) -> Quadratic:
     slack = ROUND_OFF * (np.abs(a).sum(axis=0) + (size + np.abs(A)).sum(axis=(0, 1))) + TINY
     unknown = 0.5 * rest * UP + slack
     spans = np.abs(Q).sum(axis=0) ** 2 * UP
-    up, down = np.maximum(D, 0.0), np.maximum(-D, 0.0)
-    lowest, u = _convex_least(a, Q, up)
-    highest, _ = _convex_least(-a, Q, down)
-    low = lowest - (0.5 * (down * spans).sum(axis=0) + unknown) * UP
-    high = -highest + (0.5 * (up * spans).sum(axis=0) + unknown) * UP
-    return Quadratic(low - ROUND_OFF * np.abs(low), high + ROUND_OFF * np.abs(high), u)
+
+    def least(a: Array, D: Array) -> tuple[Array, Array]:
+        value, u = _convex_least(a, Q, np.maximum(D, 0.0))
+        low = value - (0.5 * (np.maximum(-D, 0.0) * spans).sum(axis=0) + unknown) * UP
+        return low - ROUND_OFF * np.abs(low), u
+
+    (low, u), (high, _) = least(a, D), least(-a, -D)
+    return Quadratic(low, -high, u)
 
 
 def _composed(Q: Array, D: Array) -> Array:
@@ -78,13 +83,13 @@ def _convex_least(a: Array, Q: Array, D: Array) -> tuple[Array, Array]:
     """Bound a'u + ½u'QDQ'u, D >= 0, from below by its tangent plane at a point near the lowest."""
     P = _composed(Q, D)
     along = np.einsum("jim,jm->im", Q, a) / np.where(D > 0, D, np.inf)
-    u = np.clip(-np.einsum("ijm,jm->im", Q, along), -1.0, 1.0)
+    u = np.clip(-times(Q, along), -1.0, 1.0)
     for _ in range(SWEEPS):
         for i in range(len(a)):
             pull = -(a[i] + np.einsum("jm,jm->m", P[i], u) - P[i, i] * u[i])
             bent = np.clip(pull / np.where(P[i, i] > 0, P[i, i], 1.0), -1.0, 1.0)
             u[i] = np.where(P[i, i] > 0, bent, np.sign(pull))
-    slope = a + np.einsum("ijm,jm->im", P, u)
+    slope = a + times(P, u)
     value = np.einsum("im,im->m", 0.5 * (a + slope), u)
     return value - (np.abs(slope) + slope * u).sum(axis=0), u
 
@@ -137,13 +142,11 @@ class Ranges:
         steps = [a for a in energy.U.all_atoms if a.kind == STEP and a.extra == 1]
         if len(steps) > MOST_STEPS or any(set(a.inner.variables) & set(energy.free) for a in steps):
             return cls(V)
-        choices = product((0, 1), repeat=len(steps)) if steps else ()
-        replaced = [
-            {step: expr(one) for step, one in zip(steps, choice, strict=True)} for choice in choices
-        ]
-        return cls(
-            V, [bounds_of(replace(energy, U=substituted(energy.U, one))) for one in replaced]
-        )
+        sides = []
+        for choice in product((0, 1), repeat=len(steps)) if steps else ():
+            known = {step: expr(one) for step, one in zip(steps, choice, strict=True)}
+            sides.append(bounds_of(replace(energy, U=substituted(energy.U, known))))
+        return cls(V, sides)
 
     def over(self, boxes: Boxes) -> tuple[Bounds, Intervals, Array]:
         """Return the bounds over boxes, on V with what they imply, and points where V is low."""
@@ -161,12 +164,9 @@ class Ranges:
 
     def values(self, boxes: Boxes) -> Intervals:
         """Return bounds on V over boxes, J, in batches."""
-        parts = [self.over(boxes[slice(k, k + BATCH)])[1] for k in range(0, boxes.count, BATCH)]
-        empty = np.zeros(0)
-        return Intervals(
-            np.concatenate([empty, *(one.lo for one in parts)]),
-            np.concatenate([empty, *(one.hi for one in parts)]),
-        )
+        batches = (boxes[slice(k, k + BATCH)] for k in range(0, boxes.count, BATCH))
+        parts = [self.over(some)[1].ends for some in batches]
+        return Intervals.of(np.concatenate([np.zeros((2, 0)), *parts], 1))
 
 
 class LeastValues(NamedTuple):
@@ -197,6 +197,9 @@ def least_values(
 ) -> LeastValues:
     """Return the least V in each of some boxes, by branch and bound.
 
+    In each, a box about the lowest known point is looked at too: its lowest point by the quadratic
+    model is the next one, and the box about that one is smaller (Newton's method).
+
     Args:
         ranges: V.
         boxes: The boxes; they may be flat.
@@ -205,26 +208,38 @@ def least_values(
         of_all: Whether only the least V in all of them is wanted. Then the bounds of the others may
             be as low as this one.
     """
-    search = _Descents(boxes)
-    settled, scale = np.full(boxes.count, np.inf), np.zeros(boxes.count)
-    parts, mine, examined = boxes, np.arange(boxes.count), 0
-    while (parts.count or search.moving) and examined < limit:
+    at = 0.5 * boxes.lo + 0.5 * boxes.hi
+    best, settled = np.full(boxes.count, np.inf), np.full(boxes.count, np.inf)
+    scale, noise = np.zeros(boxes.count), np.zeros(boxes.count)
+    everyone = np.arange(boxes.count)
+    parts, near, mine, examined = boxes, boxes, everyone, 0
+    while (parts.count or (near.hi - near.lo).max(initial=0.0) > SHORTEST) and examined < limit:
         some, owner = parts[slice(BATCH)], mine[:BATCH]
         parts, mine = parts[slice(BATCH, None)], mine[BATCH:]
         examined += some.count + boxes.count
-        # The points of the descents are boxes of no width: a call for few boxes is not cheap.
-        points = Boxes(search.trial, search.trial)
-        b, over, near = ranges.over(joined([some, points], ranges.n))
-        n = some.count
-        seen = np.where(np.isfinite(b.value.hi), b.value.hi, -np.inf)[:n]
-        search.move(b, over.hi[n:], near, owner)
-        np.fmax.at(scale, owner, seen - search.best[owner])
-        # Round-off of V itself is the least gap that any box can have.
-        noise = 4 * (over.hi - over.lo)[n:] + 1e-14 * np.abs(search.best)
+        # A call for few boxes is not cheap, so the boxes near the lowest points are among them.
+        tried, who = joined([near, some], ranges.n), np.concatenate([everyone, owner])
+        b, over, lowest = ranges.over(tried)
+        value = np.where(np.isfinite(b.value.hi), b.value.hi, np.inf)
+        first = _first_of_each(who, value)
+        lower = value[first] <= best
+        best = np.where(lower, value[first], best)
+        at = np.where(lower, b.centre[:, first], at)
+        gap = (b.value.hi - b.value.lo)[first]
+        noise = np.where(lower & np.isfinite(gap), gap, noise)
+        # Where the step from the lowest point led up, the next one is shorter.
+        middle = np.clip(np.where(lower, lowest[:, first], at), boxes.lo, boxes.hi)
+        from_box = tried[np.where(lower, first, everyone)]
+        reach = 0.5 * SHARE * (from_box.hi - from_box.lo)
+        near = Boxes(middle - reach, middle + reach)
+        seen = np.where(np.isfinite(value), value, -np.inf)[boxes.count :]
+        np.fmax.at(scale, owner, seen - best[owner])
         tolerance = TOLERANCE if examined < limit / 2 else LOOSE
-        aim = np.minimum(search.best - tolerance * scale - noise, cap)
+        # Round-off of V itself is the least gap that any box can have.
+        aim = best - tolerance * scale - 4 * noise - 1e-14 * np.abs(best)
+        aim = np.minimum(aim, cap)
         aim = np.full_like(aim, aim.min()) if of_all else aim
-        low = over.lo[:n]
+        low = over.lo[boxes.count :]
         done = low >= aim[owner]
         np.fmin.at(settled, owner[done], low[done])
         rest = some[~done]
@@ -235,59 +250,7 @@ def least_values(
     if parts.count:
         np.fmin.at(settled, mine, ranges.values(parts).lo)
         closed[mine] = False
-    return LeastValues(search.best, np.minimum(settled, search.best), search.at, closed, examined)
-
-
-class _Descents:
-    """One descent in each box, by steps of the quadratic model at its lowest point so far.
-
-    Attributes:
-        best: V there, at most, J.
-        at: The points.
-        trial: The points that are tried next.
-    """
-
-    def __init__(self, boxes: Boxes) -> None:
-        self.boxes, self.count = boxes, boxes.count
-        self.at = self.trial = 0.5 * boxes.lo + 0.5 * boxes.hi
-        self.best, self.reach = np.full(boxes.count, np.inf), np.full(boxes.count, 0.5)
-        self.gradient = np.zeros_like(self.at)
-        self.hessian = np.zeros((len(boxes.lo), *boxes.lo.shape))
-
-    @property
-    def moving(self) -> bool:
-        """Whether some step was longer than round-off."""
-        return bool((np.abs(self.trial - self.at).max(axis=0, initial=0.0) > SHORTEST).any())
-
-    def move(self, b: Bounds, value: Array, near: Array, owner: Array) -> None:
-        """Take the values at the points that were tried, and go to lower centres of parts."""
-        n = len(owner)
-        x = b.centre[:, n:]
-        lower = value < self.best
-        self.best = np.where(lower, value, self.best)
-        self.at = np.where(lower, x, self.at)
-        self.gradient = np.where(lower, b.gradient.mid[:, n:], self.gradient)
-        self.hessian = np.where(lower, b.hessian.mid[:, :, n:], self.hessian)
-        self.reach = np.where(lower, np.minimum(2 * self.reach, 0.5), 0.25 * self.reach)
-        self.trial = self._step()
-        value = b.value.hi[:n]
-        first = _first_of_each(owner, value)
-        first = first[value[first] < self.best[owner[first]]]
-        who = owner[first]
-        self.trial[:, who] = np.clip(near[:, first], self.boxes.lo[:, who], self.boxes.hi[:, who])
-        self.reach[who] = 0.5
-
-    def _step(self) -> Array:
-        """Return the lowest points of the models in boxes about the points."""
-        lo = np.maximum(self.boxes.lo, self.at - self.reach)
-        hi = np.minimum(self.boxes.hi, self.at + self.reach)
-        m, r = 0.5 * lo + 0.5 * hi, 0.5 * (hi - lo)
-        with np.errstate(all="ignore"):
-            a = self.gradient + np.einsum("ijm,jm->im", self.hessian, m - self.at)
-            A = self.hessian * (r[:, None] * r)
-            good = np.all(np.isfinite(a), axis=0) & np.all(np.isfinite(A), axis=(0, 1))
-            u = quadratic_range(np.where(good, a * r, 0.0), np.where(good, A, 0.0)).u
-        return np.clip(np.where(good, m + u * r, self.at), lo, hi)
+    return LeastValues(best, np.minimum(settled, best), at, closed, examined)
 
 
 def _first_of_each(owner: Array, low: Array) -> Array:

@@ -8,7 +8,6 @@ For these z no line is shorter than |r_j| - ρ. The second derivatives of -w|e| 
 so W is convex there if λ > Σ w_j/(|r_j| - ρ). Then it has one stationary point z, its minimiser.
 """
 
-from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -16,7 +15,7 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy
 from rbstab.proof.enclosures.taylor import Values
-from rbstab.proof.exact.expr import Atom, Expr
+from rbstab.proof.exact.expr import Expr
 from rbstab.proof.exact.lengths import Springs, springs_of
 from rbstab.proof.model import Energy
 
@@ -27,49 +26,38 @@ class TiedBounds(BoundedEnergy):
     """The least W over z, over boxes of Θ.
 
     Args:
-        W: The energy.
-        free: The numbers of the variables z.
-        springs: W, taken apart.
-        least: As for `BoundedEnergy`.
-        order: As for it.
+        energy: W and the variables z.
+        springs: W, taken apart; it has lines.
+        order: As for `BoundedEnergy`.
     """
 
-    def __init__(
-        self,
-        W: Expr,
-        free: Sequence[int],
-        springs: Springs,
-        least: Mapping[Atom, float] | None = None,
-        order: int = 3,
-    ) -> None:
+    def __init__(self, energy: Energy, springs: Springs, order: int = 3) -> None:
+        free, least = energy.free, energy.least
         lengths = [Expr({line.monomial: Fraction(1)}) for line in springs.lines]
-        super().__init__(W, free=free, least=least, order=order, also=lengths)
+        super().__init__(energy.U, free=free, least=least, order=order, also=lengths)
         self.stiffness = float(springs.stiffness) / UP
         self.weights = [float(line.weight) * UP for line in springs.lines]
         N = springs.convex
         self.rest = BoundedEnergy(N, (*ANGLES, *free), least=least, order=2) if N.terms else None
 
-    def is_single(self, lo: Array, hi: Array, values: Values, size: Array) -> Array:
+    def is_single(self, x: Array, values: Values, size: Array) -> Array:
         """Return whether W has one stationary point z, its minimiser, for all Θ of each box."""
-        count = lo.shape[1]
-        if not self.weights:
-            return np.ones(count, dtype=bool)
         # |r_j| is at least |z + r_j| - |z| for any z.
-        pull = sum(self.weights) + self._pull(lo, hi)
+        pull = sum(self.weights) + self._pull(x)
         away = (pull / self.stiffness + np.sqrt((size**2).sum(axis=0))) * UP
-        softer = np.zeros(count)
+        softer = np.zeros(x.shape[2])
         for k, weight in enumerate(self.weights, start=1):
-            shortest = values.dense(k, count).lo[0] / UP - away
+            shortest = values.coefficients(k)[0, 0] / UP - away
             softer += np.where(shortest > 0, weight / shortest * UP, np.inf)
         return np.asarray(softer * UP < self.stiffness)
 
-    def _pull(self, lo: Array, hi: Array) -> Array:
+    def _pull(self, x: Array) -> Array:
         """Bound |∂N/∂z| at z = 0 over boxes, N."""
         if self.rest is None:
-            return np.zeros(lo.shape[1])
-        nothing = np.zeros((self.k, lo.shape[1]))
-        b = self.rest.over(np.concatenate([lo, nothing]), np.concatenate([hi, nothing]))
-        return np.asarray(np.sqrt((b.slopes.mag[self.n :] ** 2).sum(axis=0)) * UP)
+            return np.zeros(x.shape[2])
+        ends = np.concatenate([x, np.zeros((self.k, *x.shape[1:]))])
+        slopes = self.rest.over(ends[:, 0], ends[:, 1]).slopes.mag[self.n :]
+        return np.asarray(np.sqrt((slopes**2).sum(axis=0)) * UP)
 
 
 def bounds_of(energy: Energy, order: int = 3) -> BoundedEnergy:
@@ -85,7 +73,7 @@ def bounds_of(energy: Energy, order: int = 3) -> BoundedEnergy:
     springs = springs_of(energy.U, energy.free) if energy.free else None
     if springs is None or not springs.lines:
         return BoundedEnergy(energy.U, free=energy.free, least=energy.least, order=order)
-    return TiedBounds(energy.U, energy.free, springs, energy.least, order)
+    return TiedBounds(energy, springs, order)
 
 
 def without_lengths(energy: Energy) -> list[BoundedEnergy]:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from fractions import Fraction
-from functools import reduce
+from functools import reduce, total_ordering
 from operator import mul
 from typing import Any, Union
 from weakref import WeakValueDictionary
@@ -143,29 +143,17 @@ def as_decimal(value: object) -> Fraction:
     raise TypeError(f"an expression takes no {type(value).__name__}")
 
 
-class Functions:
-    """Functions of exact numbers that are made of sine, cosine and the exponential function."""
+def _with_expr(operation: Callable[["Expr", "Expr"], "Expr"]) -> Callable[["Expr", Any], Any]:
+    """Return an operation that takes a number too, and leaves an array to that of arrays."""
 
-    __slots__ = ()
+    def of_both(self: "Expr", other: Any) -> Any:
+        return NotImplemented if isinstance(other, np.ndarray) else operation(self, expr(other))
 
-    def tan(self: Any) -> Any:
-        """Return its tangent."""
-        return self.sin() / self.cos()
-
-    def sinh(self: Any) -> Any:
-        """Return its hyperbolic sine."""
-        return (self.exp() - (-self).exp()) / 2
-
-    def cosh(self: Any) -> Any:
-        """Return its hyperbolic cosine."""
-        return (self.exp() + (-self).exp()) / 2
-
-    def tanh(self: Any) -> Any:
-        """Return its hyperbolic tangent."""
-        return 1 - 2 / ((2 * self).exp() + 1)
+    return of_both
 
 
-class Expr(Functions):
+@total_ordering
+class Expr:
     """Σ c Π atom^power.
 
     Args:
@@ -242,9 +230,10 @@ class Expr(Functions):
 
     # -- arithmetic ---------------------------------------------------------------------------
 
-    def __add__(self, other: Any) -> "Expr":
+    @_with_expr
+    def __add__(self, other: "Expr") -> "Expr":
         """Return the sum with an expression or a number."""
-        return NotImplemented if isinstance(other, np.ndarray) else summed((self, expr(other)))
+        return summed((self, other))
 
     __radd__ = __add__
 
@@ -260,19 +249,20 @@ class Expr(Functions):
         """Return itself."""
         return self
 
-    def __sub__(self, other: Any) -> "Expr":
+    @_with_expr
+    def __sub__(self, other: "Expr") -> "Expr":
         """Return the difference from an expression or a number."""
-        return NotImplemented if isinstance(other, np.ndarray) else self + -expr(other)
+        return self + -other
 
-    def __rsub__(self, other: Any) -> "Expr":
+    @_with_expr
+    def __rsub__(self, other: "Expr") -> "Expr":
         """Return the difference of a number from it."""
-        return NotImplemented if isinstance(other, np.ndarray) else expr(other) + -self
+        return other + -self
 
-    def __mul__(self, other: Any) -> "Expr":
+    @_with_expr
+    def __mul__(self, other: "Expr") -> "Expr":
         """Return the product with an expression or a number."""
-        if isinstance(other, np.ndarray):
-            return NotImplemented
-        one, two = self, expr(other)
+        one, two = self, other
         for factor, left in ((one, two), (two, one)):
             if factor.constant is not None:
                 return left.scaled(factor.constant)
@@ -305,13 +295,15 @@ class Expr(Functions):
             found = product(found, self)
         return found
 
-    def __truediv__(self, other: Any) -> "Expr":
+    @_with_expr
+    def __truediv__(self, other: "Expr") -> "Expr":
         """Return the quotient by an expression or a number."""
-        return NotImplemented if isinstance(other, np.ndarray) else self * expr(other) ** -1
+        return self * other**-1
 
-    def __rtruediv__(self, other: Any) -> "Expr":
+    @_with_expr
+    def __rtruediv__(self, other: "Expr") -> "Expr":
         """Return the quotient of a number by it."""
-        return NotImplemented if isinstance(other, np.ndarray) else expr(other) * self**-1
+        return other * self**-1
 
     # -- a number may be compared, an expression of variables may not ---------------------------
 
@@ -335,18 +327,6 @@ class Expr(Functions):
     def __lt__(self, other: Any) -> bool:
         """Compare two numbers."""
         return self._number() < expr(other)._number()
-
-    def __le__(self, other: Any) -> bool:
-        """Compare two numbers."""
-        return self._number() <= expr(other)._number()
-
-    def __gt__(self, other: Any) -> bool:
-        """Compare two numbers."""
-        return self._number() > expr(other)._number()
-
-    def __ge__(self, other: Any) -> bool:
-        """Compare two numbers."""
-        return self._number() >= expr(other)._number()
 
     def __bool__(self) -> bool:
         """Return whether a number is not zero."""
@@ -385,6 +365,22 @@ class Expr(Functions):
     def atan(self) -> "Expr":
         """Return its arc tangent."""
         return self.function("atan")
+
+    def tan(self) -> "Expr":
+        """Return its tangent."""
+        return self.sin() / self.cos()
+
+    def sinh(self) -> "Expr":
+        """Return its hyperbolic sine."""
+        return (self.exp() - (-self).exp()) / 2
+
+    def cosh(self) -> "Expr":
+        """Return its hyperbolic cosine."""
+        return (self.exp() + (-self).exp()) / 2
+
+    def tanh(self) -> "Expr":
+        """Return its hyperbolic tangent."""
+        return 1 - 2 / ((2 * self).exp() + 1)
 
     def step(self, smooth: int) -> "Expr":
         """Return 1 where it is positive, else 0.

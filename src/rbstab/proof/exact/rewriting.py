@@ -66,22 +66,22 @@ def _where_positive(e: Expr, g: Expr) -> Expr:
     def change(a: Atom, p: int) -> Expr:
         if a.kind in PLAIN:
             return only(a) ** p
-        new = _affine_in(a.inner, g)
-        return same_function(a, _where_positive(a.inner, g) if new is None else new) ** p
+        new, found = _where_positive(a.inner, g), _affine_in(a.inner, g)
+        if found is not None and found[0] > 0:
+            new = only(atom(POSITIVE, g)).scaled(found[0]) + found[1]
+        return same_function(a, new) ** p
 
     return mapped(e, change)
 
 
-def _affine_in(x: Expr, g: Expr) -> Expr | None:
-    """Return x as c + λ·positive(g) with λ > 0; None if it is not affine in g."""
+def _affine_in(x: Expr, g: Expr) -> tuple[Fraction, Fraction] | None:
+    """Return λ and c of x = λg + c; None if it is no such sum, or a number."""
     m = next((m for m in g.terms if m), None)
     if m is None or m not in x.terms:
         return None
     factor = x.terms[m] / g.terms[m]
     constant = (x - g.scaled(factor)).constant
-    if constant is None or factor <= 0:
-        return None
-    return only(atom(POSITIVE, g)).scaled(factor) + constant
+    return None if constant is None else (factor, constant)
 
 
 def with_outlined_steps(e: Expr) -> Expr:
@@ -110,14 +110,11 @@ def with_outlined_steps(e: Expr) -> Expr:
 
 def _in_terms_of(e: Expr, g: Expr) -> Expr | None:
     """Return an expression as one of g, in the variable `INNER`; None if it is none."""
-    m = next((m for m in g.terms if m), None)
     if e.constant is not None:
         return e
-    if m in e.terms:
-        factor = e.terms[m] / g.terms[m]
-        constant = (e - g.scaled(factor)).constant
-        if constant is not None:
-            return variable(INNER).scaled(factor) + constant
+    found = _affine_in(e, g)
+    if found is not None:
+        return variable(INNER).scaled(found[0]) + found[1]
     inner = {a: None if a.kind in {VAR, OF} else _in_terms_of(a.inner, g) for a in e.atoms}
     known = {a: x for a, x in inner.items() if x is not None}
     if len(known) < len(inner):

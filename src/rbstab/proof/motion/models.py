@@ -9,7 +9,6 @@ equation of its node, a product or a differential equation, but for a small rest
 
 from dataclasses import dataclass
 from functools import cached_property
-from operator import methodcaller
 from typing import Any
 
 import numpy as np
@@ -163,7 +162,7 @@ class Proved:
         for kind in BY_SLOPE:
             k = program.of_kinds(kind) - n
             start = self.y.polynomial[0, k, :, 0]
-            exact = values_of(self.first.polynomial[0, k, :, 0], methodcaller(kind))
+            exact = values_of(kind, self.first.polynomial[0, k, :, 0])
             missed[k] += np.abs(exact - start) + 4 * UNIT * np.abs(exact)
         # (c + is) exp(-ix) is near 1: what s and c miss counts for both.
         circle = program.of_kinds(SIN, COS) - n

@@ -31,7 +31,7 @@ from rbstab.proof.exact.expr import (
     times,
     variable,
 )
-from rbstab.proof.exact.rewriting import derivative, inverse_of_definite, quadratic_in
+from rbstab.proof.exact.rewriting import derivative, inverse_of_definite, quadratic_in, spread
 from rbstab.proof.passive.expanded import (
     MOST_TERMS,
     TooLargeError,
@@ -270,7 +270,7 @@ def _is_norm(a: Atom, numbers: Sequence[int]) -> bool:
     """Return whether an atom is √(½x'Hx + b'x + r) with H definite and r - ½b'H⁻¹b >= 0."""
     if a.kind != "sqrt":
         return False
-    parts = quadratic_in(a.inner, numbers)
+    parts = quadratic_in(spread(a.inner), numbers)
     inverse = inverse_of_definite(parts.H)
     if inverse is None or any(x.variables & set(numbers) for x in (*parts.b, parts.rest)):
         return False

@@ -17,8 +17,8 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.bounds import UP
 from rbstab.proof.enclosures.compiled import Compiled, derivatives
-from rbstab.proof.enclosures.intervals import Intervals, product
-from rbstab.proof.enclosures.taylor import Values, variables_over
+from rbstab.proof.enclosures.intervals import Intervals
+from rbstab.proof.enclosures.taylor import Values, slopes_of_one
 from rbstab.proof.exact.expr import Expr
 from rbstab.proof.model import COSINE, HALVES, THETA
 from rbstab.proof.robust.energies import Energies
@@ -129,15 +129,14 @@ class Over:
         self.radius = np.vstack([wide, self.ends])
 
     def _values(self, lo: Array, hi: Array, z: Array, about: Values | None = None) -> Values:
-        leaf = variables_over(self.family.variables, np.vstack([lo, -z]), np.vstack([hi, z]))
-        return Values(self.family.compiled, leaf, about, self.radius)
+        ends = np.stack([np.vstack([lo, -z]), np.vstack([hi, z])], 1)
+        of = slopes_of_one(self.family.variables, ends)
+        return Values(self.family.compiled, of, about, self.radius)
 
     def _derivatives(self, of: Values) -> Intervals:
         """Return the derivatives of all functions, shape (functions, coefficients, boxes)."""
-        count = self.lo.shape[1]
-        with np.errstate(all="ignore"):
-            each = [of.derivatives(k, count) for k in range(len(self.family.results))]
-        return Intervals(np.stack([one.lo for one in each]), np.stack([one.hi for one in each]))
+        places = range(len(self.family.results))
+        return Intervals.of(np.stack([of.derivatives(k) for k in places]))
 
     @cached_property
     def _at_centre(self) -> Values:
@@ -219,7 +218,7 @@ class Over:
         C = Intervals(*(np.broadcast_to(x[:, None, None], mine.lo.shape) for x in ends))
         left = np.vstack([self.remainder[0], self.remainder[1]])
         with np.errstate(all="ignore"):
-            terms = product(C, mine)
+            terms = C * mine
             low, high = (
                 end.sum(axis=0) + side * (f.U.epsilon * np.abs(end).sum(axis=0) + left)
                 for side, end in ((-1, terms.lo), (1, terms.hi))

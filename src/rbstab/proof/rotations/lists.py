@@ -3,7 +3,7 @@
 import numpy as np
 
 from rbstab.proof.enclosures.bounds import BoundedEnergy
-from rbstab.proof.enclosures.points import value_at
+from rbstab.proof.enclosures.taylor import value_at
 from rbstab.proof.rotations.charts import searched_states
 from rbstab.proof.rotations.davenport import eigen_states, matrix_of
 from rbstab.proof.rotations.energy import ENTRIES, RotationEnergy

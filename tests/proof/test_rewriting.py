@@ -125,6 +125,12 @@ def test_a_quadratic_function_is_taken_apart():
     assert parts.rest == X**3 + X.exp()
 
 
+def test_quotients_of_variables_are_not_quadratic():
+    quotients = X**2 * Y**-1 + X**3 * Y**-1 + Y**-1
+    parts = quadratic_in(X * Y + quotients, [0, 1])
+    assert (parts.H, parts.b, parts.rest) == ([[0, 1], [1, 0]], [expr(0)] * 2, quotients)
+
+
 @settings(deadline=None, max_examples=20)
 @given(st.lists(RATIONAL, min_size=9, max_size=9))
 def test_an_inverse_is_one_exactly_or_the_matrix_is_not_definite(entries):

@@ -165,7 +165,7 @@ def quadratic_in(
     for m, c in e.terms.items():
         mine = [(places[a], p) for a, p in m if a in places]
         others = [(a, p) for a, p in m if a not in places]
-        degree = sum(p for _, p in mine)
+        degree = sum(p for _, p in mine) if all(p > 0 for _, p in mine) else 0
         fits = kinds is None or all(a.kind in kinds for a, _ in others)
         if degree == 1 and fits:
             k = mine[0][0]

@@ -16,7 +16,7 @@ from rbstab.mechanics.numbers import Array
 if TYPE_CHECKING:
     from rbstab.analysis.descents.searched import SearchedState
     from rbstab.proof.model import Energy
-    from rbstab.proof.regions.passes import Face
+    from rbstab.proof.regions.landscape import Face
     from rbstab.proof.regions.regions import Certified, Region, Regions
     from rbstab.proof.rest_points import RestPoint, RestStates
 

@@ -7,7 +7,6 @@ from rbstab.analysis.rest_state import RestState
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box
 from rbstab.proof.search import Zeros
-from rbstab.proof.zeros import Zero
 
 
 class SearchOutcome(Enum):
@@ -64,22 +63,26 @@ class RestStates:
     Args:
         states: The rest states. Those that are proved come first, in the order of `zeros`.
         zeros: The same as zeros of ∇U, and the boxes that may contain others.
-        inside: Those that no stop holds.
-        examined: The number of boxes that the proof examined.
         outcome: How the proof ended.
         end: The largest |Θ| in the range, shape (3,), rad; that of θ2 is the angle of a stop.
         closed: The angles of which no motion reaches the end of the range.
-        covered: The share of the range that the proof has finished.
     """
 
     states: tuple[RestPoint, ...]
     zeros: Zeros
-    inside: tuple[Zero, ...]
-    examined: int
     outcome: SearchOutcome
     end: Array
     closed: frozenset[int]
-    covered: float = 1.0
+
+    @property
+    def examined(self) -> int:
+        """The number of boxes that the proof examined."""
+        return self.zeros.examined
+
+    @property
+    def covered(self) -> float:
+        """The share of the range that the proof has finished."""
+        return self.zeros.share
 
     @property
     def proved(self) -> bool:

@@ -18,7 +18,7 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds
-from rbstab.proof.enclosures.intervals import Intervals, constant
+from rbstab.proof.enclosures.intervals import Intervals, constant, scaled
 from rbstab.proof.exact.expr import STEP, VAR, Atom, atom, expr, variable
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.model import THETA, Energy
@@ -151,44 +151,38 @@ def _random(box: Box, seed: int) -> Array:
 
 
 def _sides(energy: Energy, box: Box, steps: Sequence[Atom]) -> Iterator[Piece]:
-    """Yield the sides of all surfaces, each surface, and where some of them meet."""
-    arguments = [BoundedEnergy(step.inner, least=energy.least) for step in steps]
+    """Yield the sides of all surfaces, and each surface.
 
-    def height(k: int, sign: int, boxes: Boxes) -> Intervals:
-        h = arguments[k].over(boxes.lo, boxes.hi).value_over
-        return h if sign > 0 else Intervals(-h.hi, -h.lo)
-
-    for choice in product((0, 1, None), repeat=len(steps)):
-        numbers = {
-            step: expr(one) for step, one in zip(steps, choice, strict=True) if one in (0, 1)
-        }
-        beside = [
-            partial(height, k, 1 if one else -1) for k, one in enumerate(choice) if one is not None
-        ]
-        U = substituted(energy.U, numbers)
-        on = [k for k, one in enumerate(choice) if one is None]
-        if not on:
-            yield Piece(BoundedEnergy(U, least=energy.least), box, beside)
-        elif len(on) == 1:
-            yield _surface(replace(energy, U=U), box, beside, steps[on[0]], arguments[on[0]])
-        elif len(on) == len(steps):
-            yield _meeting(energy, box, arguments)
+    Where another surface meets it, the other step is any number from 0 to 1.
+    """
+    heights = [BoundedEnergy(step.inner, least=energy.least) for step in steps]
+    for signs in product((-1, 1), repeat=len(steps)):
+        numbers = {step: expr(int(sign > 0)) for step, sign in zip(steps, signs, strict=True)}
+        V = BoundedEnergy(substituted(energy.U, numbers), least=energy.least)
+        beside = [partial(_above, h, sign) for h, sign in zip(heights, signs, strict=True)]
+        yield Piece(V, box, beside)
+    for step, h in zip(steps, heights, strict=True):
+        yield _surface(energy, box, step, h)
 
 
-def _surface(
-    energy: Energy, box: Box, beside: Sequence[Condition], step: Atom, h: BoundedEnergy
-) -> Piece:
-    """Return the surface h = 0 at which one step changes."""
-    L = substituted(energy.U, {step: variable(LAMBDA)})
-    jump = substituted(L, {atom(VAR, LAMBDA): expr(1)}) - substituted(
-        L, {atom(VAR, LAMBDA): expr(0)}
+def _above(h: BoundedEnergy, sign: int, boxes: Boxes) -> Intervals:
+    return scaled(h.over(*boxes).value_over, sign)
+
+
+def _surface(energy: Energy, box: Box, step: Atom, h: BoundedEnergy) -> Piece:
+    """Return the surface h = 0 at which a step changes."""
+    before, after, shared = (
+        substituted(energy.U, {step: share}) for share in (expr(0), expr(1), variable(LAMBDA))
     )
-    change = BoundedEnergy(jump, least=energy.least)
+    jump = BoundedEnergy(after - before, least=energy.least)
 
     def is_met(boxes: Boxes) -> Intervals:
         over = h.over(*boxes).value_over
         sign = np.where((over.lo <= 0) & (over.hi >= 0), 1.0, -1.0)
         return Intervals(sign, sign)
+
+    def angles(boxes: Boxes) -> Boxes:
+        return Boxes(boxes.lo[:3], boxes.hi[:3])
 
     def held(zero: Zero) -> Zero | None:
         """Return a zero of ∇L with h = 0.
@@ -196,43 +190,29 @@ def _surface(
         Along the normal n, the jump in energy rises or falls strictly. So if h reaches 0 on the
         line through this point, as n'∇h is large enough, the jump is zero at no other point of it.
         """
-        x, (lo, hi) = zero.point[:3], (end[:3] for end in zero.enclosure)
+        x, at = zero.point[:3], angles(one_box(zero.enclosure))
         normal = h.at(x[:, None])[1][:, 0]
         near = one_box(Box(x - REACH, x + REACH))
-        rise, turn = (_along(normal, one.over(*near).slopes) for one in (h, change))
-        away = h.over(lo[:, None], hi[:, None]).value_over.mag[0]
+        rise, turn = (_along(normal, one.over(*near).slopes) for one in (h, jump))
         with np.errstate(all="ignore"):
-            way = away / rise.lo[0] * np.abs(normal).max()
-        if not 0 <= way < 0.9 * (REACH - (hi - lo).max()) or turn.lo[0] <= 0 <= turn.hi[0]:
+            way = h.over(*at).value_over.mag / rise.lo * np.abs(normal).max()
+        if not 0 <= way < 0.9 * (REACH - (at.hi - at.lo).max()) or turn.lo <= 0 <= turn.hi:
             return None
-        ridge = bool(turn.hi[0] < 0)
+        ridge, enclosure = bool(turn.hi < 0), Box(at.lo[:, 0], at.hi[:, 0])
         # ∇²L has one negative eigenvalue more than the Hessian along the surface.
         index = None if zero.index is None else zero.index - 1 + ridge
-        return Zero(x, Box(lo, hi), Box(lo, hi), index, zero.energy, normal, ridge)
+        return Zero(x, enclosure, enclosure, index, zero.energy, normal, ridge)
 
-    share = BoundedEnergy(L, (*THETA, LAMBDA), least=energy.least)
+    V = BoundedEnergy(shared, (*THETA, LAMBDA), least=energy.least)
     with_share = Box(np.append(box.lo, 0.0), np.append(box.hi, 1.0))
-    return Piece(
-        share, with_share, [*beside, is_met], lambda boxes: Boxes(boxes.lo[:3], boxes.hi[:3]), held
-    )
+    return Piece(V, with_share, [is_met], angles, held)
 
 
 def _along(normal: Array, g: Intervals) -> Intervals:
     """Return bounds on n'∇h for the three angles."""
-    mid = np.einsum("i,im->m", normal, g.mid)
-    rad = np.einsum("i,im->m", np.abs(normal), g.rad + 1e-14 * np.abs(g.mid)) * UP
+    mid = normal @ g.mid
+    rad = np.abs(normal) @ (g.rad + 1e-14 * np.abs(g.mid)) * UP
     return Intervals(mid - rad, mid + rad)
-
-
-def _meeting(energy: Energy, box: Box, arguments: Sequence[BoundedEnergy]) -> Piece:
-    """Return where surfaces meet: the forces there are any between those on all sides."""
-
-    def meet(boxes: Boxes) -> Intervals:
-        over = [h.over(*boxes).value_over for h in arguments]
-        met = np.sum([(one.lo <= 0) & (one.hi >= 0) for one in over], axis=0) > 1
-        return Intervals(np.full(boxes.count, -1.0), np.where(met, 1.0, -1.0))
-
-    return Piece(BoundedEnergy(energy.U, least=energy.least), box, [meet])
 
 
 # -- stops ------------------------------------------------------------------------------------
@@ -253,8 +233,7 @@ def face_at_stop(energy: Energy, box: Box, side: int) -> Piece:
         )
 
     def presses(boxes: Boxes) -> Intervals:
-        g = V.over(*boxes).slopes[1]
-        return Intervals(-g.hi, -g.lo) if side > 0 else g
+        return scaled(V.over(*boxes).slopes[1], -side)
 
     def held(zero: Zero) -> Zero:
         at = whole(one_box(zero.enclosure))

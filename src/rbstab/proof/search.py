@@ -106,17 +106,14 @@ class Search:
         self.examined = 0
         self.pause, self.waiting = 0, 0
 
-    def run(self, limit: int, starts: Array | None = None, begin: Boxes | None = None) -> Zeros:
+    def run(self, limit: int, begin: Boxes | None = None) -> Zeros:
         """Search until all boxes are done, or a number of boxes is examined.
 
         Args:
             limit: The number of boxes.
-            starts: Points from which Newton's method is tried first, shape (n, points).
             begin: The parts of the box that are not done yet; by default all of it.
         """
         n = len(self.box.lo)
-        if starts is not None and starts.shape[1]:
-            self._try(starts)
         pending, left = [one_box(self.box) if begin is None else begin], list[Boxes]()
         while pending and self.examined < limit and not self.family:
             boxes = pending.pop()

@@ -1,6 +1,6 @@
 """The data of a proof: the models of its rest states and regions."""
 
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
 from pydantic import NonNegativeInt, PositiveInt, model_validator
 
@@ -169,6 +169,34 @@ class ProvedStates(Entry):
         if self.unique and self.states[0].index_proved is False:
             return None
         return self.unique and self.states[0].index == 0
+
+    def claims(self, end: list[Any], *, every_start: bool | None) -> dict[str, Any]:
+        """Return what is claimed about a range |Θ| <= end, as the checker reads it."""
+        level = None if self.region is None else self.region.energy_bound
+        found: dict[str, Any] = {
+            "end": end,
+            "complete": self.proved,
+            "states": [
+                {
+                    "enclosure": [list(corner) for corner in state.enclosure],
+                    "index": state.index if state.index_proved else None,
+                    "held": bool(state.held),
+                    "ridge": bool(state.ridge),
+                }
+                for state in self.states
+                if state.proved
+            ],
+            "every_start": bool(every_start),
+            # Below `level`, all of the range is the region of the lowest.
+            "regions": [
+                [one.rest_state - 1, one.energy_bound]
+                for one in self.regions
+                if level is None or one.energy_bound > level
+            ],
+        }
+        if self.undecided:
+            found["undecided"] = [[list(low), list(high)] for low, high in self.undecided]
+        return found if level is None else found | {"level": level}
 
 
 class UnwrappedStates(ProvedStates):

@@ -49,7 +49,7 @@ def test_a_pendulum_turns_over_at_twice_its_weight():
     _, regions = found(3 * (1 - X.cos()) + BOWL, proved=False)
     assert regions.certified.energy == pytest.approx(6, rel=1e-9)
     assert 6 * (1 - 1e-7) < regions.certified.lower_bound <= 6
-    assert regions.certified.face == (0, -1)
+    assert regions.certified.face == "θ1 = -π"
     (region,) = regions.minima
     assert 6 * (1 - 1e-5) < region.lower_bound <= 6
 
@@ -58,7 +58,7 @@ def test_a_closed_axis_has_no_faces():
     """Then the least energy is that of θ2 = ±π/2, by y alone: 10 (π/2)²."""
     _, regions = found(3 * X * X + BOWL, closed=frozenset({0}))
     assert regions.certified.energy == pytest.approx(10 * (np.pi / 2) ** 2, rel=1e-9)
-    assert regions.certified.face == (1, -1)
+    assert regions.certified.face == "θ2 = -π/2"
 
 
 def test_two_wells_end_at_the_saddle_between_them(two_wells):
@@ -72,7 +72,7 @@ def test_two_wells_end_at_the_saddle_between_them(two_wells):
     np.testing.assert_allclose(heights, [top - low, top - high], rtol=1e-5)
     assert heights[0] <= top - low
     assert heights[1] <= top - high
-    assert {region.pass_state for region in regions.minima} == {2}
+    assert {region.pass_state for region in regions.minima} == {3}
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ def two_wells():
 
 def starts_of(zeros, regions, higher=0.0):
     """Return the regions for starts, up to their levels or higher."""
-    levels = [RegionLevel(one.state, one.energy_bound + higher) for one in regions.minima]
+    levels = [RegionLevel(one.rest_state - 1, one.energy_bound + higher) for one in regions.minima]
     return StartRegions(Energy(wells(0.25)), zeros, RANGE, levels)
 
 
@@ -142,7 +142,7 @@ def test_the_face_by_which_a_component_leaves_is_the_pass():
     end = np.array([2.0, 1.0, 1.0])
     _, regions = found(X * X - X**4 / 12 + BOWL, Box(-end, end))
     (region,) = regions.minima
-    assert region.pass_face == (0, -1)
+    assert {region.pass_face} == {"θ1 = -2"}
     assert region.lower_bound == pytest.approx(4 - 16 / 12, rel=1e-6)
 
 
@@ -202,8 +202,8 @@ def test_each_face_counts():
         U = BOWL + 10 * X * X - 9 * x * x - Fraction(sign) / (2 * Fraction(end)) * x**3
         zeros, regions = found(U)
         region = regions.minima[0]
-        assert zeros.zeros[region.state].index == 0
-        assert region.pass_face == (axis, sign)
+        assert zeros.zeros[region.rest_state - 1].index == 0
+        assert region.pass_face == f"θ{axis + 1} = {'-' * (sign < 0)}{'π/2' if axis == 1 else 'π'}"
         assert 0.5 * end**2 * (1 - 1e-5) < region.lower_bound <= 0.5 * end**2
 
 

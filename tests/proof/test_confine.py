@@ -107,7 +107,7 @@ def test_the_ends_of_a_box_that_confines_do_not_end_the_lowest_region():
         found = regions_of(body, zeros, Box(-end, end), confining=confining)
         assert found.certified is not None
         assert found.certified.energy_bound == pytest.approx(level, rel=1e-6)
-        assert found.minima[0].state == 0
+        assert found.minima[0].rest_state == 1
         assert found.minima[0].energy_bound == pytest.approx(level, rel=1e-5)
 
 

@@ -2,26 +2,16 @@
 
 from typing import Any, Literal, Self
 
-from pydantic import NonNegativeInt, PositiveInt, model_validator
+from pydantic import NonNegativeInt, model_validator
 
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
-from rbstab.experiment.stored_proof.entries import (
-    Entry,
-    Numbers,
-    OnRotations,
-    ProvedEnergy,
-    ProvedFamily,
-    Triple,
-)
+from rbstab.experiment.stored_proof.entries import OnRotations, ProvedEnergy, ProvedFamily
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION
 from rbstab.files.counts import grouped
 from rbstab.mechanics.states import PITCH
+from rbstab.proof.entries import Entry, Numbers, ProvedMinimum, ProvedRegion, Triple
 from rbstab.store.cards import line
-
-NO_LENGTH = "a spring without length"
-"""Where c* is attained, if not on a face of the range nor at a rest state."""
-
 
 BARRIER, STOP = "a barrier", "a stop"
 """What keeps every motion away from θ2 = ±π/2 (`Proof.kept_by`)."""
@@ -75,47 +65,6 @@ class ProvedState(Entry):
     def stable(self) -> bool | None:
         """Whether it is a minimum of the energy; None if its index is not determined."""
         return None if self.degenerate else self.index == 0
-
-
-class ProvedRegion(Entry):
-    """Motions with v < level converge to the lowest rest state; proved for v < lower_bound, J.
-
-    energy is c*, J. It is attained at the orientation `attained_at`: on the named face of the
-    range, at another rest state (face None), or where a spring has no length (`NO_LENGTH`).
-
-    energy_bound is the same bound for the sum of all energies, J: each motion that at some time is
-    in the range with less energy converges to the lowest rest state. None: not proved, or not
-    stored (version 1).
-    """
-
-    energy: float
-    level: float
-    lower_bound: float
-    attained_at: Triple
-    face: str | None
-    proved: bool
-    energy_bound: float | None = None
-
-
-class ProvedMinimum(Entry):
-    """The region of one minimum: motions in it converge to this rest state, proved.
-
-    A motion is in the region if at some time the sum of its energies is below `energy_bound`, J,
-    and its Θ is in the component of {U < energy_bound} that contains the rest state.
-
-    rest_state is its number, from 1 for the lowest. level is the height of its pass above it, J;
-    lower_bound is proved. The pass is at the rest state with the number `pass_state`, or on the
-    face `pass_face` of the range. If both are None it is not located: a box is undecided.
-    pass_at is its Θ.
-    """
-
-    rest_state: PositiveInt
-    level: float
-    lower_bound: float
-    energy_bound: float
-    pass_state: PositiveInt | None
-    pass_face: str | None
-    pass_at: Triple | None
 
 
 class ProvedStates(Entry):

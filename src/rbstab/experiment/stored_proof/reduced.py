@@ -2,22 +2,13 @@
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rbstab.experiment.stored_proof.data import (
-    NO_LENGTH,
-    ProvedMinimum,
-    ProvedRegion,
-    ProvedState,
-    UnwrappedStates,
-)
-from rbstab.experiment.stored_proof.entries import Entry
+from rbstab.experiment.stored_proof.data import ProvedState, UnwrappedStates
 from rbstab.experiment.stored_proof.proof import Proof, no_proof
-from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
     from rbstab.analysis.descents.searched import SearchedState
     from rbstab.proof.model import Energy
-    from rbstab.proof.regions.landscape import Face
-    from rbstab.proof.regions.regions import Certified, Region, Regions
+    from rbstab.proof.regions.regions import Regions
     from rbstab.proof.rest_points import RestPoint, RestStates
 
 
@@ -76,7 +67,7 @@ def _entries(found: Found) -> dict[str, Any]:
     """Return the fields of `ProvedStates`."""
     from rbstab.proof.boxes import hulls
 
-    rest, certified = found.rest, found.regions.certified
+    rest = found.rest
     undecided = hulls(rest.zeros.undecided)
     return {
         "outcome": rest.outcome.value,
@@ -85,8 +76,8 @@ def _entries(found: Found) -> dict[str, Any]:
         "examined": rest.examined,
         "undecided": list(zip(undecided.lo.T, undecided.hi.T, strict=True)),
         "states": [_state(point) for point in rest.states],
-        "region": None if certified is None else _region(certified, rest),
-        "regions": [_minimum(one, rest.end) for one in found.regions.minima],
+        "region": found.regions.certified,
+        "regions": found.regions.minima,
         "end": rest.end,
     }
 
@@ -107,35 +98,3 @@ def _state(point: "RestPoint") -> ProvedState:
         "degenerate": point.degenerate or None,
     }
     return ProvedState.model_validate(entries)
-
-
-def _region(region: "Certified", rest: "RestStates") -> dict[str, Any]:
-    """Return the entries of a `ProvedRegion`."""
-    face = NO_LENGTH if region.spring else _face(region.face, rest.end)
-    proved = rest.proved and region.closed
-    return _same(region, ProvedRegion) | {"face": face, "proved": proved}
-
-
-def _minimum(region: "Region", end: Array) -> dict[str, Any]:
-    """Return the entries of a `ProvedMinimum`, which counts from 1."""
-    passed = None if region.pass_state is None else region.pass_state + 1
-    face = {"pass_face": _face(region.pass_face, end), "pass_state": passed}
-    return _same(region, ProvedMinimum) | face | {"rest_state": region.state + 1}
-
-
-def _same(region: object, model: type[Entry]) -> dict[str, Any]:
-    """Return the fields of a region that an entry of a proof has too."""
-    return {name: value for name, value in vars(region).items() if name in model.model_fields}
-
-
-def _face(face: "Face | None", end: Array) -> str | None:
-    """Return the name of a face of the range |Θ| <= end, such as "θ2 = -π/2"; None of none."""
-    from rbstab.proof.model import RANGE_END
-
-    if face is None:
-        return None
-    axis, sign = face
-    name = "π/2" if axis == 1 else "π"
-    if end[axis] != RANGE_END[axis]:
-        name = f"{end[axis]:.4g}"
-    return f"θ{axis + 1} = {'-' if sign < 0 else ''}{name}"

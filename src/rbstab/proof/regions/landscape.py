@@ -86,7 +86,7 @@ class Landscape:
     def __init__(
         self, energy: Energy, zeros: Zeros, box: Box, V: Ranges, *, confining: bool = False
     ) -> None:
-        self.V, self.box, self.zeros, self.examined = V, box, zeros, 0
+        self.V, self.box, self.zeros = V, box, zeros
         self.open_axes = [axis for axis in range(3) if axis not in energy.closed]
         self.states = [zero.enclosure for zero in zeros.zeros]
         self.at_zeros = V.values(joined([one_box(state) for state in self.states], 3))
@@ -124,7 +124,6 @@ class Landscape:
         if not faces:
             return []
         least = least_values(self.V, joined([one for _, one in faces], 3), of_all=one_region)
-        self.examined += least.examined
         rows = zip(faces, least.bound, least.value, least.at.T, strict=True)
         return [Level(float(b), float(v), at, face=face) for (face, _), b, v, at in rows]
 

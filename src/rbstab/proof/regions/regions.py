@@ -15,10 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 from rbstab.proof.boxes import Box, Boxes, joined
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import LOOSE, Ranges
-from rbstab.proof.model import Energy
+from rbstab.proof.entries import NO_LENGTH, ProvedMinimum, ProvedRegion
+from rbstab.proof.model import RANGE_END, Energy
 from rbstab.proof.regions.cells import AT_ONCE, LIMIT, Cells, Pass
 from rbstab.proof.regions.landscape import Face, Landscape, Level
 from rbstab.proof.search import Zeros
@@ -43,61 +45,11 @@ ENOUGH = 0.9
 
 
 @dataclass(frozen=True, eq=False)
-class Certified:
-    """The set {v < level}, from which every motion approaches the lowest rest state.
-
-    Args:
-        energy: c*, J, near where it is attained.
-        level: c* above the energy of the lowest rest state, J.
-        lower_bound: The level up to which this is proved, J; 0 if nothing is.
-        energy_bound: The same for the sum of all energies; None if nothing is proved.
-        attained_at: The first point with energy c*, shape (3,), rad.
-        face: The face on which it is; None: at another rest state, or with a spring.
-        spring: Whether it is where a spring has no length.
-        closed: Whether the proved bound of c* is as near to it as `LOOSE`, relative to the level.
-        examined: The number of boxes of faces.
-    """
-
-    energy: float
-    level: float
-    lower_bound: float
-    energy_bound: float | None
-    attained_at: Array
-    face: Face | None
-    closed: bool
-    examined: int
-    spring: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class Region:
-    """The region of a minimum: each motion approaches it that is once in it with less energy.
-
-    Args:
-        state: The place of the minimum among the zeros.
-        level: The height of its pass, J, about.
-        lower_bound: The proved height, J.
-        energy_bound: The level of the component, J.
-        pass_state: The rest state that is the pass; None if it is none.
-        pass_face: The face on which the pass is; None if it is on none.
-        pass_at: Θ of the pass, shape (3,); None if it is not located.
-    """
-
-    state: int
-    level: float
-    lower_bound: float
-    energy_bound: float
-    pass_state: int | None
-    pass_face: Face | None
-    pass_at: Array | None
-
-
-@dataclass(frozen=True, eq=False)
 class Regions:
     """The regions in a range; `certified` is None without a rest state, or if nothing bounds it."""
 
-    certified: Certified | None
-    minima: tuple[Region, ...]
+    certified: ProvedRegion | None
+    minima: tuple[ProvedMinimum, ...]
 
 
 NO_REGIONS = Regions(None, ())
@@ -130,7 +82,7 @@ def regions_of(
     return Regions(certified, () if none else tuple(_minima(land)))
 
 
-def _certified(land: Landscape) -> Certified | None:
+def _certified(land: Landscape) -> ProvedRegion | None:
     lowest, *others = land.state_levels
     levels = [*land.lowest_face_levels, *others, *land.springs]
     if not levels:
@@ -140,19 +92,27 @@ def _certified(land: Landscape) -> Certified | None:
     first = next(one for one in levels if one.value - energy <= tie)
     bound = min(land.cap, *(one.bound for one in levels))
     known = 0 in land.minima and bound > -np.inf
-    height = _height(land, 0, bound) if known else 0.0
-    assert first.at is not None
-    return Certified(
-        energy,
-        energy - lowest.value,
-        height,
-        bound if known else None,
-        first.at,
-        first.face,
-        energy - bound <= LOOSE * abs(energy - lowest.value),
-        land.examined,
-        first in land.springs,
+    level = energy - lowest.value
+    return ProvedRegion(
+        energy=energy,
+        level=level,
+        lower_bound=_height(land, 0, bound) if known else 0.0,
+        attained_at=first.at,
+        face=NO_LENGTH if first in land.springs else _name(land.box, first.face),
+        proved=known and land.zeros.proved and energy - bound <= LOOSE * abs(level),
+        energy_bound=bound if known else None,
     )
+
+
+def _name(box: Box, face: Face | None) -> str | None:
+    """Return the name of a face of a range, such as "θ2 = -π/2"; None of none."""
+    if face is None:
+        return None
+    axis, sign = face
+    end = box.hi[axis] if sign > 0 else -box.lo[axis]
+    known = "π/2" if axis == PITCH else "π"
+    size = known if end == RANGE_END[axis] else f"{end:.4g}"
+    return f"θ{axis + 1} = {'-' if sign < 0 else ''}{size}"
 
 
 def _height(land: Landscape, state: int, bound: float) -> float:
@@ -160,7 +120,7 @@ def _height(land: Landscape, state: int, bound: float) -> float:
     return max(0.0, float(np.nextafter(bound - land.at_zeros.hi[state], -np.inf)))
 
 
-def _minima(land: Landscape) -> list[Region]:
+def _minima(land: Landscape) -> list[ProvedMinimum]:
     """Return the regions of minima."""
     ends = _ends(land)
     if 0 in land.minima:
@@ -171,8 +131,16 @@ def _minima(land: Landscape) -> list[Region]:
     for k, end in sorted(ends.items()):
         height = _height(land, k, end.bound)
         if height > 0:
-            value = end.value - land.zeros.zeros[k].energy
-            found.append(Region(k, value, height, end.bound, end.state, end.face, end.at))
+            entry = ProvedMinimum(
+                rest_state=k + 1,
+                level=end.value - land.zeros.zeros[k].energy,
+                lower_bound=height,
+                energy_bound=end.bound,
+                pass_state=None if end.state is None else end.state + 1,
+                pass_face=_name(land.box, end.face),
+                pass_at=end.at,
+            )
+            found.append(entry)
     return found
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.problems import problem, solve
-from support.proofs import regions_of, rest_states
+from support.proofs import regions_of, rest_state_of, rest_states
 from support.rest import random_rest_system
 from support.systems import VARIANTS
 
@@ -55,7 +55,7 @@ def test_every_motion_from_inside_stays_and_falls(variant):
         region = regions_of(found).certified
         if region is None or region.lower_bound <= 0:
             continue
-        lowest = found.states[0].state
+        lowest = rest_state_of(found, found.states[0])
         rest = system.start(lowest.motion, lowest.own)
         rng = np.random.default_rng(seed)
         for share in (0.5, 0.999):

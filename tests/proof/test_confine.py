@@ -118,7 +118,7 @@ def test_rest_states_of_a_turning_pendulum():
     assert found.proved
     grid = np.linspace(-20, 20, 400_002)  # not at zero
     crossings = grid[:-1][np.diff(np.sign(12.0 * grid - 100 * np.sin(grid))) != 0]
-    on_axis = [p.Theta[0] for p in found.states if np.abs(p.Theta[1:]).max() < 1e-9]
+    on_axis = [p.orientation[0] for p in found.states if np.abs(p.orientation[1:]).max() < 1e-9]
     np.testing.assert_allclose(np.sort(on_axis), crossings, atol=2e-4)
     assert np.pi < max(crossings) < found.end[0]
 

@@ -37,7 +37,7 @@ def test_a_valley_so_shallow_that_round_off_hides_its_pass_ends_the_search():
     regions = within(120, regions_of, rest)
     # A lean by π stores ½ 1e-6 π² J, and hangs 2 · 0.2943 J lower than upright.
     lowest = 0.5e-6 * np.pi**2 - 2 * 0.2943
-    assert rest.states[0].state.energy == pytest.approx(lowest, abs=1e-9)
+    assert rest.states[0].energy == pytest.approx(lowest, abs=1e-9)
     for region in regions.minima:
         assert 0 < region.lower_bound <= region.level < 1e-5
 

@@ -1,12 +1,13 @@
 """What proofs state as plain data: it is made, stored and read in this form."""
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    NonNegativeInt,
     PositiveInt,
     SerializerFunctionWrapHandler,
     model_serializer,
@@ -43,6 +44,40 @@ class Entry(BaseModel):
         """Leave out what only some elements have, so that all other files are as they were."""
         data: dict[str, Any] = handler(self)
         return {key: data[key] for key in data if key not in OF_ELEMENTS or data[key] is not None}
+
+
+class ProvedState(Entry):
+    """One rest state: Θ, X and D, and its potential energy, J.
+
+    index is the number of independent directions in which the energy decreases. index_proved is
+    whether it is proved.
+
+    enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
+
+    held is true if the force of an element of a user jumps there, and one between those on both
+    sides balances the load, or if a repelling guard or a stop holds θ2 at its angle in this way.
+    index then counts directions along the surface, or of θ1 and θ3. None: it is not held. ridge is
+    true if the force pushes away from the surface: the energy falls on both sides, which is one
+    direction more. degenerate is true if the Hessian is singular to round-off, and the index is not
+    proved.
+    """
+
+    orientation: Triple
+    position: Triple
+    connector_state: Numbers
+    energy: float
+    index: NonNegativeInt
+    proved: bool
+    enclosure: tuple[Triple, Triple]
+    index_proved: bool = False
+    held: Literal[True] | None = None
+    ridge: Literal[True] | None = None
+    degenerate: Literal[True] | None = None
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether it is a minimum of the energy; None if its index is not determined."""
+        return None if self.degenerate else self.index == 0
 
 
 class ProvedRegion(Entry):

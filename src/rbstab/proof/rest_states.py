@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -15,13 +16,14 @@ from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.enclosures.points import value_at
 from rbstab.proof.enclosures.tied import TiedBounds, bounds_of
+from rbstab.proof.entries import ProvedState
 from rbstab.proof.exact.expr import COS, SIN, VAR
 from rbstab.proof.model import RANGE_END, Energy, ExactSystem, NoMinimumError, energy_of
 from rbstab.proof.passive.passive import first_jump
 from rbstab.proof.pieces import rest_zeros
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, reject
 from rbstab.proof.regions.regions import Regions, regions_of
-from rbstab.proof.rest_points import RestPoint, RestStates, SearchOutcome
+from rbstab.proof.rest_points import RestStates, SearchOutcome, state_entry
 from rbstab.proof.search import SINGULAR, Zeros
 from rbstab.proof.zeros import Zero
 from rbstab.systems.system import System
@@ -218,23 +220,19 @@ class Body:
             q[k] = value_at(place, q)
         return q
 
-    def _point(self, zero: Zero, *, proved: bool) -> RestPoint:
+    def _point(self, zero: Zero, *, proved: bool) -> ProvedState:
         state = rest_state_at(self.at_rest, self.configuration(zero.point))
         if zero.normal is not None:
             state = held_at_kink(self.at_rest, state, zero.normal)
-        index, degenerate = zero.index, False
-        if index is None:
-            index = int(np.sum(self.bounded.curvatures(zero.point) < 0))
-            degenerate = _is_singular(self.bounded, zero.point)
-        return RestPoint(
-            state,
-            index,
-            zero.enclosure,
-            proved,
-            proved and zero.index is not None,
-            zero.ridge,
-            degenerate,
-        )
+        more: dict[str, Any] = {"ridge": zero.ridge or None}
+        if proved:
+            index_proved = zero.index is not None
+            more |= {"proved": True, "enclosure": zero.enclosure, "index_proved": index_proved}
+        if zero.index is not None:
+            return state_entry(state, zero.index, **more)
+        index = int(np.sum(self.bounded.curvatures(zero.point) < 0))
+        singular = _is_singular(self.bounded, zero.point)
+        return state_entry(state, index, **more, degenerate=singular or None)
 
 
 def around(outer: Box, inner: Box) -> Boxes:

@@ -10,7 +10,7 @@ from rbstab.experiment.stored_proof.entries import OnRotations, ProvedEnergy, Pr
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION
 from rbstab.files.counts import grouped
 from rbstab.mechanics.states import PITCH
-from rbstab.proof.entries import Entry, Numbers, ProvedMinimum, ProvedRegion, Triple
+from rbstab.proof.entries import Entry, ProvedMinimum, ProvedRegion, ProvedState, Triple
 from rbstab.store.cards import line
 
 BARRIER, STOP = "a barrier", "a stop"
@@ -31,40 +31,6 @@ GOES_ON = f"{ASK_FOR_PROOF} tries more"
 
 UNSPRUNG = "K_r is not positive definite"
 """The reason why rest states may form a family, and be farther away than any angle."""
-
-
-class ProvedState(Entry):
-    """One rest state: Θ, X and D, and its potential energy, J.
-
-    index is the number of independent directions in which the energy decreases. index_proved is
-    whether it is proved.
-
-    enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
-
-    held is true if the force of an element of a user jumps there, and one between those on both
-    sides balances the load, or if a repelling guard or a stop holds θ2 at its angle in this way.
-    index then counts directions along the surface, or of θ1 and θ3. None: it is not held. ridge is
-    true if the force pushes away from the surface: the energy falls on both sides, which is one
-    direction more. degenerate is true if the Hessian is singular to round-off, and the index is not
-    proved.
-    """
-
-    orientation: Triple
-    position: Triple
-    connector_state: Numbers
-    energy: float
-    index: NonNegativeInt
-    proved: bool
-    enclosure: tuple[Triple, Triple]
-    index_proved: bool = False
-    held: Literal[True] | None = None
-    ridge: Literal[True] | None = None
-    degenerate: Literal[True] | None = None
-
-    @property
-    def stable(self) -> bool | None:
-        """Whether it is a minimum of the energy; None if its index is not determined."""
-        return None if self.degenerate else self.index == 0
 
 
 class ProvedStates(Entry):

@@ -2,14 +2,14 @@
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from rbstab.experiment.stored_proof.data import ProvedState, UnwrappedStates
+from rbstab.experiment.stored_proof.data import UnwrappedStates
 from rbstab.experiment.stored_proof.proof import Proof, no_proof
 
 if TYPE_CHECKING:
     from rbstab.analysis.descents.searched import SearchedState
     from rbstab.proof.model import Energy
     from rbstab.proof.regions.regions import Regions
-    from rbstab.proof.rest_points import RestPoint, RestStates
+    from rbstab.proof.rest_points import RestStates
 
 
 def searched_record(identity: str, states: "list[SearchedState]", outcome: str) -> Proof:
@@ -20,14 +20,10 @@ def searched_record(identity: str, states: "list[SearchedState]", outcome: str) 
         states: The rest states.
         outcome: Why nothing is proved of them.
     """
-    from rbstab.proof.boxes import Box
-    from rbstab.proof.rest_points import RestPoint
+    from rbstab.proof.rest_points import state_entry
 
-    points = [
-        RestPoint(one.state, one.index, Box(*[one.state.motion.Theta] * 2), False, False)
-        for one in states
-    ]
-    return no_proof(identity, outcome).model_copy(update={"states": tuple(map(_state, points))})
+    found = tuple(state_entry(one.state, one.index) for one in states)
+    return no_proof(identity, outcome).model_copy(update={"states": found})
 
 
 class Found(NamedTuple):
@@ -75,26 +71,8 @@ def _entries(found: Found) -> dict[str, Any]:
         "unique": rest.unique,
         "examined": rest.examined,
         "undecided": list(zip(undecided.lo.T, undecided.hi.T, strict=True)),
-        "states": [_state(point) for point in rest.states],
+        "states": rest.states,
         "region": found.regions.certified,
         "regions": found.regions.minima,
         "end": rest.end,
     }
-
-
-def _state(point: "RestPoint") -> ProvedState:
-    rest, box = point.state, point.enclosure
-    entries = {
-        "orientation": rest.motion.Theta,
-        "position": rest.motion.X,
-        "connector_state": rest.own,
-        "energy": rest.energy,
-        "index": point.index,
-        "proved": point.proved,
-        "enclosure": (box.lo, box.hi),
-        "index_proved": point.index_proved,
-        "held": rest.on_kink or None,
-        "ridge": point.on_ridge or None,
-        "degenerate": point.degenerate or None,
-    }
-    return ProvedState.model_validate(entries)

@@ -1,6 +1,8 @@
 """The list of rest states: all of them, in order, with index, proof and uniqueness."""
 
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +16,13 @@ from support.rest import (
 from support.systems import VARIANTS
 
 from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.config.build import problem_of, system_of
+from rbstab.config.load import load_config
+from rbstab.config.user_code.permission import without_code
 from rbstab.proof.rest_points import SearchOutcome
+from rbstab.proof.rest_states import Body
+
+LATCH = Path(__file__).parents[2] / "configs/examples/latch.yaml"
 
 
 @pytest.mark.parametrize("proof", [True, False])
@@ -94,3 +102,12 @@ def test_undecided_decides_nothing():
     (point,) = found.states
     assert not point.proved
     np.testing.assert_allclose(point.orientation, 0, atol=1e-5)
+
+
+def test_a_search_knows_a_ridge_and_proves_nothing():
+    """Of the latch: two minima, and the ridge between them."""
+    config = load_config(LATCH, allow_python=True)
+    found = Body(problem_of(config).system, partial(system_of, without_code(config))).searched()
+    kinds = [(one.index, one.held, one.ridge, one.proved) for one in found.states]
+    assert kinds == [(0, None, None, False), (0, None, None, False), (1, True, True, False)]
+    assert found.zeros.zeros[0].index is None

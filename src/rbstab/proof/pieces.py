@@ -70,7 +70,7 @@ class Piece:
         search = Search(self.V, self.box, known=known, also=self._is_elsewhere)
         found = search.run(limit, begin=begin)
         if found.undecided.count and found.examined >= limit:
-            found = search.with_zeros_near(_random(self.box, seed))
+            found = search.with_zeros_near(random_points(self.box, seed))
         zeros, undecided = list[Zero](), [self.whole(found.undecided)]
         for zero in found.zeros:
             at = self.whole(one_box(zero.enclosure))
@@ -139,7 +139,7 @@ def rest_zeros(  # noqa: PLR0913 (three of them are options)
     )
 
 
-def _random(box: Box, seed: int) -> Array:
+def random_points(box: Box, seed: int) -> Array:
     """Return the middle of a box and random points of it, shape (n, points)."""
     middle, radius = 0.5 * (box.lo + box.hi), 0.5 * (box.hi - box.lo)
     points = np.random.default_rng(seed).uniform(-1, 1, (len(middle), STARTS))

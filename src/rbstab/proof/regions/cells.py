@@ -18,6 +18,7 @@ something else (`Cells.ways`).
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from heapq import heappop, heappush
 from typing import Any, NamedTuple
 
@@ -186,16 +187,23 @@ class Cells:
         below = weight < level
         return one[below], two[below], weight[below]
 
-    def flood(self, minimum: int, level: float = np.inf) -> Flood:
-        """Flood from a rest state until another one or an open face is met, or up to a level."""
-        one, two, weight = self._edges(level)
+    @cached_property
+    def _links(self) -> tuple[list[int], list[int], list[float]]:
+        """The edges in rows, one for each node: where it begins, the other nodes, the weights."""
+        one, two, weight = self._edges(np.inf)
         both = np.concatenate([one, two]), np.concatenate([two, one])
         graph = _graph(np.tile(weight, 2), *both, self.border + 1)
-        begin, to, weights = (x.tolist() for x in (graph.indptr, graph.indices, graph.data))
+        return graph.indptr.tolist(), graph.indices.tolist(), graph.data.tolist()
+
+    def flood(self, minimum: int, level: float = np.inf) -> Flood:
+        """Flood from a rest state until another one or an open face is met, or up to a level."""
+        begin, to, weights = self._links
         start, top = self.count + minimum, Pass(-np.inf, (0, 0))
         reached, seen = [(-np.inf, start, start)], set[int]()
         while reached:
             height, before, node = heappop(reached)
+            if height >= level:
+                break
             if node in seen:
                 continue
             if height > top.level:

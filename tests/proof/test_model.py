@@ -15,13 +15,13 @@ from rbstab.config.user_code.permission import without_code
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.taylor import value_at
 from rbstab.proof.exact.expr import COS, atom, variable
-from rbstab.proof.held import jumps
 from rbstab.proof.model import (
     NoMinimumError,
     _poles,
     eliminated,
     energy_of,
 )
+from rbstab.proof.pieces import jumps
 from rbstab.proof.reasons import NoReducedEnergy
 from rbstab.proof.rest_states import Body
 

@@ -64,12 +64,12 @@ def found(request):
 
 def starts_of(landscape, zeros, regions):
     """Return points inside of regions with the number of the region of each."""
-    levels = [RegionLevel(one.state, one.energy_bound) for one in regions.minima]
+    levels = [RegionLevel(one.rest_state - 1, one.energy_bound) for one in regions.minima]
     starts = StartRegions(landscape.energy, zeros, RANGE, levels)
     rng = np.random.default_rng(7)
     x = rng.uniform(-END, END, size=(3000, 3))
     for one in regions.minima:  # near a minimum, for small regions
-        near = rng.normal(0, 0.2, size=(500, 3)) + zeros.zeros[one.state].point
+        near = rng.normal(0, 0.2, size=(500, 3)) + zeros.zeros[one.rest_state - 1].point
         x = np.concatenate([x, np.clip(near, -END, END)])
     which = starts.find(landscape.value(x.T) + 1e-9, x, x)
     return x, which
@@ -87,7 +87,7 @@ def test_descents_end_at_the_minimum_of_their_region(found):
                 lambda _, at: -landscape.slope(at), (0, 200), start, method="LSODA", rtol=1e-7
             )
             np.testing.assert_allclose(
-                flow.y[:, -1], zeros.zeros[region.state].point, atol=1e-3, rtol=0
+                flow.y[:, -1], zeros.zeros[region.rest_state - 1].point, atol=1e-3, rtol=0
             )
 
 
@@ -124,25 +124,26 @@ def test_no_region_ends_above_a_way_on_a_grid(found):
     nodes = [node(zero.point) for zero in zeros.zeros]
     for region in regions.minima:
         parts, _ = label(region.energy_bound - slack > U)
-        own = (parts == parts[nodes[region.state]]) & (parts > 0)
+        own = (parts == parts[nodes[region.rest_state - 1]]) & (parts > 0)
         assert own[1:-1, 1:-1, 1:-1].sum() == own.sum()
         for at, zero in zip(nodes, zeros.zeros, strict=True):
-            assert not own[at] or at == nodes[region.state] or not is_minimum(zero)
+            assert not own[at] or at == nodes[region.rest_state - 1] or not is_minimum(zero)
 
 
 def test_each_pass_is_a_saddle_or_on_a_face(found):
     """It has the energy that is said, within the margin of the search."""
     landscape, zeros, regions = found
     for region in regions.minima:
-        x = region.pass_at
-        height = landscape.value(x) - landscape.value(zeros.zeros[region.state].point)
+        x = np.array(region.pass_at)
+        height = landscape.value(x) - landscape.value(zeros.zeros[region.rest_state - 1].point)
         assert region.level == pytest.approx(height, rel=1e-9)
         assert region.lower_bound <= region.level * (1 + 1e-12)
         assert region.lower_bound == pytest.approx(region.level, rel=2e-5)
         if region.pass_state is None:
-            axis, sign = region.pass_face
+            axis = int(region.pass_face[1]) - 1
+            sign = -1 if "-" in region.pass_face else 1
             assert x[axis] == pytest.approx(sign * END[axis], rel=1e-15)
         else:
-            zero = zeros.zeros[region.pass_state]
+            zero = zeros.zeros[region.pass_state - 1]
             assert not is_minimum(zero)
             np.testing.assert_array_equal(zero.point, x)

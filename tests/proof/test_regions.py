@@ -28,7 +28,7 @@ def test_two_valleys_end_at_the_half_turn_if_it_is_lower_than_the_top():
         assert region.level == pytest.approx(depth, rel=1e-6)
         assert region.energy_bound == pytest.approx(half_turn, abs=2e-6 * depth)
     # Each valley ends at its own half turn, which does not lead to the other valley.
-    assert {region.pass_face for region in regions} == {(0, -1), (0, 1)}
+    assert {region.pass_face for region in regions} == {"θ1 = -π", "θ1 = π"}
 
 
 def test_a_valley_so_shallow_that_round_off_hides_its_pass_ends_the_search():
@@ -37,7 +37,7 @@ def test_a_valley_so_shallow_that_round_off_hides_its_pass_ends_the_search():
     regions = within(120, regions_of, rest)
     # A lean by π stores ½ 1e-6 π² J, and hangs 2 · 0.2943 J lower than upright.
     lowest = 0.5e-6 * np.pi**2 - 2 * 0.2943
-    assert rest.states[0].state.energy == pytest.approx(lowest, abs=1e-9)
+    assert rest.states[0].energy == pytest.approx(lowest, abs=1e-9)
     for region in regions.minima:
         assert 0 < region.lower_bound <= region.level < 1e-5
 
@@ -47,7 +47,7 @@ def test_one_minimum_has_the_certified_region(variant):
     found = regions_of(rest_states(paper_system(variant, weight=HEAVY)))
     assert found.certified is not None
     (region,) = found.minima
-    assert region.state == 0
+    assert region.rest_state == 1
     assert region.energy_bound == found.certified.energy_bound
     assert region.lower_bound == found.certified.lower_bound
     assert region.pass_face == found.certified.face
@@ -60,7 +60,7 @@ def test_a_state_whose_index_is_not_proved_has_no_region():
     first, second, top = rest.zeros.zeros
     doubtful = replace(rest.zeros, zeros=(first, replace(second, index=None), top))
     found = regions_in(body.energy, doubtful, Box(-rest.end, rest.end), body.bounded)
-    assert {region.state for region in found.minima} == {0}
+    assert {region.rest_state for region in found.minima} == {1}
     alone = regions_of(rest_states(system, proof=False))
     assert alone.minima == ()
     assert alone.certified is None or alone.certified.energy_bound is None

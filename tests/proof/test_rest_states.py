@@ -1,10 +1,12 @@
 """The list of rest states: all of them, in order, with index, proof and uniqueness."""
 
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
-from support.proofs import rest_states, slopes_of
+from support.proofs import rest_state_of, rest_states, slopes_of
 from support.rest import (
     SADDLES,
     inverted_pendulum,
@@ -14,14 +16,20 @@ from support.rest import (
 from support.systems import VARIANTS
 
 from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.config.build import problem_of, system_of
+from rbstab.config.load import load_config
+from rbstab.config.user_code.permission import without_code
 from rbstab.proof.rest_points import SearchOutcome
+from rbstab.proof.rest_states import Body
+
+LATCH = Path(__file__).parents[2] / "configs/examples/latch.yaml"
 
 
 @pytest.mark.parametrize("proof", [True, False])
 def test_saddles_of_the_paper_body(proof):
     found = rest_states(paper_system("permanent", 0.1), proof=proof)
     np.testing.assert_allclose(
-        [point.Theta for point in found.states], [np.zeros(3), *SADDLES], rtol=0, atol=5.1e-4
+        [point.orientation for point in found.states], [np.zeros(3), *SADDLES], rtol=0, atol=5.1e-4
     )
     assert [point.stable for point in found.states] == [True, False, False]
     assert all(point.index in {1, 2} for point in found.states[1:])
@@ -36,27 +44,27 @@ def test_no_rest_state_moves(rng, variant):
     found = rest_states(system)
     assert found.states
     for point in found.states:
-        motion = point.state.motion
-        start = system.start(motion, point.state.own)
+        Theta, state = np.array(point.orientation), rest_state_of(found, point)
+        start = system.start(state.motion, state.own)
         np.testing.assert_allclose(system.rates(start), 0, atol=1e-8)
-        assert system.potential_energy(start) == pytest.approx(point.state.energy, rel=1e-12)
-        assert point.state.found
-        assert point.state.gradient < 1e-9
-        assert np.all(point.enclosure.lo <= point.Theta)
-        assert np.all(point.Theta <= point.enclosure.hi)
+        assert system.potential_energy(start) == pytest.approx(point.energy, rel=1e-12)
+        assert state.found
+        assert state.gradient < 1e-9
+        assert np.all(point.enclosure[0] <= Theta)
+        assert np.all(Theta <= point.enclosure[1])
         # The index is the number of negative eigenvalues, by differences of the gradient.
         h = 1e-4 * np.eye(3)
-        H = [slopes_of(found, point.Theta + x) - slopes_of(found, point.Theta - x) for x in h]
+        H = [slopes_of(found, Theta + x) - slopes_of(found, Theta - x) for x in h]
         assert point.index == np.sum(np.linalg.eigvalsh(np.array(H)) < 0)
     nearest = nearest_rest_state(system)
     if nearest.found and np.all(np.abs(nearest.motion.Theta[[0, 2]]) < np.pi):
-        apart = [np.abs(point.Theta - nearest.motion.Theta).max() for point in found.states]
+        apart = [np.abs(point.orientation - nearest.motion.Theta).max() for point in found.states]
         assert min(apart) < 1e-9
 
 
 def test_order_is_that_of_the_energy_and_not_of_the_index():
     found = rest_states(random_rest_system(np.random.default_rng(21), "visco-elastic"))
-    energies = [point.state.energy for point in found.states]
+    energies = [point.energy for point in found.states]
     indices = [point.index for point in found.states]
     assert energies == sorted(energies)
     assert indices != sorted(indices)
@@ -66,11 +74,11 @@ def test_index_of_the_pendulum():
     # Upright it falls along θ1 only, since a < k2; leaning it is stable.
     found = rest_states(inverted_pendulum([50.0, 150.0, 70.0], 100.0))
     assert [point.index for point in found.states] == [0, 0, 1]
-    np.testing.assert_allclose(found.states[2].Theta, 0, atol=1e-12)
+    np.testing.assert_allclose(found.states[2].orientation, 0, atol=1e-12)
     # It leans where θ = 2 sin θ.
-    leaning = np.abs(found.states[0].Theta[0])
+    leaning = np.abs(found.states[0].orientation[0])
     assert leaning == pytest.approx(2 * np.sin(leaning), rel=1e-14)
-    assert found.states[0].state.energy == pytest.approx(
+    assert found.states[0].energy == pytest.approx(
         25 * leaning**2 - 100 * (1 - np.cos(leaning)), rel=1e-12
     )
 
@@ -93,4 +101,13 @@ def test_undecided_decides_nothing():
     # The state is listed, but as not proved.
     (point,) = found.states
     assert not point.proved
-    np.testing.assert_allclose(point.Theta, 0, atol=1e-5)
+    np.testing.assert_allclose(point.orientation, 0, atol=1e-5)
+
+
+def test_a_search_knows_a_ridge_and_proves_nothing():
+    """Of the latch: two minima, and the ridge between them."""
+    config = load_config(LATCH, allow_python=True)
+    found = Body(problem_of(config).system, partial(system_of, without_code(config))).searched()
+    kinds = [(one.index, one.held, one.ridge, one.proved) for one in found.states]
+    assert kinds == [(0, None, None, False), (0, None, None, False), (1, True, True, False)]
+    assert found.zeros.zeros[0].index is None

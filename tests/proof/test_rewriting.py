@@ -128,7 +128,8 @@ def test_a_quadratic_function_is_taken_apart():
 def test_quotients_of_variables_are_not_quadratic():
     quotients = X**2 * Y**-1 + X**3 * Y**-1 + Y**-1
     parts = quadratic_in(X * Y + quotients, [0, 1])
-    assert (parts.H, parts.b, parts.rest) == ([[0, 1], [1, 0]], [expr(0)] * 2, quotients)
+    assert parts.H == [[0, 1], [1, 0]]
+    assert (parts.b, parts.rest) == ([expr(0)] * 2, quotients)
 
 
 @settings(deadline=None, max_examples=20)

@@ -21,6 +21,7 @@ from support.tied_springs import (
 
 from rbstab.elements.guards.stop import Stop
 from rbstab.proof.boxes import Box
+from rbstab.proof.entries import NO_LENGTH
 from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.exact.lengths import NotSingleError, springs_of, with_squares
 from rbstab.proof.reasons import NoReducedEnergy
@@ -92,10 +93,10 @@ def test_no_rest_state_that_scipy_finds_is_missed(K_d):
     assert rest.proved == (K_d is not None)
     left = rest.zeros.undecided
     for y in reached:
-        near = [np.abs(y[:3] - one.Theta).max() < 1e-5 for one in rest.states]
+        near = [np.abs(y[:3] - one.orientation).max() < 1e-5 for one in rest.states]
         assert any(near) or left.touch(Box(y[:3] - 1e-6, y[:3] + 1e-6)).any()
     for one in rest.states:
-        y = np.concatenate([one.state.motion.Theta, one.state.motion.X])
+        y = np.concatenate([one.orientation, one.position])
         np.testing.assert_allclose(slope(y), 0.0, atol=1e-3)
         H = np.array([slope(y + h) - slope(y - h) for h in 1e-4 * np.eye(6)])
         assert not one.index_proved or one.index == np.sum(np.linalg.eigvalsh(H) < 0)
@@ -134,9 +135,8 @@ def test_the_region_ends_at_the_border_or_where_a_spring_has_no_length(at_border
     assert rest.unique
     region = body.regions(rest).certified
     assert region is not None
-    height = expected - rest.states[0].state.energy
-    assert region.spring is not at_border
-    assert (region.face is not None) == at_border
+    height = expected - rest.states[0].energy
+    assert (region.face == NO_LENGTH) is not at_border
     assert 0.999 * height <= region.lower_bound <= height + 1e-6
 
 

@@ -7,9 +7,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from rbstab.analysis.rest_state import RestState, rest_state_at
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.tied import bounds_of
+from rbstab.proof.entries import ProvedState
 from rbstab.proof.exact.expr import Expr, expr, variable
 from rbstab.proof.limits import MOST
 from rbstab.proof.model import Energy, ExactSystem
@@ -64,6 +66,12 @@ def regions_of(rest: RestStates) -> Regions:
     """Return c* and the regions of the minima in a range."""
     with np.errstate(all="ignore"):
         return _BODIES[rest].regions(rest)
+
+
+def rest_state_of(rest: RestStates, point: ProvedState) -> RestState:
+    """Return one of the rest states in a list, with its remaining gradient."""
+    body = _BODIES[rest]
+    return rest_state_at(body.at_rest, body.configuration(np.array(point.orientation)))
 
 
 def slopes_of(rest: RestStates, Theta: Array) -> Array:

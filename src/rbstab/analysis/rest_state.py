@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -33,9 +32,6 @@ So this tolerance leaves the energy exact to round-off for every stiffness above
 
 FORCE_ERROR = 1e-12
 """The round-off of a generalized force, relative to the forces that balance in it."""
-
-MAX_STEPS = 100
-"""The maximum number of steps of the descent; about ten are enough if a rest state exists."""
 
 MAX_TOUCHES = 4
 """The maximum number of times that a descent goes on along a stop."""
@@ -94,7 +90,9 @@ def nearest_rest_state(system: System) -> RestState:
         The state where the descent ended; check `RestState.found`.
     """
     acting = as_at_rest(system)
-    return energy_in(system, _nearest(acting), acting)
+    at_rest = configurations(acting)
+    q = at_rest.unloaded
+    return energy_in(system, rest_state_below(at_rest, q) or rest_state_at(at_rest, q), acting)
 
 
 def energy_in(system: System, rest: RestState, acting: System) -> RestState:
@@ -104,23 +102,6 @@ def energy_in(system: System, rest: RestState, acting: System) -> RestState:
     at_rest = configurations(system)
     energy = float(at_rest.energy(at_rest.configuration(rest.motion, rest.own)))
     return replace(rest, energy=energy)
-
-
-def _nearest(system: System) -> RestState:
-    at_rest = configurations(system)
-    energy, q = at_rest.energy, at_rest.unloaded
-    if has_kinks(system):
-        return rest_state_below(at_rest, q) or rest_state_at(at_rest, q)
-    tolerance = gradient_tolerance(largest_load(at_rest, q))
-    if _steepness(energy, q) > tolerance:
-        # Numbers near overflow make the descent fail; then `found` is false.
-        with suppress(ArithmeticError, ValueError, np.linalg.LinAlgError):
-            q = _descend(energy, q, tolerance)
-    stop = stop_of(system)
-    if stop is not None and not abs(q[PITCH]) <= stop.angle:
-        below = rest_state_below(at_rest, at_rest.unloaded)
-        return below or rest_state_at(at_rest, at_rest.unloaded)
-    return rest_state_at(at_rest, q)
 
 
 def rest_state_below(
@@ -168,16 +149,17 @@ def _descended(
 
     tolerance = gradient_tolerance(largest_load(at_rest, q))
     if has_kinks(at_rest.system):
-        end = descend_to_kinks(at_rest, q, tolerance, is_late, is_inside)
-        found = rest_state_at(at_rest, end.q)
-        return replace(found, gradient=end.gradient, on_kink=end.on_kink)
-    ends, _, _ = descend(energy, q[:, np.newaxis], np.array([tolerance]), is_late, is_inside)
-    return rest_state_at(at_rest, ends[:, 0])
+        at = descend_to_kinks(at_rest, q, tolerance, is_late, is_inside)
+        return replace(rest_state_at(at_rest, at.q), gradient=at.gradient, on_kink=at.on_kink)
+    ends, _, (found,) = descend(energy, q[:, np.newaxis], np.array([tolerance]), is_late, is_inside)
+    end = ends[:, 0]
+    # A rest state from which it begins is kept as it is.
+    return rest_state_at(at_rest, _polished(at_rest, end) if found and np.any(end != q) else end)
 
 
 def rest_state_at(at_rest: Configurations, q: Array) -> RestState:
     """Return the `RestState` of a configuration q, with its remaining generalized force."""
-    steepness, load = _steepness(at_rest.energy, q), largest_load(at_rest, q)
+    steepness, load = _steepness(at_rest, q), largest_load(at_rest, q)
     motion, own = at_rest.motion(q), q[at_rest.pose_size :]
     return RestState(motion, own, float(at_rest.energy(q)), steepness, load)
 
@@ -211,33 +193,18 @@ def largest_load(at_rest: Configurations, q: Array) -> float:
     return float(np.abs(jacobian(at_rest.energies, q)).max(initial=0.0))
 
 
-def _steepness(energy: Callable[[Array], Any], q: Array) -> float:
-    return float(np.abs(jacobian(energy, q)).max())
+def _steepness(at_rest: Configurations, q: Array) -> float:
+    return float(np.abs(at_rest.gradient(q)).max())
 
 
-def _descend(energy: Callable[[Array], Any], q: Array, tolerance: float) -> Array:
-    # Imported late: without a load no descent is needed.
-    from scipy.optimize import minimize
-
-    # In these units the gradient has to fall to `GRADIENT_TOLERANCE`.
-    unit = tolerance / GRADIENT_TOLERANCE
-
-    def scaled(q: Array) -> Any:
-        return energy(q) / unit
-
-    def gradient(q: Array) -> Array:
-        return jacobian(scaled, q)
-
-    def hessian(q: Array) -> Array:
-        return numerical_hessian(gradient, q)
-
-    options = {"gtol": GRADIENT_TOLERANCE, "maxiter": MAX_STEPS}
-    found = minimize(scaled, q, jac=gradient, hess=hessian, method="trust-exact", options=options)
-    best = found.x
+def _polished(at_rest: Configurations, q: Array) -> Array:
+    """Return the end of a descent after Newton steps, which make it exact to round-off."""
     for _ in range(MAX_POLISHES):
-        # One more Newton step is cheap, and makes the position exact to round-off too.
-        polished = best - np.linalg.solve(hessian(best), gradient(best))
-        best = min(best, polished, key=lambda q: _steepness(scaled, q))
-        if _steepness(scaled, best) <= GRADIENT_TOLERANCE or best is not polished:
-            break
-    return best
+        hessian = numerical_hessian(at_rest.gradient, q)
+        with suppress(np.linalg.LinAlgError):
+            better = q - np.linalg.solve(hessian, at_rest.gradient(q))
+            if _steepness(at_rest, better) < _steepness(at_rest, q):
+                q = better
+                continue
+        break
+    return q

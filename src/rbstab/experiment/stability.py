@@ -22,20 +22,13 @@ from rbstab.experiment.answers.state_words import (
 )
 from rbstab.experiment.convergence.convergence import EVERY_START, Convergence
 from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
-from rbstab.experiment.stored_proof.data import (
-    GOES_ON,
-    NO_LENGTH,
-    STOP,
-    UNSPRUNG,
-    ProofData,
-    ProvedState,
-    ProvedStates,
-)
+from rbstab.experiment.stored_proof.data import GOES_ON, STOP, UNSPRUNG, ProofData, ProvedStates
 from rbstab.experiment.stored_proof.starts import start_level, start_state
 from rbstab.files.counts import grouped
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import motion_from_centre
+from rbstab.proof.entries import NO_LENGTH, ProvedState
 
 UNWRAPPED = "For all real θ1 and θ3"
 """Beginning of the sentences on the range |θ2| < π/2, in which θ1 and θ3 have no bounds."""

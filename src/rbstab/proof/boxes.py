@@ -71,35 +71,16 @@ def joined(parts: Sequence[Boxes], n: int) -> Boxes:
 
 
 def hulls(boxes: Boxes) -> Boxes:
-    """Merge boxes that touch into their hulls, which cover all of them; they have three axes."""
-    for axis in range(3):
-        boxes = _rows_joined(boxes, axis)
-    found = list[Boxes]()
+    """Merge boxes that touch into their hulls, which cover all of them."""
+    found, n = list[Boxes](), len(boxes.lo)
     while boxes.count:
-        hull, members = boxes[slice(1)], boxes.touch(Box(boxes.lo[:, 0], boxes.hi[:, 0]))
-        while members.any():
-            taken = joined([hull, boxes[members]], 3)
-            lo, hi = taken.lo.min(axis=1), taken.hi.max(axis=1)
-            hull, boxes = one_box(Box(lo, hi)), boxes[~members]
-            members = boxes.touch(Box(lo, hi))
-        found.append(hull)
-    return joined(found, 3)
-
-
-def _rows_joined(boxes: Boxes, axis: int) -> Boxes:
-    """Return one box for each row of boxes along an axis that touch and are equal in the others.
-
-    A search leaves thousands of boxes that fill a part of the range; few remain.
-    """
-    others = [k for k in range(3) if k != axis]
-    across = np.concatenate([boxes.lo[others], boxes.hi[others]])
-    order = np.lexsort([boxes.lo[axis], *across])
-    lo, hi, across = boxes.lo[:, order], boxes.hi[:, order], across[:, order]
-    goes_on = np.all(across[:, 1:] == across[:, :-1], axis=0) & (lo[axis, 1:] <= hi[axis, :-1])
-    starts = np.flatnonzero(np.concatenate([[True], ~goes_on])[: boxes.count])
-    if not len(starts):
-        return boxes
-    return Boxes(lo[:, starts], np.maximum.reduceat(hi, starts, axis=1))
+        low, high, boxes = boxes.lo[:, 0], boxes.hi[:, 0], boxes[slice(1, None)]
+        while (near := boxes.touch(Box(low, high))).any():
+            low = np.minimum(low, boxes.lo[:, near].min(axis=1))
+            high = np.maximum(high, boxes.hi[:, near].max(axis=1))
+            boxes = boxes[~near]
+        found.append(one_box(Box(low, high)))
+    return joined(found, n)
 
 
 def one_box(box: Box) -> Boxes:

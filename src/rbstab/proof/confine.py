@@ -1,26 +1,25 @@
 """All real θ1 and θ3: a box that contains all rest states (theorem 6 of docs/proofs.md).
 
-U = ½Θ'KΘ + q'Θ + p(Θ), where p is periodic in θ1 and θ3. There ∂U/∂θ1 = ∂U/∂θ3 = 0 is
+U = ½x'kx + b(θ2)'x + p(Θ) with x = [θ1, θ3], where p is periodic in θ1 and θ3. There ∂U/∂x = 0 is
 
-    k [θ1, θ3]' = -[q1 + K12 θ2 + ∂p/∂θ1, q3 + K32 θ2 + ∂p/∂θ3]'
+    k x = -(b(θ2) + ∂p/∂x)
 
-with the block k of K for θ1 and θ3, and |θ2| <= π/2. So |k⁻¹| times the largest magnitudes on the
-right bounds |θ1| and |θ3|; a search over one period bounds the slopes of p.
+with |θ2| <= π/2. So |k⁻¹| times the largest magnitudes on the right bounds |θ1| and |θ3|; a search
+over one period bounds the slopes of p.
 """
 
 from dataclasses import replace
-from fractions import Fraction
-from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 from rbstab.proof.boxes import Box, joined, one_box
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy
 from rbstab.proof.enclosures.intervals import constant
 from rbstab.proof.enclosures.tied import bounds_of
-from rbstab.proof.exact.expr import COS, SIN, VAR, Atom, Expr, Monomial, atom
-from rbstab.proof.exact.rewriting import inverse_of_definite
+from rbstab.proof.exact.expr import COS, SIN, VAR, Atom, Expr, variable
+from rbstab.proof.exact.rewriting import Quadratic, inverse_of_definite, quadratic_in
 from rbstab.proof.model import RANGE_END, Energy
 
 OUTER = (0, 2)
@@ -44,50 +43,25 @@ FIRST = (3, 2, 3)
 PERIOD = RANGE_END[0]
 
 
-class Parts(NamedTuple):
-    """U = ½Θ'KΘ + q'Θ + p as far as θ1 and θ3 are concerned: K and q are exact."""
+def parts_of(U: Expr) -> Quadratic | None:
+    """Return U as ½x'kx + b'x + p for x = [θ1, θ3]; None if x stands in it otherwise.
 
-    K: list[list[Fraction]]
-    q: list[Fraction]
-    p: Expr
-
-
-def parts_of(U: Expr) -> Parts | None:
-    """Take an energy apart; None if θ1 or θ3 stand in it otherwise."""
-    angles = {atom(VAR, k): k for k in range(3)}
-    K, q = [[Fraction(0)] * 3 for _ in range(3)], [Fraction(0)] * 3
-    periodic: dict[Monomial, Fraction] = {}
-    for m, c in U.terms.items():
-        if not any(a in angles and angles[a] in OUTER for a, _ in m):
-            if not all(_is_periodic(a) for a, _ in m):
-                return None
-            periodic[m] = c
-            continue
-        powers = [(angles[a], p) for a, p in m if a in angles]
-        degree = sum(p for _, p in powers)
-        if len(powers) < len(m) or degree > 2 or any(p < 0 for _, p in powers):
-            return None
-        i, j = powers[0][0], powers[-1][0]
-        if degree == 1:
-            q[i] += c
-        elif i == j:
-            K[i][i] += 2 * c
-        else:
-            K[i][j] += c
-            K[j][i] += c
-    return Parts(K, q, Expr(periodic))
+    k is constant, b is a polynomial of θ2, and p is periodic in θ1 and θ3.
+    """
+    if any(a.kind == VAR and power < 0 for m in U.terms for a, power in m):
+        return None
+    parts = quadratic_in(U, OUTER, (VAR,))
+    of_pitch = all(b.variables <= {PITCH} for b in parts.b)
+    return parts if of_pitch and all(_is_periodic(a) for a in parts.rest.atoms) else None
 
 
 def _is_periodic(a: Atom) -> bool:
     """Return whether θ1 and θ3 are in sines and cosines alone, of themselves."""
     if a.kind == VAR:
         return a.argument not in OUTER
-    if a.kind in {SIN, COS} and a.inner in (_THETA1, _THETA3):
+    if a.kind in {SIN, COS} and a.inner in (variable(0), variable(2)):
         return True
     return all(_is_periodic(b) for b in a.inner.atoms)
-
-
-_THETA1, _THETA3 = (Expr({((atom(VAR, k), 1),): Fraction(1)}) for k in OUTER)
 
 
 def confined(energy: Energy, V: BoundedEnergy | None = None) -> Array | None:
@@ -100,18 +74,18 @@ def confined(energy: Energy, V: BoundedEnergy | None = None) -> Array | None:
     parts = None if energy.closed & set(OUTER) else parts_of(energy.U)
     if parts is None:
         return None
-    inverse = inverse_of_definite([[parts.K[i][j] for j in OUTER] for i in OUTER])
+    inverse = inverse_of_definite(parts.H)
     if inverse is None:
         return None
     compliance = np.array([[abs(float(x)) for x in row] for row in inverse]) * UP
     end = end_of_pitch(energy)
-    load = np.array([abs(float(parts.q[i])) + abs(float(parts.K[i][1])) * end for i in OUTER])
+    load = UP * np.array([_largest(b, end) for b in parts.b])
     # Wide enough that U is most likely higher at its ends than at θ2 = ±π/2; this needs no proof.
     height = _height(V or bounds_of(energy), energy)
     climb = np.sqrt(2.0 * height * np.diag(compliance))
     least = np.maximum(climb, PERIOD)
     enough = ENOUGH * np.linalg.pinv(compliance) @ (least / MARGIN) - load
-    slopes = _steepest(replace(energy, U=_sloping(parts.p)), end, np.maximum(enough, 0.0))
+    slopes = _steepest(replace(energy, U=_sloping(parts.rest)), end, np.maximum(enough, 0.0))
     found = np.maximum(compliance @ (load + slopes) * MARGIN, least)
     return found if np.all(np.isfinite(found)) else None
 
@@ -119,6 +93,11 @@ def confined(energy: Energy, V: BoundedEnergy | None = None) -> Array | None:
 def end_of_pitch(energy: Energy) -> float:
     """Return the largest |θ2| in the range, rad, rounded up: that of a stop, or π/2."""
     return 0.5 * PERIOD if energy.stop is None else float(constant(energy.stop)[1, 0])
+
+
+def _largest(b: Expr, end: float) -> float:
+    """Bound the magnitude of a polynomial of θ2 for |θ2| <= end."""
+    return sum(abs(float(c)) * end ** sum(p for _, p in m) for m, c in b.terms.items())
 
 
 def _sloping(p: Expr) -> Expr:

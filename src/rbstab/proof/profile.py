@@ -1,9 +1,11 @@
 """The energy along θ2, at its least over θ1 and θ3: a computed curve for figures, not a proof."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.descents.descent import descend
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
 from rbstab.proof.confine import OUTER
@@ -24,8 +26,8 @@ WIDEST = 15.0
 INNER = 3.1
 """rad: barriers on θ1 and θ3 keep them within ±π; the grid ends before."""
 
-STEPS = 20
-"""Newton steps from the lowest point of the grid."""
+TOLERANCE = 1e-9
+"""N m: the slope at which a descent from the lowest point of the grid ends."""
 
 BATCH = 8192
 """Points that are evaluated at once."""
@@ -75,24 +77,24 @@ def _values(U: Expr, Theta: Array) -> Array:
     return np.concatenate(parts)
 
 
+class _AtAngles(NamedTuple):
+    """Energies with their derivatives by θ1 and θ3 at m points, an `EnergyAt`."""
+
+    value: Array
+    gradient: Array
+    hessian: Array
+
+
 def _descended(V: BoundedEnergy, Theta: Array) -> Array:
-    """Return the values at the ends of descents in θ1 and θ3, by Newton's method, shape (m,)."""
-    places, length = list(OUTER), np.ones(Theta.shape[1])
-    value, gradient, hessian = V.at(Theta)
-    for _ in range(STEPS):
+    """Return the values at the ends of descents in θ1 and θ3 from points, shape (m,)."""
+    places = list(OUTER)
+
+    def energy(rows: Array, outer: Array) -> _AtAngles:
+        at = Theta[:, rows]
+        at[places] = outer
+        value, gradient, hessian = V.at(at)
         block = np.moveaxis(hessian[np.ix_(places, places)], 2, 0)
-        known = np.all(np.isfinite(block), axis=(1, 2))
-        values, vectors = np.linalg.eigh(np.where(known[:, None, None], block, np.eye(2)))
-        along = np.einsum("mji,jm->mi", vectors, gradient[places])
-        # Where the energy is not convex, the size of its curvature still gives a way down.
-        sizes = np.abs(values)
-        least = np.maximum(1e-12 * sizes.max(axis=1, keepdims=True), np.finfo(float).tiny)
-        step = np.einsum("mij,mj->im", vectors, along / np.maximum(sizes, least))
-        moved = Theta.copy()
-        moved[places] -= length * step
-        found, g, H = V.at(moved)
-        lower = found < value
-        Theta, value = np.where(lower, moved, Theta), np.where(lower, found, value)
-        gradient, hessian = np.where(lower, g, gradient), np.where(lower, H, hessian)
-        length = np.where(lower, 1.0, 0.5 * length)
-    return value
+        return _AtAngles(value, gradient[places].T, block)
+
+    _, least, _ = descend(energy, Theta[places], np.full(Theta.shape[1], TOLERANCE))
+    return least

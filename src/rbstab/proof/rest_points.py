@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 from rbstab.analysis.rest_state import RestState
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.boxes import Box
+from rbstab.proof.entries import ProvedState
 from rbstab.proof.search import Zeros
-from rbstab.proof.zeros import Zero
 
 
 class SearchOutcome(Enum):
@@ -22,39 +22,27 @@ class SearchOutcome(Enum):
     SEARCHED = "looked for, not proved"
 
 
-@dataclass(frozen=True, eq=False)
-class RestPoint:
-    """One of the rest states of a system.
+def state_entry(rest: RestState, index: int, **more: Any) -> ProvedState:
+    """Return a rest state as it is stored.
 
     Args:
-        state: Its Θ, X, own states, energy and remaining gradient.
+        rest: Its Θ, X, own states and energy.
         index: The number of negative eigenvalues of the Hessian of U(Θ): 0 at a minimum. Where a
             stop or a force that jumps holds the body, that along the surface, and one more if the
-            force pushes away from it (`on_ridge`).
-        enclosure: If `proved`, a box of Θ that contains exactly this rest state; else the point.
-        proved: Whether it is.
-        index_proved: Whether the index is proved for the exact rest state.
-        on_ridge: Whether the force pushes away from a surface.
-        degenerate: Whether the index is not proved, and the Hessian is singular to round-off.
+            force pushes away from it.
+        more: Other entries of `ProvedState`; by default nothing is proved.
     """
-
-    state: RestState
-    index: int
-    enclosure: Box
-    proved: bool
-    index_proved: bool
-    on_ridge: bool = False
-    degenerate: bool = False
-
-    @property
-    def Theta(self) -> Array:
-        """Θ, shape (3,), rad."""
-        return self.state.motion.Theta
-
-    @property
-    def stable(self) -> bool:
-        """Whether this is a minimum of the stored energy; otherwise it is a saddle or a maximum."""
-        return self.index == 0
+    Theta = rest.motion.Theta
+    nothing = {"proved": False, "enclosure": (Theta, Theta)}
+    return ProvedState(
+        orientation=Theta,
+        position=rest.motion.X,
+        connector_state=rest.own,
+        energy=rest.energy,
+        index=index,
+        held=rest.on_kink or None,
+        **nothing | more,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,22 +52,26 @@ class RestStates:
     Args:
         states: The rest states. Those that are proved come first, in the order of `zeros`.
         zeros: The same as zeros of ∇U, and the boxes that may contain others.
-        inside: Those that no stop holds.
-        examined: The number of boxes that the proof examined.
         outcome: How the proof ended.
         end: The largest |Θ| in the range, shape (3,), rad; that of θ2 is the angle of a stop.
         closed: The angles of which no motion reaches the end of the range.
-        covered: The share of the range that the proof has finished.
     """
 
-    states: tuple[RestPoint, ...]
+    states: tuple[ProvedState, ...]
     zeros: Zeros
-    inside: tuple[Zero, ...]
-    examined: int
     outcome: SearchOutcome
     end: Array
     closed: frozenset[int]
-    covered: float = 1.0
+
+    @property
+    def examined(self) -> int:
+        """The number of boxes that the proof examined."""
+        return self.zeros.examined
+
+    @property
+    def covered(self) -> float:
+        """The share of the range that the proof has finished."""
+        return self.zeros.share
 
     @property
     def proved(self) -> bool:

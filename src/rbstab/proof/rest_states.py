@@ -1,6 +1,8 @@
 """All rest states of a system in a range of Θ, and whether there is exactly one."""
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -14,25 +16,23 @@ from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.enclosures.taylor import value_at
 from rbstab.proof.enclosures.tied import TiedBounds, bounds_of
+from rbstab.proof.entries import ProvedState
 from rbstab.proof.exact.expr import COS, SIN, VAR
-from rbstab.proof.held import held_zeros, jumps, out_of_balance, zeros_at_stop
 from rbstab.proof.model import RANGE_END, Energy, ExactSystem, NoMinimumError, energy_of
 from rbstab.proof.passive.passive import first_jump
+from rbstab.proof.pieces import jumps, random_points, rest_zeros
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, reject
 from rbstab.proof.regions.regions import Regions, regions_of
-from rbstab.proof.rest_points import RestPoint, RestStates, SearchOutcome
-from rbstab.proof.search import FAMILY_TRIES, SINGULAR, Search, Zeros
+from rbstab.proof.rest_points import RestStates, SearchOutcome, state_entry
+from rbstab.proof.search import FAMILY_TRIES, SINGULAR, Zeros
 from rbstab.proof.zeros import Zero, newton
 from rbstab.systems.system import System
-
-STARTS = 256
-"""Random starts of a search without a proof."""
 
 SAME = 3e-4
 """rad: results of Newton's method that are closer count as one."""
 
-MOST_CENTRES = 64
-"""Undecided boxes from whose centres states on a surface are looked for."""
+ARRIVED = 1e-9
+"""rad: the last step of Newton's method at a zero."""
 
 LENGTH_LIMIT = 4_000
 """Boxes that are searched for the least length of a line."""
@@ -129,53 +129,69 @@ class Body:
             inner: What `proved` returned for a range inside: it is not searched again if all rest
                 states in it are known.
         """
-        end = self.within_stop(end)
+        end, begin, known = self.within_stop(end), None, list[Zero]()
         box = Box(-end, end)
-        held, begin = held_zeros(self.energy, box), None
         if inner is not None and inner.proved:
-            known, begin = inner.inside, around(box, Box(-inner.end, inner.end))
-            apart = (z for z in held if not any(k.domain.contains(z.point) for k in known))
-            held = [*known, *apart]
-        search = Search(self.bounded, box, known=held, also=out_of_balance(self.energy))
-        found = search.run(limit, begin=begin)
-        if found.undecided.count and found.examined >= limit:
-            found = search.with_zeros_near(_random(end, STARTS))
-        if begin is None and found.undecided.count and not found.family and jumps(self.energy):
-            found = self._once_more(box, held, found, limit)
-        faces = zeros_at_stop(self.energy, box)
-        return self._rest_states(found, faces, end, stopped=found.examined >= limit)
+            begin = around(box, Box(-inner.end, inner.end))
+            known = [zero for zero in inner.zeros.zeros if not zero.held]
+        zeros = rest_zeros(self.energy, self.bounded, box, limit, begin=begin, known=known)
+        outcome = SearchOutcome.UNDECIDED if zeros.undecided.count else SearchOutcome.PROVED
+        if zeros.undecided.count and (zeros.family or zeros.examined >= limit):
+            outcome = SearchOutcome.FAMILY if zeros.family else SearchOutcome.BOX_LIMIT
+        # If all zeros are known, a point that could not be isolated is none.
+        unknown = outcome in {SearchOutcome.UNDECIDED, SearchOutcome.BOX_LIMIT}
+        return self._rest_states(zeros, end, outcome, zeros.singular if unknown else ())
 
-    def _once_more(self, box: Box, held: list[Zero], found: Zeros, limit: int) -> Zeros:
-        """Search again, if there are further states on a surface near undecided boxes."""
-        left = found.undecided[slice(MOST_CENTRES)]
-        more = held_zeros(self.energy, box, 0.5 * (left.lo + left.hi))
-        new = [zero for zero in more if not any(one.domain.contains(zero.point) for one in held)]
-        if not new:
-            return found
-        also = out_of_balance(self.energy)
-        return Search(self.bounded, box, known=[*held, *new], also=also).run(limit)
+    def searched(self, seed: int = 0) -> RestStates:
+        """Return the rest states in the range that Newton's method reaches; nothing is proved."""
+        end = self.within_stop(RANGE_END)
+        box = Box(-end, end)
+        if self.energy.stop is not None or jumps(self.energy):
+            found = rest_zeros(self.energy, self.bounded, box, 0, seed=seed)
+        else:
+            found = self._reached(box, seed)
+        outcome = SearchOutcome.FAMILY if found.family else SearchOutcome.SEARCHED
+        singular = () if found.family else found.singular
+        points = self._rest_states(found, end, outcome, singular, proved=False)
+        # Without an index, no minimum has a region.
+        unknown = tuple(replace(zero, index=None) for zero in found.zeros)
+        return replace(points, zeros=Zeros(unknown, joined([], 3), 0))
+
+    def _reached(self, box: Box, seed: int) -> Zeros:
+        """Return the zeros that Newton's method reaches, without boxes about them."""
+        points, last = newton(self.bounded, random_points(box, seed))
+        inside = np.all((points > box.lo[:, None]) & (points < box.hi[:, None]), axis=0)
+        different = list[Array]()
+        for x in points[:, inside & (last < ARRIVED)].T:
+            if all(np.abs(x - other).max() > SAME for other in different):
+                different.append(x)
+        singular = [_is_singular(self.bounded, x) for x in different]
+        family = sum(singular) >= FAMILY_TRIES
+        zeros = [
+            Zero(x, Box(x, x), Box(x, x), None, float(self.bounded.at(x[:, None])[0][0]))
+            for x, one in zip(different, singular, strict=True)
+            if not (family and one)
+        ]
+        zeros.sort(key=lambda zero: zero.energy)
+        return Zeros(tuple(zeros), joined([], 3), 0, family)
 
     def _rest_states(
-        self, found: Zeros, faces: list[Zeros], end: Array, *, stopped: bool
+        self,
+        zeros: Zeros,
+        end: Array,
+        outcome: SearchOutcome,
+        singular: Sequence[Array],
+        *,
+        proved: bool = True,
     ) -> RestStates:
-        undecided = joined([found.undecided, *(face.undecided for face in faces)], 3)
-        outcome = SearchOutcome.UNDECIDED if undecided.count else SearchOutcome.PROVED
-        if undecided.count and (found.family or stopped):
-            outcome = SearchOutcome.FAMILY if found.family else SearchOutcome.BOX_LIMIT
-        zeros = [*found.zeros, *(zero for face in faces for zero in face.zeros)]
-        zeros.sort(key=lambda zero: zero.energy)
-        examined = found.examined + sum(face.examined for face in faces)
-        points = [self._point(zero, proved=True) for zero in zeros]
-        if outcome in {SearchOutcome.UNDECIDED, SearchOutcome.BOX_LIMIT}:
-            # If all zeros are known, a point that could not be isolated is none.
-            unproved = (_unproved(x, self.bounded) for x in found.singular)
-            points += [self._point(zero, proved=False) for zero in unproved]
-        known = Zeros(tuple(zeros), undecided, examined)
+        points = [self._point(zero, proved=proved) for zero in zeros.zeros]
+        for x in singular:
+            value = float(self.bounded.at(x[:, None])[0][0])
+            zero = Zero(x, Box(x, x), Box(x, x), None, value)
+            points.append(self._point(zero, proved=False))
         # A spring may lose its length on the way to an end.
         closed = frozenset() if isinstance(self.bounded, TiedBounds) else self.energy.closed
-        return RestStates(
-            tuple(points), known, found.zeros, examined, outcome, end, closed, found.share
-        )
+        return RestStates(tuple(points), zeros, outcome, end, closed)
 
     def regions(self, rest: RestStates, *, confining: bool = False) -> Regions:
         """Return c* of a range, and the region of each minimum: theorems 3 and 5.
@@ -217,28 +233,6 @@ class Body:
         """Return the largest |Θ| in a range that a motion can reach with a stop, shape (3,)."""
         return np.array([end[0], min(end[1], end_of_pitch(self.energy)), end[2]])
 
-    def searched(self, seed: int = 0) -> RestStates:
-        """Return the rest states in the range that Newton's method reaches; nothing is proved."""
-        end = self.within_stop(RANGE_END)
-        points, last = newton(self.bounded, _random(end, STARTS, seed))
-        inside = np.all(np.abs(points) < end[:, None], axis=0) & (last < 1e-9)
-        box, different = Box(-end, end), list[Array]()
-        for x in points[:, inside].T:
-            if all(np.abs(x - other).max() > SAME for other in different):
-                different.append(x)
-        zeros = [_unproved(x, self.bounded) for x in different]
-        zeros += held_zeros(self.energy, box)
-        zeros += [zero for face in zeros_at_stop(self.energy, box) for zero in face.zeros]
-        zeros.sort(key=lambda zero: zero.energy)
-        family = sum(_is_singular(self.bounded, zero.point) for zero in zeros) >= FAMILY_TRIES
-        outcome = SearchOutcome.FAMILY if family else SearchOutcome.SEARCHED
-        if family:
-            zeros = [zero for zero in zeros if not _is_singular(self.bounded, zero.point)]
-        found = tuple(self._point(zero, proved=False) for zero in zeros)
-        unknown = tuple(replace(zero, index=None) for zero in zeros)
-        nothing = Zeros(unknown, joined([], 3), 0)
-        return RestStates(found, nothing, (), 0, outcome, end, self.energy.closed)
-
     # -- points ----------------------------------------------------------------------------------
 
     def configuration(self, Theta: Array) -> Array:
@@ -254,23 +248,19 @@ class Body:
             q[k] = value_at(place, q)
         return q
 
-    def _point(self, zero: Zero, *, proved: bool) -> RestPoint:
+    def _point(self, zero: Zero, *, proved: bool) -> ProvedState:
         state = rest_state_at(self.at_rest, self.configuration(zero.point))
         if zero.normal is not None:
             state = held_at_kink(self.at_rest, state, zero.normal)
-        index, degenerate = zero.index, False
-        if index is None:
-            index = int(np.sum(self.bounded.curvatures(zero.point) < 0))
-            degenerate = _is_singular(self.bounded, zero.point)
-        return RestPoint(
-            state,
-            index,
-            zero.enclosure,
-            proved,
-            proved and zero.index is not None,
-            zero.ridge,
-            degenerate,
-        )
+        more: dict[str, Any] = {"ridge": zero.ridge or None}
+        if proved:
+            index_proved = zero.index is not None
+            more |= {"proved": True, "enclosure": zero.enclosure, "index_proved": index_proved}
+        if zero.index is not None:
+            return state_entry(state, zero.index, **more)
+        index = int(np.sum(self.bounded.curvatures(zero.point) < 0))
+        singular = _is_singular(self.bounded, zero.point)
+        return state_entry(state, index, **more, degenerate=singular or None)
 
 
 def around(outer: Box, inner: Box) -> Boxes:
@@ -286,16 +276,6 @@ def around(outer: Box, inner: Box) -> Boxes:
     return joined(parts, len(low))
 
 
-def _random(end: Array, count: int, seed: int = 0) -> Array:
-    """Return Θ = 0 and random points of a range, shape (3, points)."""
-    points = np.random.default_rng(seed).uniform(-1, 1, (3, count)) * end[:, None]
-    return np.concatenate([np.zeros((3, 1)), points], 1)
-
-
 def _is_singular(energy: BoundedEnergy, x: Array) -> bool:
     values = np.abs(energy.curvatures(x))
     return bool(values.min() <= SINGULAR * values.max())
-
-
-def _unproved(x: Array, energy: BoundedEnergy) -> Zero:
-    return Zero(x, Box(x, x), Box(x, x), None, float(energy.at(x[:, None])[0][0]))

@@ -106,17 +106,14 @@ class Search:
         self.examined = 0
         self.pause, self.waiting = 0, 0
 
-    def run(self, limit: int, starts: Array | None = None, begin: Boxes | None = None) -> Zeros:
+    def run(self, limit: int, begin: Boxes | None = None) -> Zeros:
         """Search until all boxes are done, or a number of boxes is examined.
 
         Args:
             limit: The number of boxes.
-            starts: Points from which Newton's method is tried first, shape (n, points).
             begin: The parts of the box that are not done yet; by default all of it.
         """
         n = len(self.box.lo)
-        if starts is not None and starts.shape[1]:
-            self._try(starts)
         pending, left = [one_box(self.box) if begin is None else begin], list[Boxes]()
         while pending and self.examined < limit and not self.family:
             boxes = pending.pop()
@@ -141,19 +138,11 @@ class Search:
         return self._ended(self.left)
 
     def _ended(self, undecided: Boxes) -> Zeros:
+        """Return the zeros inside; one that may lie on the border is undecided."""
         undecided = self.left = undecided[self._open(undecided)]
         volume = np.prod(
             (undecided.hi - undecided.lo) / (self.box.hi - self.box.lo)[:, None], axis=0
         )
-        return self._result(undecided, 1.0 - float(volume.sum()))
-
-    @property
-    def family(self) -> bool:
-        """Whether zeros seem to form a family."""
-        return len(self.failed) >= FAMILY_TRIES
-
-    def _result(self, undecided: Boxes, share: float) -> Zeros:
-        """Return the zeros inside; one that may lie on the border is undecided."""
         inside, across = [], [one_box(box) for box in self.ambiguous]
         for zero in self.zeros:
             low, high = zero.enclosure
@@ -164,10 +153,19 @@ class Search:
                 inside.append(zero)
             elif touches:
                 across.append(one_box(zero.enclosure))
-        undecided = joined([undecided, *across], len(self.box.lo))
-        order = tuple(sorted(inside, key=lambda zero: zero.energy))
-        singular = tuple(self.failed)
-        return Zeros(order, undecided, self.examined, self.family, share, singular)
+        return Zeros(
+            tuple(sorted(inside, key=lambda zero: zero.energy)),
+            joined([undecided, *across], len(self.box.lo)),
+            self.examined,
+            self.family,
+            1.0 - float(volume.sum()),
+            tuple(self.failed),
+        )
+
+    @property
+    def family(self) -> bool:
+        """Whether zeros seem to form a family."""
+        return len(self.failed) >= FAMILY_TRIES
 
     def _open(self, boxes: Boxes) -> Array:
         """Return which boxes do not lie in the domain of a proved zero."""

@@ -10,8 +10,6 @@ from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import (
     UP,
     BoundedEnergy,
-    Bounds,
-    Matrices,
     inverses,
     preconditioned,
 )
@@ -109,8 +107,13 @@ def isolated(energy: BoundedEnergy, point: Array) -> Zero | None:
     lo = np.nextafter(point[:, None] - RADII, -np.inf)
     hi = np.nextafter(point[:, None] + RADII, np.inf)
     b = energy.over(lo, hi)
-    unique = preconditioned(b)[3].sum(axis=1).max(axis=0) * UP < 1
-    exists = have_zeros(b, lo, hi)
+    step, error, mean, hessian = preconditioned(b)
+    unique = hessian.sum(axis=1).max(axis=0) * UP < 1
+    with np.errstate(all="ignore"):
+        # Krawczyk's operator maps a box with a zero into its inside.
+        image = np.abs(step) + error + np.einsum("ijm,jm->im", mean, b.radius)
+        inner = np.minimum(hi - b.centre, b.centre - lo)
+        exists = np.all(image * UP < np.nextafter(inner, -np.inf), axis=0)
     both = np.flatnonzero(unique & exists)
     if not len(both):
         return None
@@ -119,20 +122,6 @@ def isolated(energy: BoundedEnergy, point: Array) -> Zero | None:
         point,
         Box(lo[:, e], hi[:, e]),
         Box(lo[:, d], hi[:, d]),
-        index_of(b.hessian, e),
+        proved_index(b.hessian.mid[:, :, e], b.hessian.rad[:, :, e] * UP),
         float(b.value.mid[e]),
     )
-
-
-def have_zeros(b: Bounds, lo: Array, hi: Array) -> Array:
-    """Return which boxes Krawczyk's operator maps into their inside: each has a zero of ∇V."""
-    step, error, mean, _ = preconditioned(b)
-    with np.errstate(all="ignore"):
-        image = np.abs(step) + error + np.einsum("ijm,jm->im", mean, b.radius)
-        inner = np.minimum(hi - b.centre, b.centre - lo)
-        return np.asarray(np.all(image * UP < np.nextafter(inner, -np.inf), axis=0))
-
-
-def index_of(hessian: Matrices, k: int) -> int | None:
-    """Return the proved number of negative eigenvalues of the k-th matrix, or None."""
-    return proved_index(hessian.mid[:, :, k], hessian.rad[:, :, k] * UP)

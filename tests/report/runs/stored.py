@@ -7,10 +7,10 @@ from support.proofs import parabola
 
 from rbstab.config.load import load_config
 from rbstab.experiment.proof_cache import proof_file
-from rbstab.experiment.stored_proof.data import ProvedRegion, ProvedState
 from rbstab.experiment.stored_proof.entries import ProvedEnergy
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.proof.entries import ProvedRegion, ProvedState
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.runs.facts import facts_of
 from rbstab.store.document import write_document

@@ -12,8 +12,9 @@ from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.stability import kind_of
-from rbstab.experiment.stored_proof.data import ProvedState, ProvedStates
+from rbstab.experiment.stored_proof.data import ProvedStates
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.proof.entries import ProvedState
 
 Claims = dict[str, Any]
 """The claims about one config, as plain data.

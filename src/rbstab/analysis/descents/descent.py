@@ -13,8 +13,12 @@ MAX_STEPS = 300
 """The maximum number of steps. About five are enough near a minimum, about a hundred in a curved
 valley."""
 
+ANGLES = slice(0, 3)
+"""The entries of q that are angles, at most."""
+
 MAX_STEP = 0.5
-"""rad and m: longer steps are cut to this, so that the descent does not leave its valley."""
+"""rad and m: longer steps are cut to this, so that the descent does not leave its valley. In other
+entries than angles it doubles with each step, as a soft body may rest far away."""
 
 SHORTEST_STEP = 1e-4
 """A step that was shortened by this factor, and still raises the energy, ends the descent."""
@@ -107,14 +111,15 @@ def descend(
     value, gradient = at.value.copy(), at.gradient.copy()
     hessian = np.empty((*gradient.shape, gradient.shape[1]))
     accepted, lower = rows, np.ones(len(rows), dtype=bool)
-    shortened = np.ones(len(rows))
+    shortened, reach = np.ones(len(rows)), np.full(len(rows), MAX_STEP)
     for _ in range(MAX_STEPS):
         steep = np.abs(gradient).max(axis=1) > tolerance
         rows = np.flatnonzero(steep & (shortened > SHORTEST_STEP))
         if not len(rows) or is_late():
             break
         hessian[accepted] = at.hessian[lower]
-        trial = q[:, rows] + shortened[rows] * _steps(gradient[rows], hessian[rows]).T
+        steps = _steps(gradient[rows], hessian[rows], reach[rows])
+        trial = q[:, rows] + shortened[rows] * steps.T
         at = energy(rows, trial)
         slack = ROUND_OFF * (np.abs(value[rows]) + 1.0)
         lower = at.value <= value[rows] + slack
@@ -125,19 +130,24 @@ def descend(
         gradient[accepted] = at.gradient[lower]
         shortened[accepted] = np.minimum(1.0, 2.0 * shortened[accepted])
         shortened[rows[~lower]] *= 0.5
+        reach[accepted] *= 2.0
     return q, value, np.abs(gradient).max(axis=1) <= tolerance
 
 
-def _steps(gradient: Array, hessian: Array) -> Array:
-    """Return the Newton steps with the absolute values of the curvatures, shape (m, n)."""
+def _steps(gradient: Array, hessian: Array, reach: Array) -> Array:
+    """Return the Newton steps with the absolute values of the curvatures, shape (m, n).
+
+    They are cut to `MAX_STEP` in angles, and to `reach` in all entries.
+    """
     finite = np.isfinite(hessian).all(axis=(1, 2), keepdims=True)
     curvatures, axes = np.linalg.eigh(np.where(finite, hessian, 0.0))
     sizes = np.abs(curvatures)
     sizes = np.maximum(sizes, MIN_CURVATURE * sizes.max(axis=1, keepdims=True))
     along = np.einsum("mik,mi->mk", axes, gradient) / sizes
     steps = -np.einsum("mik,mk->mi", axes, along)
-    longest = np.abs(steps).max(axis=1, keepdims=True)
-    limited: Array = steps * np.minimum(1.0, MAX_STEP / longest)
+    longest, turn = np.abs(steps).max(axis=1), np.abs(steps[:, ANGLES]).max(axis=1)
+    share = np.minimum(1.0, np.minimum(MAX_STEP / turn, reach / longest))
+    limited: Array = steps * share[:, np.newaxis]
     return limited
 
 

@@ -74,9 +74,13 @@ def searched_rest_states(system: System, seed: int = 0) -> list[SearchedState]:
     found: list[SearchedState] = []
     for Theta in [np.zeros(3), *_random_attitudes(seed)]:
         q = _root(at_rest, _at_attitude(at_rest, Theta))
-        if q is None or not _is_balanced(at_rest, q) or not _is_isolated(at_rest, q):
+        if q is None or not _is_balanced(at_rest, q):
             continue
-        _add(found, SearchedState(rest_state_at(at_rest, q), _index(at_rest, q)), at_rest, SAME)
+        bends = np.linalg.eigvalsh(numerical_hessian(at_rest.gradient, q))
+        # Otherwise it is one of a family, such as all attitudes of a free body.
+        if np.abs(bends).min() > FLAT * np.abs(bends).max():
+            state = SearchedState(rest_state_at(at_rest, q), int(np.sum(bends < 0)))
+            _add(found, state, at_rest, SAME)
     return sorted(found, key=lambda one: one.state.energy)
 
 
@@ -160,13 +164,3 @@ def _is_balanced(at_rest: Configurations, q: Array) -> bool:
     inertia = min(float(system.body.mass), float(np.linalg.eigvalsh(system.body.inertia).min()))
     load = largest_load(at_rest, q)
     return bool(acceleration <= UNBALANCED * max(load, gradient_tolerance(load)) / inertia)
-
-
-def _is_isolated(at_rest: Configurations, q: Array) -> bool:
-    """Return whether a rest state is none of a family, such as all attitudes of a free body."""
-    bends = np.abs(np.linalg.eigvalsh(numerical_hessian(at_rest.gradient, q)))
-    return bool(bends.min() > FLAT * bends.max())
-
-
-def _index(at_rest: Configurations, q: Array) -> int:
-    return int(np.sum(np.linalg.eigvalsh(numerical_hessian(at_rest.gradient, q)) < 0))

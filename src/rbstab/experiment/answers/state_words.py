@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.almost_every_start import AlmostEveryStart
-    from rbstab.experiment.stored_proof.data import ProofData, ProvedState
+    from rbstab.experiment.stored_proof.data import ProofData
+    from rbstab.proof.entries import ProvedState
 
 ALMOST = "almost every start"
 """All starts but a set of measure zero."""

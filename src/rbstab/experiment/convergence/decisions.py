@@ -21,8 +21,8 @@ from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
-    from rbstab.experiment.stored_proof.entries import Triple
     from rbstab.experiment.stored_proof.proof import Proof
+    from rbstab.proof.entries import Triple
 
 NO_REGION = "no certified region is proved"
 

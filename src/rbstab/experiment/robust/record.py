@@ -8,7 +8,7 @@ from pydantic import NonNegativeFloat, NonNegativeInt, PositiveInt
 
 from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.proof_cache import PROOFS, stored_model
-from rbstab.experiment.stored_proof.entries import Entry, Triple
+from rbstab.proof.entries import Entry, Triple
 from rbstab.store.document import write_document
 
 

@@ -13,8 +13,8 @@ from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.answers.rounded import LEVEL_DIGITS, rounded_down, rounded_up
 from rbstab.experiment.convergence.convergence import EVERY_START, PROVED
 from rbstab.experiment.robust.record import WithinRecord, bounds_of
-from rbstab.experiment.stored_proof.entries import Entry, Numbers
 from rbstab.experiment.stored_proof.identity import digest_of, equations_of, proof_id
+from rbstab.proof.entries import Entry, Numbers
 
 MAX_PARTS = 64
 """The most parts into which the starts are divided: a limit that is the same on every machine."""

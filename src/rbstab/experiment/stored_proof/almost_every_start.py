@@ -26,8 +26,9 @@ from rbstab.elements.spring import Spring, ZeroLengthSpring
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.experiment.answers.wanted import wanted
-from rbstab.experiment.stored_proof.data import ProofData, ProvedState
+from rbstab.experiment.stored_proof.data import ProofData
 from rbstab.experiment.stored_proof.switches import may_switch
+from rbstab.proof.entries import ProvedState
 from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
 
 SMOOTH = (

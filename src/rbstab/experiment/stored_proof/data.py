@@ -1,27 +1,17 @@
 """The data of a proof: the models of its rest states and regions."""
 
-from typing import Literal, Self
+from typing import Any, Literal, Self
 
-from pydantic import NonNegativeInt, PositiveInt, model_validator
+from pydantic import NonNegativeInt, model_validator
 
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
-from rbstab.experiment.stored_proof.entries import (
-    Entry,
-    Numbers,
-    OnRotations,
-    ProvedEnergy,
-    ProvedFamily,
-    Triple,
-)
+from rbstab.experiment.stored_proof.entries import OnRotations, ProvedEnergy, ProvedFamily
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION
 from rbstab.files.counts import grouped
 from rbstab.mechanics.states import PITCH
+from rbstab.proof.entries import Entry, ProvedMinimum, ProvedRegion, ProvedState, Triple
 from rbstab.store.cards import line
-
-NO_LENGTH = "a spring without length"
-"""Where c* is attained, if not on a face of the range nor at a rest state."""
-
 
 BARRIER, STOP = "a barrier", "a stop"
 """What keeps every motion away from θ2 = ±π/2 (`Proof.kept_by`)."""
@@ -41,81 +31,6 @@ GOES_ON = f"{ASK_FOR_PROOF} tries more"
 
 UNSPRUNG = "K_r is not positive definite"
 """The reason why rest states may form a family, and be farther away than any angle."""
-
-
-class ProvedState(Entry):
-    """One rest state: Θ, X and D, and its potential energy, J.
-
-    index is the number of independent directions in which the energy decreases. index_proved is
-    whether it is proved.
-
-    enclosure is a box of Θ, from low to high. If `proved`, it contains exactly this rest state.
-
-    held is true if the force of an element of a user jumps there, and one between those on both
-    sides balances the load, or if a repelling guard or a stop holds θ2 at its angle in this way.
-    index then counts directions along the surface, or of θ1 and θ3. None: it is not held. ridge is
-    true if the force pushes away from the surface: the energy falls on both sides, which is one
-    direction more. degenerate is true if the Hessian is singular to round-off, and the index is not
-    proved.
-    """
-
-    orientation: Triple
-    position: Triple
-    connector_state: Numbers
-    energy: float
-    index: NonNegativeInt
-    proved: bool
-    enclosure: tuple[Triple, Triple]
-    index_proved: bool = False
-    held: Literal[True] | None = None
-    ridge: Literal[True] | None = None
-    degenerate: Literal[True] | None = None
-
-    @property
-    def stable(self) -> bool | None:
-        """Whether it is a minimum of the energy; None if its index is not determined."""
-        return None if self.degenerate else self.index == 0
-
-
-class ProvedRegion(Entry):
-    """Motions with v < level converge to the lowest rest state; proved for v < lower_bound, J.
-
-    energy is c*, J. It is attained at the orientation `attained_at`: on the named face of the
-    range, at another rest state (face None), or where a spring has no length (`NO_LENGTH`).
-
-    energy_bound is the same bound for the sum of all energies, J: each motion that at some time is
-    in the range with less energy converges to the lowest rest state. None: not proved, or not
-    stored (version 1).
-    """
-
-    energy: float
-    level: float
-    lower_bound: float
-    attained_at: Triple
-    face: str | None
-    proved: bool
-    energy_bound: float | None = None
-
-
-class ProvedMinimum(Entry):
-    """The region of one minimum: motions in it converge to this rest state, proved.
-
-    A motion is in the region if at some time the sum of its energies is below `energy_bound`, J,
-    and its Θ is in the component of {U < energy_bound} that contains the rest state.
-
-    rest_state is its number, from 1 for the lowest. level is the height of its pass above it, J;
-    lower_bound is proved. The pass is at the rest state with the number `pass_state`, or on the
-    face `pass_face` of the range. If both are None it is not located: a box is undecided.
-    pass_at is its Θ.
-    """
-
-    rest_state: PositiveInt
-    level: float
-    lower_bound: float
-    energy_bound: float
-    pass_state: PositiveInt | None
-    pass_face: str | None
-    pass_at: Triple | None
 
 
 class ProvedStates(Entry):
@@ -169,6 +84,34 @@ class ProvedStates(Entry):
         if self.unique and self.states[0].index_proved is False:
             return None
         return self.unique and self.states[0].index == 0
+
+    def claims(self, end: list[Any], *, every_start: bool | None) -> dict[str, Any]:
+        """Return what is claimed about a range |Θ| <= end, as the checker reads it."""
+        level = None if self.region is None else self.region.energy_bound
+        found: dict[str, Any] = {
+            "end": end,
+            "complete": self.proved,
+            "states": [
+                {
+                    "enclosure": [list(corner) for corner in state.enclosure],
+                    "index": state.index if state.index_proved else None,
+                    "held": bool(state.held),
+                    "ridge": bool(state.ridge),
+                }
+                for state in self.states
+                if state.proved
+            ],
+            "every_start": bool(every_start),
+            # Below `level`, all of the range is the region of the lowest.
+            "regions": [
+                [one.rest_state - 1, one.energy_bound]
+                for one in self.regions
+                if level is None or one.energy_bound > level
+            ],
+        }
+        if self.undecided:
+            found["undecided"] = [[list(low), list(high)] for low, high in self.undecided]
+        return found if level is None else found | {"level": level}
 
 
 class UnwrappedStates(ProvedStates):

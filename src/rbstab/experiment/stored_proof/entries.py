@@ -1,50 +1,14 @@
-"""What the models of a stored proof have in common: their base, small entries, and the energy."""
+"""The entries of a stored proof that few proofs have, and its energy."""
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    NonNegativeInt,
-    PositiveInt,
-    SerializerFunctionWrapHandler,
-    model_serializer,
-)
+from pydantic import NonNegativeInt, PositiveInt
+
+from rbstab.proof.entries import Entry, Quadruple
 
 if TYPE_CHECKING:
     from rbstab.proof.model import Energy
-
-
-def _tuple(values: Any) -> Any:
-    """Return an array, or a list of JSON, as a tuple; anything else as it is."""
-    listed = values.tolist() if isinstance(values, np.ndarray) else values
-    return tuple(listed) if isinstance(listed, list) else listed
-
-
-Triple = Annotated[tuple[float, float, float], BeforeValidator(_tuple)]
-"""Three numbers, also of an array."""
-
-Quadruple = Annotated[tuple[float, float, float, float], BeforeValidator(_tuple)]
-
-Numbers = Annotated[tuple[float, ...], BeforeValidator(_tuple)]
-
-OF_ELEMENTS = ("brief", "closed", "degenerate", "every_start", "held", "on_rotations", "ridge")
-"""Entries that a file has only where they say something."""
-
-
-class Entry(BaseModel):
-    """A part of a stored proof: it cannot be changed, and has no unknown entries."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    @model_serializer(mode="wrap")
-    def _serialized(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what only some elements have, so that all other files are as they were."""
-        data: dict[str, Any] = handler(self)
-        return {key: data[key] for key in data if key not in OF_ELEMENTS or data[key] is not None}
 
 
 class ProvedEnergy(Entry):

@@ -69,11 +69,20 @@ class Proof(ProofData):
 
     @property
     def record(self) -> "Record":
-        """What the checker reads: the energy, and the claims about each range (`proof.record`)."""
-        # Imported late: only `rbstab verify` needs it.
-        from rbstab.experiment.stored_proof.claims import record_of
+        """What the checker reads: the energy, and the claims about each range (`proof.record`).
 
-        return record_of(self)
+        The proof has a reduced energy.
+        """
+        from rbstab.proof.record import FORMAT  # imported late: only `rbstab verify` needs it
+
+        assert self.reduced_energy is not None
+        pitch, wide = self.reduced_energy.stop or "pi/2", self.unwrapped
+        ranges = [self.claims(["pi", pitch, "pi"], every_start=self.closed)]
+        if wide is not None and wide.end is not None:
+            end = [wide.end[0], pitch, wide.end[2]]
+            ranges.append(wide.claims(end, every_start=wide.every_start) | {"everywhere": True})
+        energy = self.reduced_energy.model_dump(mode="json")
+        return {"format": FORMAT, "energy": energy, "ranges": ranges}
 
 
 def no_proof(identity: str, reason: str) -> Proof:

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rbstab.experiment.stored_proof.data import ProvedMinimum, ProvedRegion, ProvedState
 from rbstab.experiment.stored_proof.entries import OnRotations, ProvedFamily
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics import contact
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.entries import ProvedMinimum, ProvedRegion, ProvedState
 from rbstab.systems.system import System
 
 if TYPE_CHECKING:

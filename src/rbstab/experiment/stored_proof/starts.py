@@ -9,10 +9,11 @@ import numpy as np
 
 from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.analysis.exact import ball, decimal_balls, in_balls, upper
-from rbstab.experiment.stored_proof.data import ProofData, ProvedState, ProvedStates
+from rbstab.experiment.stored_proof.data import ProofData, ProvedStates
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.attitude import tilt
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.entries import ProvedState
 from rbstab.systems.modes import guards_at, has_modes, with_modes
 from rbstab.systems.system import System
 

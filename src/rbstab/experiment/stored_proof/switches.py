@@ -11,8 +11,9 @@ from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import without_code
 from rbstab.elements.element import NO_STATE
-from rbstab.experiment.stored_proof.data import ProofData, ProvedState
+from rbstab.experiment.stored_proof.data import ProofData
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.entries import ProvedState
 
 if TYPE_CHECKING:
     from rbstab.proof.enclosures.intervals import Intervals

@@ -14,10 +14,10 @@ from rbstab.elements.registry import KINDS
 from rbstab.experiment.answers.rounded import rounded_up
 from rbstab.experiment.answers.state_words import angles
 from rbstab.experiment.proof import prove
-from rbstab.experiment.stored_proof.data import ProvedState
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import OPEN_RANGE, start_bounds
 from rbstab.mechanics.states import PITCH
+from rbstab.proof.entries import ProvedState
 from rbstab.proof.exact.expr import Expr
 from rbstab.proof.kept_range import (
     Border,

@@ -1,29 +1,31 @@
-"""The energies of the rest states, faces and undecided boxes of a range, and its first cells."""
+"""The energies of the rest states, faces and undecided boxes of a range, and of parts of it."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 from rbstab.proof.boxes import Box, Boxes, joined, one_box
-from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.enclosures.tied import without_lengths
 from rbstab.proof.model import Energy
-from rbstab.proof.regions.passes import Complex, Face, Land, parts_of
 from rbstab.proof.search import Zeros
 from rbstab.proof.zeros import Zero
 
-LIMIT = 16_000
-"""Cells of one range."""
+Face = tuple[int, int]
+"""An axis and the sign of its angle."""
 
-AT_ONCE = 300
-"""Cells that are divided at once, the largest first: others may then be on no way any more."""
 
-PITCH = 1
-"""The axis of θ2."""
+class Parts(NamedTuple):
+    """The parts of a face of a range that some boxes have: the face, which boxes, and the parts."""
+
+    face: Face
+    places: Array
+    boxes: Boxes
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +38,32 @@ class Level:
     state: int | None = None
     face: Face | None = None
 
+    def distance(self, place: Box) -> float:
+        """Return its distance from a place, along one axis; infinite if it has no place."""
+        if self.at is None:
+            return np.inf
+        return float(np.maximum(place.lo - self.at, self.at - place.hi).max())
+
+
+def parts_of(box: Box, axes: Sequence[int], boxes: Boxes) -> Iterator[Parts]:
+    """Yield the parts of faces that boxes have, as thick as one double: π and π/2 are none.
+
+    Args:
+        box: The range.
+        axes: The axes of the faces.
+        boxes: Boxes in the range.
+    """
+    for axis in axes:
+        for sign, end in ((-1, box.lo[axis]), (1, box.hi[axis])):
+            mine = np.flatnonzero((boxes.lo if sign < 0 else boxes.hi)[axis] == end)
+            lo, hi = boxes.lo[:, mine], boxes.hi[:, mine]
+            inner = np.nextafter(end, -sign * np.inf)
+            lo[axis], hi[axis] = min(end, inner), max(end, inner)
+            yield Parts((axis, sign), mine, Boxes(lo, hi))
+
 
 def open_faces(box: Box, open_axes: Sequence[int]) -> list[tuple[Face, Boxes]]:
-    """Return the faces of a range as boxes, as thick as one double: π and π/2 are none."""
+    """Return the faces of a range as boxes."""
     return [(one.face, one.boxes) for one in parts_of(box, open_axes, one_box(box))]
 
 
@@ -48,35 +73,40 @@ def is_minimum(zero: Zero) -> bool:
 
 
 class Landscape:
-    """The energies of rest states, faces and undecided boxes of a range."""
+    """The energies of rest states, faces, undecided boxes, and of any boxes of a range.
+
+    Args:
+        energy: The energy.
+        zeros: The rest states in the range, in the order of V.
+        box: The range; the doubles at its ends are not inside the exact one.
+        V: Bounds on the energy.
+        confining: Whether theorem 6 confines all rest states to the range.
+    """
 
     def __init__(
         self, energy: Energy, zeros: Zeros, box: Box, V: Ranges, *, confining: bool = False
     ) -> None:
-        self.V, self.box, self.zeros, self.examined = V, box, zeros, 0
-        states = [zero.enclosure for zero in zeros.zeros]
-        self.at_zeros = V.values(joined([one_box(state) for state in states], 3))
-        open_axes = [axis for axis in range(3) if axis not in energy.closed]
-        self.land = Land(V, box, open_axes, states, self.at_zeros.lo)
-        undecided = V.values(zeros.undecided)
-        lowest = float(undecided.lo.min(initial=np.inf))
-        self.springs = self._spring_levels(without_lengths(energy))
-        self.cap = min([lowest, *(one.bound for one in self.springs)])
-        self.confining = confining and not self.springs
-
-    def _spring_levels(self, collapsed: Sequence[BoundedEnergy]) -> list[Level]:
-        """Return the least energies where a spring has no length, as far as they are the lowest."""
+        self.V, self.box, self.zeros = V, box, zeros
+        self.open_axes = [axis for axis in range(3) if axis not in energy.closed]
+        self.states = [zero.enclosure for zero in zeros.zeros]
+        self.at_zeros = V.values(joined([one_box(state) for state in self.states], 3))
+        collapsed = without_lengths(energy)
+        self.confining = confining and not collapsed
         highest = min((one.value for one in self.face_levels), default=np.inf) if collapsed else 0.0
-        found = [least_values(Ranges(one), one_box(self.box), cap=highest) for one in collapsed]
-        return [Level(float(x.bound[0]), float(x.value[0]), x.at[:, 0]) for x in found]
+        least = [least_values(Ranges(one), one_box(box), cap=highest) for one in collapsed]
+        # Where a spring has no length, as far as this is the lowest.
+        self.springs = [Level(float(x.bound[0]), float(x.value[0]), x.at[:, 0]) for x in least]
+        lowest = float(V.values(zeros.undecided).lo.min(initial=np.inf))
+        self.cap = min([lowest, *(one.bound for one in self.springs)])
 
     @cached_property
-    def faces(self) -> list[tuple[Face, Boxes]]:
-        """The open faces as boxes."""
-        return open_faces(self.box, self.land.open_axes)
+    def minima(self) -> list[int]:
+        """The numbers of the rest states that are proved to be minima."""
+        return [k for k, zero in enumerate(self.zeros.zeros) if is_minimum(zero)]
 
+    @cached_property
     def state_levels(self) -> list[Level]:
-        """Return the levels of all rest states."""
+        """The levels of all rest states."""
         return [
             Level(float(self.at_zeros.lo[k]), zero.energy, zero.point, state=k)
             for k, zero in enumerate(self.zeros.zeros)
@@ -84,64 +114,65 @@ class Landscape:
 
     @cached_property
     def face_levels(self) -> list[Level]:
-        """The level of each open face."""
-        return self._levels_of(self.faces)
-
-    @cached_property
-    def lowest_face_levels(self) -> list[Level]:
-        """The levels of the faces at which the component of the lowest state may end.
-
-        If all rest states are confined to the range, those of θ1 and θ3 are none: beyond them V has
-        no rest state, also along θ2 = ±π/2, and rises without end. So each component of a set
-        {V < c} below all other levels has a minimum of V, and there is one.
-        """
-        if sum(map(is_minimum, self.zeros.zeros)) < 2:  # no other pass is wanted
-            return self._levels_of([one for one in self.faces if self._counts(one[0])], of_all=True)
-        return [one for one in self.face_levels if one.face is not None and self._counts(one.face)]
-
-    def _counts(self, face: Face) -> bool:
-        return face[0] == PITCH or not self.confining
-
-    def _levels_of(
-        self, faces: Sequence[tuple[Face, Boxes]], *, of_all: bool = False
-    ) -> list[Level]:
+        """The level of each open face; for one minimum, of those at which its region may end."""
+        one_region = len(self.minima) < 2
+        faces = [
+            (face, boxes)
+            for face, boxes in open_faces(self.box, self.open_axes)
+            if not one_region or self._ends_lowest(face)
+        ]
         if not faces:
             return []
-        parts = joined([one for _, one in faces], 3)
-        least = least_values(self.V, parts, of_all=of_all)
-        self.examined += least.examined
+        least = least_values(self.V, joined([one for _, one in faces], 3), of_all=one_region)
         rows = zip(faces, least.bound, least.value, least.at.T, strict=True)
         return [Level(float(b), float(v), at, face=face) for (face, _), b, v, at in rows]
 
+    @property
+    def lowest_face_levels(self) -> list[Level]:
+        """The levels of the faces at which the component of the lowest state may end."""
+        return [one for one in self.face_levels if one.face and self._ends_lowest(one.face)]
+
+    def _ends_lowest(self, face: Face) -> bool:
+        """Return whether the component of the lowest state may end at a face.
+
+        If all rest states are confined to the range, it does not at those of θ1 and θ3: beyond them
+        V has no rest state, also along θ2 = ±π/2, and rises without end. So each component of a set
+        {V < c} below all other levels has a minimum of V, and there is one.
+        """
+        return face[0] == PITCH or not self.confining
+
     def is_pass(self, level: Level) -> bool:
         """Return whether a level can be one at which a component reaches something else."""
-        return level.state is None or not is_minimum(self.zeros.zeros[level.state])
+        return level.state is None or level.state not in self.minima
 
     def is_ridge(self, level: Level) -> bool:
         """Return whether a level is that of a state on a ridge."""
         return level.state is not None and self.zeros.zeros[level.state].ridge
 
-    @cached_property
-    def cells(self) -> Complex:
-        """The cells at first."""
-        return Complex.of(self.land)
-
     def floor(self, minimum: int) -> float:
         """Return an upper bound of V at a minimum."""
         return float(self.at_zeros.hi[minimum])
 
-    def cells_up_to(self, minimum: int, level: float) -> Complex:
-        """Return cells that prove a level of a minimum, if `LIMIT` is enough for it."""
-        cells = self.cells
-        while cells.count < LIMIT:
-            some = cells.ways(minimum, level).open
-            if not len(some):
-                break
-            cells = divided(cells, some)
-        return cells
+    def faces(self, boxes: Boxes) -> list[Parts]:
+        """Return the parts of open faces that boxes have."""
+        return [part for part in parts_of(self.box, self.open_axes, boxes) if part.boxes.count]
 
+    def bounds(self, boxes: Boxes) -> Array:
+        """Return numbers that only rise for parts of boxes, shape (3, boxes), J.
 
-def divided(cells: Complex, some: Array) -> Complex:
-    """Divide the largest of some cells."""
-    largest_first = np.argsort(cells.cells.depth[some], kind="stable")
-    return cells.divided(some[largest_first][:AT_ONCE])
+        They are lower bounds of V, lower bounds of -V, and those of V on the parts of open faces
+        that a box has; these are infinite without one.
+        """
+        at_ends, n = self.faces(boxes), boxes.count
+        found = self.V.values(joined([boxes, *(one.boxes for one in at_ends)], 3))
+        ends, begin = np.full(n, np.inf), n
+        for one in at_ends:
+            low = found.lo[begin : begin + one.boxes.count]
+            ends[one.places] = np.minimum(ends[one.places], low)
+            begin += one.boxes.count
+        return np.stack([found.lo[:n], -found.hi[:n], ends])
+
+    def touching(self, boxes: Boxes) -> Array:
+        """Return which boxes touch the enclosure of which rest state, shape (states, boxes)."""
+        found = np.array([boxes.touch(state) for state in self.states], dtype=bool)
+        return found.reshape(len(self.states), boxes.count)

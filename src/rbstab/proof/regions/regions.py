@@ -2,7 +2,7 @@
 
 c* is the least energy on the open faces of the range, at all other rest states, and in undecided
 boxes: {V < c*} contains the lowest rest state alone. The region of any minimum is the component of
-{V < level} about it, up to its pass, where it meets another rest state or an open face (`passes`).
+{V < level} about it, up to its pass, where it meets another rest state or an open face (`cells`).
 The levels aimed at are the energies of the other rest states and the least ones of faces, or of
 parts of faces by which a component leaves: one of these is the pass.
 
@@ -10,25 +10,19 @@ Hypotheses: `Zeros` has all rest states of the range but those in its undecided 
 that a stop holds; a motion does not reach the ends of closed axes (`Energy.closed`).
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.states import PITCH
 from rbstab.proof.boxes import Box, Boxes, joined
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import LOOSE, Ranges
-from rbstab.proof.model import Energy
-from rbstab.proof.regions.landscape import (
-    AT_ONCE,
-    LIMIT,
-    Landscape,
-    Level,
-    divided,
-    is_minimum,
-)
-from rbstab.proof.regions.passes import Complex, Face, Pass
+from rbstab.proof.entries import NO_LENGTH, ProvedMinimum, ProvedRegion
+from rbstab.proof.model import RANGE_END, Energy
+from rbstab.proof.regions.cells import AT_ONCE, LIMIT, Cells, Pass
+from rbstab.proof.regions.landscape import Face, Landscape, Level
 from rbstab.proof.search import Zeros
 
 TIE = 1e-10
@@ -51,61 +45,11 @@ ENOUGH = 0.9
 
 
 @dataclass(frozen=True, eq=False)
-class Certified:
-    """The set {v < level}, from which every motion approaches the lowest rest state.
-
-    Args:
-        energy: c*, J, near where it is attained.
-        level: c* above the energy of the lowest rest state, J.
-        lower_bound: The level up to which this is proved, J; 0 if nothing is.
-        energy_bound: The same for the sum of all energies; None if nothing is proved.
-        attained_at: The first point with energy c*, shape (3,), rad.
-        face: The face on which it is; None: at another rest state, or with a spring.
-        spring: Whether it is where a spring has no length.
-        closed: Whether the proved bound of c* is as near to it as `LOOSE`, relative to the level.
-        examined: The number of boxes of faces.
-    """
-
-    energy: float
-    level: float
-    lower_bound: float
-    energy_bound: float | None
-    attained_at: Array
-    face: Face | None
-    closed: bool
-    examined: int
-    spring: bool = False
-
-
-@dataclass(frozen=True, eq=False)
-class Region:
-    """The region of a minimum: each motion approaches it that is once in it with less energy.
-
-    Args:
-        state: The place of the minimum among the zeros.
-        level: The height of its pass, J, about.
-        lower_bound: The proved height, J.
-        energy_bound: The level of the component, J.
-        pass_state: The rest state that is the pass; None if it is none.
-        pass_face: The face on which the pass is; None if it is on none.
-        pass_at: Θ of the pass, shape (3,); None if it is not located.
-    """
-
-    state: int
-    level: float
-    lower_bound: float
-    energy_bound: float
-    pass_state: int | None
-    pass_face: Face | None
-    pass_at: Array | None
-
-
-@dataclass(frozen=True, eq=False)
 class Regions:
     """The regions in a range; `certified` is None without a rest state, or if nothing bounds it."""
 
-    certified: Certified | None
-    minima: tuple[Region, ...]
+    certified: ProvedRegion | None
+    minima: tuple[ProvedMinimum, ...]
 
 
 NO_REGIONS = Regions(None, ())
@@ -133,15 +77,13 @@ def regions_of(
         return NO_REGIONS
     land = Landscape(energy, zeros, box, Ranges.of(energy, V), confining=confining)
     certified = _certified(land)
-    minima = [k for k, zero in enumerate(zeros.zeros) if is_minimum(zero)]
     # With springs, cells take too long.
-    minima = [] if land.springs else minima
-    found = [] if certified is None else _minima(land, minima)
-    return Regions(certified, tuple(found))
+    none = certified is None or land.springs
+    return Regions(certified, () if none else tuple(_minima(land)))
 
 
-def _certified(land: Landscape) -> Certified | None:
-    lowest, *others = land.state_levels()
+def _certified(land: Landscape) -> ProvedRegion | None:
+    lowest, *others = land.state_levels
     levels = [*land.lowest_face_levels, *others, *land.springs]
     if not levels:
         return None
@@ -149,20 +91,28 @@ def _certified(land: Landscape) -> Certified | None:
     tie = TIE * max(abs(energy), abs(lowest.value))
     first = next(one for one in levels if one.value - energy <= tie)
     bound = min(land.cap, *(one.bound for one in levels))
-    known = is_minimum(land.zeros.zeros[0]) and bound > -np.inf
-    height = _height(land, 0, bound) if known else 0.0
-    assert first.at is not None
-    return Certified(
-        energy,
-        energy - lowest.value,
-        height,
-        bound if known else None,
-        first.at,
-        first.face,
-        energy - bound <= LOOSE * abs(energy - lowest.value),
-        land.examined,
-        first in land.springs,
+    known = 0 in land.minima and bound > -np.inf
+    level = energy - lowest.value
+    return ProvedRegion(
+        energy=energy,
+        level=level,
+        lower_bound=_height(land, 0, bound) if known else 0.0,
+        attained_at=first.at,
+        face=NO_LENGTH if first in land.springs else _name(land.box, first.face),
+        proved=known and land.zeros.proved and energy - bound <= LOOSE * abs(level),
+        energy_bound=bound if known else None,
     )
+
+
+def _name(box: Box, face: Face | None) -> str | None:
+    """Return the name of a face of a range, such as "θ2 = -π/2"; None of none."""
+    if face is None:
+        return None
+    axis, sign = face
+    end = box.hi[axis] if sign > 0 else -box.lo[axis]
+    known = "π/2" if axis == PITCH else "π"
+    size = known if end == RANGE_END[axis] else f"{end:.4g}"
+    return f"θ{axis + 1} = {'-' if sign < 0 else ''}{size}"
 
 
 def _height(land: Landscape, state: int, bound: float) -> float:
@@ -170,31 +120,34 @@ def _height(land: Landscape, state: int, bound: float) -> float:
     return max(0.0, float(np.nextafter(bound - land.at_zeros.hi[state], -np.inf)))
 
 
-def _minima(land: Landscape, minima: list[int]) -> list[Region]:
+def _minima(land: Landscape) -> list[ProvedMinimum]:
     """Return the regions of minima."""
-    states = land.state_levels()[1:]
-    # Below these there is one component, that of the lowest state: no cells are needed.
-    ends = (*states, *land.lowest_face_levels, Level(land.cap, land.cap))
-    base = min(ends, key=lambda one: one.bound)
-    known = {0: base} if 0 in minima and base.bound > land.floor(0) else {}
-    sought = [
-        k
-        for k in minima
-        if land.floor(k) < land.cap and (k not in known or not _is_end(land, base))
-    ]
-    others = [*states, *land.face_levels] if sought else []
-    passes = [one for one in others if land.is_pass(one)]
-    searches = [_Search(land, k, passes) for k in sought]
-    passed = _ends(land, searches) if searches else {}
+    ends = _ends(land)
+    if 0 in land.minima:
+        # Below these there is one component, that of the lowest state: no cells are needed.
+        lowest = _lowest_end(land)
+        ends[0] = max(lowest, ends.get(0, lowest), key=lambda one: one.bound)
     found = []
-    for k in minima:
-        both = [one for one in (known.get(k), passed.get(k)) if one is not None]
-        end = max(both, key=lambda one: one.bound, default=None)
-        height = 0.0 if end is None else _height(land, k, end.bound)
-        if end is not None and height > 0:
-            value = end.value - land.zeros.zeros[k].energy
-            found.append(Region(k, value, height, end.bound, end.state, end.face, end.at))
+    for k, end in sorted(ends.items()):
+        height = _height(land, k, end.bound)
+        if height > 0:
+            entry = ProvedMinimum(
+                rest_state=k + 1,
+                level=end.value - land.zeros.zeros[k].energy,
+                lower_bound=height,
+                energy_bound=end.bound,
+                pass_state=None if end.state is None else end.state + 1,
+                pass_face=_name(land.box, end.face),
+                pass_at=end.at,
+            )
+            found.append(entry)
     return found
+
+
+def _lowest_end(land: Landscape) -> Level:
+    """Return the least level at which the component of the lowest state may end."""
+    levels = (*land.state_levels[1:], *land.lowest_face_levels, Level(land.cap, land.cap))
+    return min(levels, key=lambda one: one.bound)
 
 
 def _is_end(land: Landscape, least: Level) -> bool:
@@ -209,17 +162,26 @@ def _is_end(land: Landscape, least: Level) -> bool:
     return bool(sign * slope >= 0)
 
 
-def _ends(land: Landscape, searches: Sequence["_Search"]) -> dict[int, Level | None]:
-    """Return the pass of each minimum, with cells that are divided until all are known."""
-    cells = land.cells
+def _ends(land: Landscape) -> dict[int, Level]:
+    """Return the passes of minima that cells prove: they are divided until all are known.
+
+    The lowest is left out if its component is known to end at the least of all other levels.
+    """
+    sought = [k for k in land.minima if land.floor(k) < land.cap]
+    if 0 in sought and land.floor(0) < (least := _lowest_end(land)).bound and _is_end(land, least):
+        sought.remove(0)
+    searches = [_Search(land, k) for k in sought]
+    if not searches:
+        return {}
+    cells = Cells.of(land)
     while True:
-        passes = cells.passes([one.minimum for one in searches], land.cap)
-        for search, reached in zip(searches, passes, strict=True):
-            search.reached = reached
+        for search in searches:
+            search.reached = cells.flood(search.minimum, land.cap).end
         some = np.unique(np.concatenate([one.open_cells(cells) for one in searches]))
         if not len(some) or cells.count >= LIMIT:
-            return {search.minimum: search.end(cells) for search in searches}
-        cells = divided(cells, some)
+            found = {search.minimum: search.end(cells) for search in searches}
+            return {k: end for k, end in found.items() if end is not None}
+        cells = cells.divided(some)
 
 
 class _Search:
@@ -228,15 +190,16 @@ class _Search:
     Args:
         land: The landscape.
         minimum: The number of the minimum.
-        levels: The levels at which its component may end.
 
     Attributes:
+        levels: The levels at which its component may end.
         reached: The pass as it is proved so far; None if there is none below the cap.
         top: The level at which the component is known to have left, for all that is known, J.
     """
 
-    def __init__(self, land: Landscape, minimum: int, levels: Sequence[Level]) -> None:
+    def __init__(self, land: Landscape, minimum: int) -> None:
         self.land, self.minimum, self.floor = land, minimum, land.floor(minimum)
+        levels = [one for one in land.state_levels[1:] if land.is_pass(one)] + land.face_levels
         self.levels = [one for one in levels if self.floor < one.bound < land.cap]
         if land.cap < np.inf:
             self.levels.append(Level(land.cap, land.cap))
@@ -248,26 +211,27 @@ class _Search:
         """The proved level."""
         return self.land.cap if self.reached is None else self.reached.level
 
-    def open_cells(self, cells: Complex) -> Array:
+    def open_cells(self, cells: Cells) -> Array:
         """Return the cells that are to be divided for the next level; none at the end."""
         while not self._is_known(cells) and (aim := self._aim()) is not None:
-            ways = cells.ways(self.minimum, aim)
-            if not ways.leaves:
-                return ways.open
+            open_, ends = cells.ways(self.minimum, aim)
+            if not len(ends):
+                return open_
             self.top = aim
-            if len(ways.outlets):
-                lower = self._outlet(cells, ways.outlets)
+            outlets = ends[cells.ends[ends] < aim]
+            if len(outlets):
+                lower = self._outlet(cells, outlets)
                 if max(self.floor, self.proved) < lower.value < aim:
                     self.levels.append(lower)
         return np.zeros(0, dtype=int)
 
-    def _is_known(self, cells: Complex) -> bool:
+    def _is_known(self, cells: Cells) -> bool:
         """Return whether the component meets others at a known pass, near its level."""
         if self.reached is None:
             return True
         place = cells.place(self.reached.edge)
         return any(
-            abs(self.proved - one.value) <= self._margin(one) and _distance(one, place) <= NEAR
+            abs(self.proved - one.value) <= self._margin(one) and one.distance(place) <= NEAR
             for one in self.levels
         )
 
@@ -291,10 +255,10 @@ class _Search:
         share = RIDGE_MARGIN if self.land.is_ridge(one) else MARGIN
         return share * (one.bound - self.floor)
 
-    def _outlet(self, cells: Complex, some: Array) -> Level:
+    def _outlet(self, cells: Cells, some: Array) -> Level:
         """Return a level near the least one on the parts of open faces of some cells."""
-        some = some[np.argsort(cells.heights.ends[some], kind="stable")][:AT_ONCE]
-        rows = cells.land.faces(cells.cells.boxes[some])
+        some = some[np.argsort(cells.ends[some], kind="stable")][:AT_ONCE]
+        rows = self.land.faces(cells.boxes[some])
         parts = joined([one.boxes for one in rows], 3)
         _, _, near = self.land.V.over(parts)
         near = np.clip(near, parts.lo, parts.hi)
@@ -303,7 +267,7 @@ class _Search:
         faces = [one.face for one in rows for _ in one.places]
         return Level(float(value[k]), float(value[k]), near[:, k], face=faces[k])
 
-    def end(self, cells: Complex) -> Level | None:
+    def end(self, cells: Cells) -> Level | None:
         """Return the pass as it is proved, and where it is; None if nothing is proved."""
         if not self.floor < self.proved < np.inf:
             return None
@@ -325,14 +289,7 @@ class _Search:
         least = min((one.bound for one in left), default=np.inf)
         if least > self.top or self.proved - self.floor < ENOUGH * (least - self.floor):
             return None
-
         return min(
             (one for one in left if one.bound <= least + 2 * slack),
-            key=lambda one: _distance(one, place),
+            key=lambda one: one.distance(place),
         )
-
-
-def _distance(level: Level, place: Box) -> float:
-    """Return the distance of a level from a place, along one axis; infinite if it has no place."""
-    x = np.full(3, np.inf) if level.at is None else level.at
-    return float(np.maximum(place.lo - x, x - place.hi).max())

@@ -5,6 +5,7 @@ A start with less energy than the level of a region is in it if its Θ is in the
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -13,8 +14,8 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.levels import Ranges
 from rbstab.proof.model import Energy
+from rbstab.proof.regions.cells import Cells, Component
 from rbstab.proof.regions.landscape import Landscape
-from rbstab.proof.regions.passes import Component
 from rbstab.proof.search import Zeros
 
 
@@ -40,7 +41,6 @@ class StartRegions:
     ) -> None:
         self.energy, self.zeros, self.box, self.regions = energy, zeros, box, regions
         self._components: dict[int, Component] = {}
-        self._landscape: Landscape | None = None
 
     def find(self, energy: Array, low: Array, high: Array) -> Array:
         """Return the place of the region in which each start is proved to be, -1 if in none.
@@ -51,21 +51,19 @@ class StartRegions:
             high: The upper corner.
         """
         found = np.full(len(energy), -1)
-        inside = np.all((low >= self.box.lo) & (low <= high) & (high <= self.box.hi), axis=1)
         for k, region in enumerate(self.regions):
-            some = np.flatnonzero(inside & (found < 0) & (energy < region.level))
-            if len(some):
-                within = self._component(k).contains(low[some].T, high[some].T)
-                found[some[within]] = k
+            for start in np.flatnonzero((found < 0) & (energy < region.level)):
+                if self._component(k).contains(Box(low[start], high[start])):
+                    found[start] = k
         return found
+
+    @cached_property
+    def _cells(self) -> Cells:
+        return Cells.of(Landscape(self.energy, self.zeros, self.box, Ranges.of(self.energy)))
 
     def _component(self, k: int) -> Component:
         """Return the component of a region; it is made when it is first needed."""
         if k not in self._components:
-            if self._landscape is None:
-                V = Ranges.of(self.energy)
-                self._landscape = Landscape(self.energy, self.zeros, self.box, V)
             state, level = self.regions[k]
-            cells = self._landscape.cells_up_to(state, level)
-            self._components[k] = cells.component(state, level)
+            self._components[k] = self._cells.up_to(state, level).component(state, level)
         return self._components[k]

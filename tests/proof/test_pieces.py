@@ -11,9 +11,8 @@ import pytest
 from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.expr import expr, variable
-from rbstab.proof.held import held_zeros, out_of_balance, zeros_at_stop
 from rbstab.proof.model import Energy
-from rbstab.proof.search import Search
+from rbstab.proof.pieces import face_at_stop, rest_zeros
 
 V = [variable(k) for k in range(3)]
 F = Fraction
@@ -37,9 +36,7 @@ def plane(offset, normal=NORMAL):
 def proved(U, box=BOX, limit=20_000):
     """Return all zeros: those on surfaces, and the others."""
     with np.errstate(all="ignore"):
-        held = held_zeros(Energy(U), box)
-        also = out_of_balance(Energy(U))
-        return Search(BoundedEnergy(U), box, known=held, also=also).run(limit)
+        return rest_zeros(Energy(U), BoundedEnergy(U), box, limit)
 
 
 def as_floats(rows):
@@ -165,8 +162,11 @@ def test_a_jump_in_energy_that_is_zero_elsewhere_holds_nothing_there():
     x, load = V[0], F(3, 10)
     base = HALF * (V[1] ** 2 + V[2] ** 2) + x.step(1) * x * (x + 1)
     box = Box(np.array([-1.9, -1, -1]), np.array([1.8, 1, 1]))
-    assert proved(base + load * x, box, limit=500).zeros == ()
-    (zero,) = proved(base - load * x, box, limit=500).zeros
+    nothing, held = proved(base + load * x, box), proved(base - load * x, box)
+    assert nothing.proved
+    assert held.proved
+    assert nothing.zeros == ()
+    (zero,) = held.zeros
     np.testing.assert_allclose(zero.point, 0, atol=1e-12)
 
 
@@ -176,7 +176,8 @@ def test_a_jump_in_energy_that_is_zero_elsewhere_holds_nothing_there():
 def at_stop(U, free=()):
     """Return the states at both ends of θ2, ±½."""
     end = np.array([2.0, 0.5, 2.0])
-    return zeros_at_stop(Energy(U, free=free, stop=HALF), Box(-end, end))
+    energy = Energy(U, free=free, stop=HALF)
+    return [face_at_stop(energy, Box(-end, end), side).zeros(20_000) for side in (-1, 1)]
 
 
 LEAN = variable(3)
@@ -207,6 +208,20 @@ def test_a_stop_holds_nothing_that_leaves_it():
         assert all(face.proved and len(face.zeros) == held for face in faces)
 
 
+@pytest.mark.parametrize("free", [True, False])
+def test_all_states_between_and_at_stops_are_listed(free):
+    """A hill in θ2 leans to both ends. With a position, its top is at 0.3/(1 + 1/16)."""
+    U = parabola((F(1), F(-1), F(1)), (CENTRE[0], F(3, 10), CENTRE[2]))
+    U += free * (HALF * LEAN * LEAN - F(1, 4) * LEAN * V[1])
+    energy, end = Energy(U, free=(3,) * free, stop=HALF), np.array([2.0, 0.5, 2.0])
+    bounds = BoundedEnergy(U, free=energy.free)
+    found = rest_zeros(energy, bounds, Box(-end, end), 20_000)
+    assert found.proved
+    listed = sorted((zero.point[1], zero.held, zero.index) for zero in found.zeros)
+    top = 0.3 / (1 + free / 16)
+    assert listed == [(-0.5, True, 0), (pytest.approx(top, abs=1e-12), False, 1), (0.5, True, 0)]
+
+
 def test_a_load_that_just_ends_at_a_stop_is_not_decided():
     for pitch in (F(1, 2), F(1, 2) + F(1, 10**17)):
         below, above = at_stop(parabola(centre=(CENTRE[0], pitch, CENTRE[2])))
@@ -223,7 +238,7 @@ def test_an_enclosure_contains_the_exact_angle_of_a_stop():
     steep = 10**8
     U = HALF * (x * x + z * z) + steep * x * y - F(10**18) * y + HALF * F(10**17) * y * y
     box = Box(np.array([-1.2e7, -0.1, -1]), np.array([-0.9e7, 0.1, 1]))
-    above = zeros_at_stop(Energy(U, stop=F(1, 10)), box)[1]
+    above = face_at_stop(Energy(U, stop=F(1, 10)), box, 1).zeros(20_000)
     (zero,) = above.zeros
     low, high = zero.enclosure
     assert F(low[0]) < -F(10**7) < F(high[0])

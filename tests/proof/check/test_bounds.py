@@ -42,19 +42,21 @@ def test_bounds_contain_the_least_energy_and_its_slopes(name, box):
     with ctx.workprec(BITS):
         free, b = bounds(name, tuple(zip(lo, hi, strict=True)))
         try:
-            V, g, _ = reduced(ENERGIES[name], dict(enumerate(point)), range(3), free)
+            V, g, H = reduced(ENERGIES[name], dict(enumerate(point)), range(3), free)
         except ValueError:  # a step whose side is not known
             assume(False)
             raise
         slack = arb(0, 1e-20)
         assert (b.values + slack).overlaps(V)
         assert b.at_least(V.lower() + 1e-9) is False
-        away = [arb(p) - q for p, q in zip(point, b.middle, strict=True)]
+        away = [arb(p) - b.middle[i] for i, p in enumerate(point)]
+        away += [b.steps[k] for k in b.jumps]  # λ is any number from 0 to 1
         for i in range(3):
             assert (b.slopes[i] + slack).overlaps(g[i])
-            # ∇U = ∇U(m) + S (Θ - m)
-            by_mean = b.gradient[i, 0] + sum((b.slope[i, j] * away[j] for j in range(3)), arb(0))
+            # ∇U = ∇U(m) + H (Θ - m)
+            by_mean = b.gradient[i, 0] + sum((b.H[i, j] * d for j, d in enumerate(away)), arb(0))
             assert not by_mean.is_finite() or (by_mean + slack).overlaps(g[i])
+            assert all((b.H[i, j] + slack).overlaps(H[i][j]) for j in range(3))
 
 
 @pytest.mark.parametrize("name", ["a quartic", "an exponential"])

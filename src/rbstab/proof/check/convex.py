@@ -9,14 +9,14 @@ P = Σ w_j, ∂U/∂z = 0 implies |z| <= ρ = (P + |∂N(Θ, 0)|)/λ, where N is
 ℓ_j >= |r_j| - ρ, and U is convex if λ > Σ w_j/(|r_j| - ρ).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from flint import arb, arb_mat, fmpq
 
-from rbstab.proof.check.energy import ANGLES, Energy
-from rbstab.proof.check.taylor import Ball, Series
+from rbstab.proof.check.energy import Energy
+from rbstab.proof.check.taylor import Ball, Series, constant, derivative, leaf, summed
 
 CONSTANT, AFFINE, CONVEX, OTHER = 0, 1, 2, 3
 
@@ -46,12 +46,12 @@ class Parts(NamedTuple):
 @lru_cache(maxsize=2)
 def parts_of(U: Energy) -> Parts:
     """Take an energy with variables z apart."""
-    first, n, z = len(ANGLES), len(U.free), frozenset(U.free)
+    n, z = len(U.free), frozenset(U.free)
     S, lines, others = arb_mat(n, n), list[Line](), list[tuple[Any, int]]()
     for c, k in U.terms:
         factors, ends = U.products[k], _ends(U, k)
-        if factors is not None and len(factors) == 2 and min(factors) >= first:
-            i, j = (f - first for f in factors)
+        if len(factors) == 2 and z.issuperset(factors):
+            i, j = map(U.free.index, factors)
             S[i, j] += arb(c)
             S[j, i] += arb(c)
         elif c < 0 and ends is not None:
@@ -103,7 +103,7 @@ def _least_eigenvalue(S: Any) -> Ball:
     return 1 / max((sum((abs(least[i, j]) for j in n), arb(0)).upper() for i in n), key=float)
 
 
-def is_single(U: Energy, leaves: Sequence[Series], over: Sequence[Series]) -> bool:
+def is_single(U: Energy, leaves: Mapping[int, Series], over: Sequence[Series]) -> bool:
     """Return whether U has one stationary point z for all Θ of a box.
 
     Args:
@@ -114,21 +114,15 @@ def is_single(U: Energy, leaves: Sequence[Series], over: Sequence[Series]) -> bo
     stiffness, lines, others = parts_of(U)
     if not lines:
         return True
-    first = U.rows.first
-    z = [x.get(0, arb(0)) for x in leaves[len(ANGLES) :]]
     pull = arb(0)
     if others:
-        places = range(len(ANGLES), U.n)
-        series = U([*leaves[: len(ANGLES)], *(U.rows.leaf(k, arb(0)) for k in places)], 2)
-        pull = _length(
-            [
-                sum((arb(c) * series[j].get(first[k], arb(0)) for c, j in others), arb(0))
-                for k in places
-            ]
-        )
+        series = U({**leaves, **{k: leaf(k, arb(0)) for k in U.free}}, 1)
+        slopes = summed((arb(c), series[j]) for c, j in others)
+        pull = _length([derivative(slopes, k) for k in U.free])
     # |r_j| is at least |z + r_j| - |z|.
-    away = (sum((line.weight for line in lines), arb(0)) + pull) / stiffness + _length(z)
-    rooms = [over[line.length].get(0, arb(0)) - away for line in lines]
+    away = (sum((line.weight for line in lines), arb(0)) + pull) / stiffness
+    away += _length([constant(leaves[k]) for k in U.free])
+    rooms = [constant(over[line.length]) - away for line in lines]
     softer = [line.weight / room for line, room in zip(lines, rooms, strict=True)]
     return all(room > 0 for room in rooms) and bool(sum(softer, arb(0)) < stiffness)
 
@@ -151,7 +145,7 @@ def without_length(U: Energy, line: Line) -> Energy:
     ]
     rest = [(c, k + n) for c, k in U.terms if k != line.length]
     last = ("sum", U.operations[-1][1], tuple(rest))
-    return Energy([*r, *moved[:-1], last], ANGLES)
+    return Energy([*r, *moved[:-1], last])
 
 
 def _shifted(operation: Any, by: int) -> Any:

@@ -17,15 +17,16 @@ Krawczyk's test for U_ζ = 0 shows that a stationary point has ζ in a box Z for
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from itertools import combinations_with_replacement, pairwise
-from typing import Any, NamedTuple
+from itertools import combinations_with_replacement
+from typing import NamedTuple
 
 from flint import arb, arb_mat
 
-from rbstab.proof.check.convex import is_single, minors
+from rbstab.proof.check.convex import is_single
 from rbstab.proof.check.cover import width
 from rbstab.proof.check.energy import Energy, share_of
 from rbstab.proof.check.findings import Box
+from rbstab.proof.check.matrices import Matrix, column, inverse, negative, part, residual
 from rbstab.proof.check.taylor import (
     ORDER,
     UNKNOWN,
@@ -37,9 +38,6 @@ from rbstab.proof.check.taylor import (
     narrower,
     unknown,
 )
-
-Matrix = Any
-"""An `arb_mat` of python-flint."""
 
 STEPS = 40
 """The most steps of Newton's method for ẑ."""
@@ -94,7 +92,7 @@ class Bounds:
         share: tuple[float, float] = (0.0, 1.0),
     ) -> None:
         self.U, self.box, self.face = U, box, face
-        self.ends, self.middle, self.steps = dict[int, Any](), dict[int, Ball](), dict[int, Ball]()
+        self.middle, self.half, self.steps = (dict[int, Ball]() for _ in range(3))
         for i, ends in enumerate(box):
             self._put(i, ends)
         if face is not None:
@@ -117,9 +115,9 @@ class Bounds:
 
     def _put(self, i: int, ends: tuple[float, float]) -> None:
         """Set the middle of a variable, exactly, and a ball about 0 that reaches its ends."""
-        m, (a, b) = arb(ends[0] / 2 + ends[1] / 2), map(arb, ends)
-        self.ends[i], self.middle[i] = ends, m
-        self.steps[i] = arb(0, max((b - m).upper(), (m - a).upper(), key=float))
+        a, b = map(arb, ends)
+        self.middle[i], self.half[i] = (a + b) / 2, (b - a) / 2
+        self.steps[i] = arb(0, self.half[i])
 
     def _undecided(self) -> list[int]:
         """Return a variable λ for each step that jumps, and may do so in the box."""
@@ -127,7 +125,8 @@ class Bounds:
             return []
         leaves = {i: leaf(i, self.middle[i] + d) for i, d in self.steps.items()}
         values = self.U(leaves | unknown(self.U.free), 0)
-        return [share_of(k) for k in self.U.jumps if constant(values[k]).rad() > 0]
+        arguments = {k: constant(values[k]) for k in self.U.jumps}
+        return [share_of(k) for k, h in arguments.items() if not (h > 0 or h <= 0)]
 
     # -- where the minimiser is -------------------------------------------------------------------
 
@@ -161,8 +160,6 @@ class Bounds:
         for _ in range(STEPS):
             self._evaluate_at(ORDER)
             Y = inverse(second(self._at, free, free))
-            if Y is None:
-                return None
             step = (Y * first(self._at, free)).mid().entries()
             self._zhat = {z: (self._zhat[z] - s).mid() for z, s in zip(free, step, strict=True)}
             if all(abs(s) < near for s in step):
@@ -181,8 +178,6 @@ class Bounds:
             return False
         self._evaluate_over(dict.fromkeys(free, arb(0)))
         drift = Y * (first(self._at, free) + second(self._over, free, self.along) * self.step)
-        if not finite(drift):
-            return False
         Z = [arb(0, 2 * x.abs_upper() + TINY) for x in drift.entries()]
         self._evaluate_over(dict(zip(free, Z, strict=True)))
         image = residual(Y, second(self._over, free, free)) * column(Z) - drift
@@ -197,7 +192,7 @@ class Bounds:
         self.H = second(over, along, along)
         if free:
             ab, bb = second(over, along, free), second(over, free, free)
-            g, least = first(at, free), inverses(bb)
+            g, least = first(at, free), bb.inv(nonstop=True)
             zeta = -least * g  # that of the minimiser at the middle
             self.value += (g.transpose() * zeta + zeta.transpose() * bb * zeta / 2)[0, 0]
             self.gradient += ab * zeta
@@ -232,7 +227,7 @@ class Bounds:
     @property
     def slopes(self) -> list[Ball]:
         """∂U/∂Θ over the box, from its terms or by the mean value theorem."""
-        by_mean = self._combined(identity(len(self.axes)))
+        by_mean = self._combined(arb_mat(len(self.axes), len(self.axes), 1))
         natural = self.gradient_over.entries()[: len(by_mean)]
         return [narrower(a, b) for a, b in zip(natural, by_mean, strict=True)]
 
@@ -246,14 +241,11 @@ class Bounds:
 
     def _components(self) -> Iterator[tuple[str, list[Ball]]]:
         n = len(self.axes)
-        yield "g", self.gradient_over.entries()[:n]
         yield "g", self.slopes
-        Y = inverse(part(self.H, n, n))
-        if Y is not None:
-            yield "y", self._combined(Y)
+        yield "y", self._combined(inverse(part(self.H, n, n)))
         if len(self.jumps) == 1 and self.face is None:  # across these, no force jumps
             x, y, z = (self.H[i, n].mid() for i in range(n))
-            yield "j", self._combined(matrix([[y, -x, 0], [z, 0, -x], [0, z, -y]]))
+            yield "j", self._combined(arb_mat([[y, -x, 0], [z, 0, -x], [0, z, -y]]))
 
     @property
     def values(self) -> Ball:
@@ -268,15 +260,7 @@ class Bounds:
 
     def at_least(self, bound: Ball) -> bool:
         """Return whether U is at least a bound on the box."""
-        if self.values >= bound or self.over >= bound:
-            return True
-        # With a definite matrix: the least value of the quadratic part, wherever it is.
-        H = self.H.mid()
-        if not (finite(H) and all(minor > 0 for minor in minors(H))):
-            return False
-        g, d = self.gradient, self.step
-        rest = (d.transpose() * (self.H - H) * d)[0, 0] / 2
-        return bool(self.value - (g.transpose() * inverses(H) * g)[0, 0] / 2 + rest >= bound)
+        return bool(self.values >= bound or self.over >= bound)
 
     # -- a state at rest --------------------------------------------------------------------------
 
@@ -293,45 +277,31 @@ class Bounds:
 
     def _argument_of(self, share: int) -> tuple[Series, Series]:
         """Return h at the middle and over the box, of the step for which a variable stands."""
-        k = self.U.operations[share_of(share)][2]
+        k = share_of(share)
         return self._all_at[k], self._all_over[k]
 
     def one_to_one(self) -> bool:
         """Return whether F takes each value once in the box: |I - Y∂F| < 1 in some norm."""
         _, J = self._system
-        Y = inverse(J)
-        if Y is None:
-            return False
-        R, n = residual(Y, J), range(len(self.along))
-        d = [x.abs_upper() for x in self.step.entries()]
-        return all(sum((abs(R[i, j]) * d[j] for j in n), arb(0)) < d[i] for i in n)
+        d = column([x.abs_upper() for x in self.step.entries()])
+        R = arb_mat([[abs(x) for x in row] for row in residual(inverse(J), J).tolist()])
+        return all(x < most for x, most in zip((R * d).entries(), d.entries(), strict=True))
 
     def contains_zero(self) -> bool:
         """Return whether F has a zero in the box (Krawczyk's test)."""
         F, J = self._system
         Y = inverse(J)
-        if Y is None:
-            return False
         image = (residual(Y, J) * self.step - Y * F).entries()
-        return all(
-            self.middle[i] + x > arb(self.ends[i][0]) and self.middle[i] + x < arb(self.ends[i][1])
-            for i, x in zip(self.along, image, strict=True)
-        )
+        return all(abs(x) < self.half[i] for i, x in zip(self.along, image, strict=True))
 
     @property
     def index(self) -> int | None:
         """The number of negative eigenvalues of ∇²U, all over the box; None if it is not known.
 
-        By Jacobi's rule. A minor may be zero, so a matrix L'HL with the same number is tried too.
         Each λ adds one: along the surface where a force jumps there is one less.
         """
-        H, n = self.H, range(len(self.along))
-        L = matrix([[arb(i + 2) / (j + 5) if i > j else int(i == j) for j in n] for i in n])
-        for one in (H, L.transpose() * H * L):
-            signs = [1, *(1 if m > 0 else -1 if m < 0 else 0 for m in minors(one))]
-            if 0 not in signs:
-                return sum(a != b for a, b in pairwise(signs)) - len(self.jumps)
-        return None
+        found = negative(self.H)
+        return None if found is None else found - len(self.jumps)
 
     def share_at_rest(self, *, ridge: bool) -> tuple[float, float] | None:
         """Return between which λ the slope of U across a surface is zero, where a force jumps.
@@ -342,9 +312,9 @@ class Bounds:
         """
         (k,), n = self.jumps, len(self.axes)
         _, h = self._argument_of(k)
-        normal = matrix([[derivative(h, i).mid() for i in self.axes]])
+        normal = arb_mat([[derivative(h, i).mid() for i in self.axes]])
         (halfway,) = self._combined(normal, n)
-        growth = (normal * matrix([[self.H[i, n]] for i in range(n)]))[0, 0]
+        growth = (normal * column([self.H[i, n] for i in range(n)]))[0, 0]
         before, after = halfway - growth / 2, halfway + growth / 2
         linear = (k, k) not in self._over
         if not (linear and (before > 0 and after < 0 if ridge else before < 0 and after > 0)):
@@ -362,54 +332,4 @@ def first(x: Series, rows: Sequence[int]) -> Matrix:
 
 def second(x: Series, rows: Sequence[int], columns: Sequence[int]) -> Matrix:
     """Return second derivatives of a series as a matrix."""
-    return matrix([[derivative(x, i, j) for j in columns] for i in rows])
-
-
-def matrix(rows: Sequence[Sequence[Any]]) -> Matrix:
-    """Return a matrix from its rows."""
-    return arb_mat(len(rows), len(rows[0]), [x for r in rows for x in r])
-
-
-def column(entries: Sequence[Ball]) -> Matrix:
-    """Return a column of a matrix."""
-    return arb_mat(len(entries), 1, list(entries))
-
-
-def part(M: Matrix, rows: int, columns: int) -> Matrix:
-    """Return the first rows and columns of a matrix."""
-    if (rows, columns) == (M.nrows(), M.ncols()):
-        return M
-    return matrix([[M[i, j] for j in range(columns)] for i in range(rows)])
-
-
-def identity(n: int) -> Matrix:
-    """Return the unit matrix."""
-    return matrix([[int(i == j) for j in range(n)] for i in range(n)])
-
-
-def finite(M: Matrix) -> bool:
-    """Return whether all entries of a matrix have bounds."""
-    return all(x.is_finite() for x in M.entries())
-
-
-def inverse(H: Matrix) -> Matrix | None:
-    """Return a matrix near the inverse of another; None if there is none."""
-    try:
-        Y = H.mid().inv().mid()
-    except ZeroDivisionError:
-        return None
-    return Y if finite(Y) else None
-
-
-def inverses(H: Matrix) -> Matrix:
-    """Return a matrix that contains the inverses of all matrices in another."""
-    n = H.nrows()
-    try:
-        return H.inv()
-    except ZeroDivisionError:
-        return arb_mat(n, n, [UNKNOWN] * n * n)
-
-
-def residual(Y: Matrix, H: Matrix) -> Matrix:
-    """Return I - YH."""
-    return identity(H.nrows()) - Y * H
+    return arb_mat([[derivative(x, i, j) for j in columns] for i in rows])

@@ -78,7 +78,7 @@ def _findings(record: Mapping[str, Any]) -> Iterator[Finding]:
         but = ", but for its springs" if parts_of(U).lines else ""
         text = f"U is convex in the variables besides Θ{but}."
         about.append(("convexity", text, why_not_convex(U)))
-    if U.steps_of:
+    if any(one[0] == "step" for one in U.operations):
         text = "U is as smooth at each switch as it is said to be."
         about.append(("switches", text, why_not_smooth(U)))
     for claim, text, why in about:

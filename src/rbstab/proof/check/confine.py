@@ -12,10 +12,11 @@ import math
 
 from flint import arb, arb_mat
 
-from rbstab.proof.check.bounds import Bounds, column
+from rbstab.proof.check.bounds import Bounds
 from rbstab.proof.check.cover import cover
 from rbstab.proof.check.energy import ANGLES, Energy, operands
 from rbstab.proof.check.findings import Box, Cover, Finding, confirmed
+from rbstab.proof.check.matrices import column
 from rbstab.proof.check.ranges import Range
 
 OUTER = (0, 2)

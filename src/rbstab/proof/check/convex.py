@@ -13,10 +13,11 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from flint import arb, arb_mat, fmpq
+from flint import arb, arb_mat
 
-from rbstab.proof.check.energy import Energy
-from rbstab.proof.check.taylor import Ball, Series, constant, derivative, leaf, summed
+from rbstab.proof.check.energy import About, Energy
+from rbstab.proof.check.matrices import negative
+from rbstab.proof.check.taylor import ORDER, Ball, Series, constant, derivative, leaf, summed
 
 CONSTANT, AFFINE, CONVEX, OTHER = 0, 1, 2, 3
 
@@ -86,17 +87,9 @@ def _moved(U: Energy, k: int) -> int | None:
     return inner[1] if inner[0] == "var" else None
 
 
-def minors(H: Any) -> list[Ball]:
-    """Return the leading minors of a matrix."""
-    return [
-        arb_mat(n, n, [H[i, j] for i in range(n) for j in range(n)]).det()
-        for n in range(1, H.nrows() + 1)
-    ]
-
-
 def _least_eigenvalue(S: Any) -> Ball:
     """Return a lower bound of the least eigenvalue of a matrix; 0 if it is not definite."""
-    if not all(minor > 0 for minor in minors(S)):
+    if negative(S) != 0:
         return arb(0)
     least, n = S.inv(), range(S.nrows())
     # The largest eigenvalue of S⁻¹ is at most its largest sum of a row.
@@ -131,33 +124,26 @@ def _length(x: Sequence[Ball]) -> Ball:
     return sum((a * a for a in x), arb(0)).abs_upper().sqrt()
 
 
-def without_length(U: Energy, line: Line) -> Energy:
-    """Return the energy where a spring has no length, z = -r(Θ): a function of Θ."""
-    n, places = len(U.operations), dict(zip(U.free, line.ends, strict=True))
-    # First r, which is z + r where z is zero, and then all operations with -r in place of z.
-    nothing = ("sum", fmpq(0), ())
-    r = [nothing if one[0] == "var" and one[1] in places else one for one in U.operations]
-    moved = [
-        ("sum", fmpq(0), ((fmpq(-1), places[one[1]]),))
-        if one[0] == "var" and one[1] in places
-        else _shifted(one, n)
-        for one in U.operations
-    ]
-    rest = [(c, k + n) for c, k in U.terms if k != line.length]
-    last = ("sum", U.operations[-1][1], tuple(rest))
-    return Energy([*r, *moved[:-1], last])
+class WithoutLength(Energy):
+    """The energy where a spring has no length, z = -r(Θ): a function of Θ.
 
+    Args:
+        U: The energy.
+        line: The spring.
+    """
 
-def _shifted(operation: Any, by: int) -> Any:
-    """Return an operation on results that stand later."""
-    match operation:
-        case "sum", c0, terms:
-            return "sum", c0, tuple((c, k + by) for c, k in terms)
-        case "times", j, k:
-            return "times", j + by, k + by
-        case "var", _:
-            return operation
-    return (*operation[:-1], operation[-1] + by)
+    def __init__(self, U: Energy, line: Line) -> None:
+        super().__init__(U.with_terms([one for one in U.terms if one[1] != line.length]).operations)
+        self._places = dict(zip(U.free, line.ends, strict=True))
+
+    def __call__(
+        self, leaves: Mapping[int, Series], order: int = ORDER, about: About = None
+    ) -> list[Series]:
+        """Return the series of all operations; r is z + r where z is zero."""
+        zero: dict[int, Series] = {z: {} for z in self._places}
+        ends = super().__call__({**leaves, **zero}, order)
+        moved = {z: summed([(arb(-1), ends[k])]) for z, k in self._places.items()}
+        return super().__call__({**leaves, **moved}, order, about)
 
 
 def why_not_convex(U: Energy) -> str | None:

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from itertools import chain
 from typing import Any
 
 from flint import arb, fmpq
@@ -33,6 +32,9 @@ ANGLES = (0, 1, 2)
 
 Operation = tuple[Any, ...]
 
+About = tuple[Sequence[Series], Mapping[int, Ball]] | None
+"""All series at the middle of a box, and the ways δ from there."""
+
 
 class Energy:
     """An energy, as a list of operations.
@@ -56,15 +58,14 @@ class Energy:
         self,
         leaves: Mapping[int, Series],
         order: int = ORDER,
-        about: tuple[Sequence[Series], Mapping[int, Ball]] | None = None,
+        about: About = None,
     ) -> list[Series]:
         """Return the series of all operations; the last one is that of the energy.
 
         Args:
             leaves: Those of its variables, and of steps that are variables too (`share_of`).
             order: The highest order.
-            about: All series at the middle of a box, and the ways δ from there. Then arguments of
-                functions are bounded by Taylor's theorem too.
+            about: If it is given, arguments of functions are bounded by Taylor's theorem too.
         """
         self.count += 1
         if self.count > EVALUATIONS:
@@ -82,11 +83,11 @@ class Energy:
                 case "times":
                     x = times(found[rest[0]], found[rest[1]], order)
                 case "step":
-                    x = leaves.get(share_of(number)) or _step(found[rest[1]])
+                    x = leaves.get(share_of(rest[1])) or _step(found[rest[1]])
                 case "positive":
-                    shared = any(share_of(k) in leaves for k in self.steps_of.get(rest[0], ()))
+                    of = found[rest[0]]
                     # Beyond a surface too, all terms beside its step are those of its one side.
-                    x = found[rest[0]] if shared else _positive(found[rest[0]])
+                    x = of if share_of(rest[0]) in leaves else _positive(of)
                 case _:
                     of = found[rest[-1]]
                     g = coefficients(kind, constant(of), rest[0] if kind == "pow" else 0)
@@ -108,43 +109,36 @@ class Energy:
         return terms
 
     def with_terms(self, terms: Sequence[tuple[Any, int]]) -> "Energy":
-        """Return another sum of the same operations."""
-        last = ("sum", fmpq(0), tuple(terms))
+        """Return another sum of the same operations, with the same constant."""
+        last = ("sum", self.operations[-1][1], tuple(terms))
         return Energy([*self.operations[:-1], last], self.free)
 
     @cached_property
     def arguments(self) -> frozenset[int]:
-        """The arguments of functions, but for variables and what depends on one angle alone."""
+        """The arguments of functions, but for what depends on one angle alone, or on steps."""
         kinds = FUNCTIONS | {"step", "pow"}
         found = {one[-1] for one in self.operations if one[0] in kinds}
-        cut = list[bool]()  # what may have no derivative at a surface
-        for one in self.operations:
-            smooth = one[0] != "positive" and not (one[0] == "step" and one[1] > 1)
-            cut.append(not smooth or any(cut[k] for k in operands(one)))
-        return frozenset(k for k in found if len(self.depends[k]) > 1 and not cut[k])
+        return frozenset(k for k in found if len(self.depends[k]) > 1 and min(self.depends[k]) >= 0)
 
     @cached_property
     def depends(self) -> list[frozenset[int]]:
-        """The numbers of the variables on which each operation depends."""
+        """The numbers of the variables on which each operation depends, and of its steps."""
         found = list[frozenset[int]]()
         for one in self.operations:
-            own = frozenset({one[1]}) if one[0] == "var" else frozenset[int]()
-            found.append(own.union(*(found[k] for k in operands(one))))
+            match one:
+                case "var", number:
+                    own = {number}
+                case ("step", _, k) | ("positive", k):
+                    own = {share_of(k)}
+                case _:
+                    own = set()
+            found.append(frozenset(own).union(*(found[k] for k in operands(one))))
         return found
 
     @cached_property
-    def steps_of(self) -> dict[int, list[int]]:
-        """The operations that are steps, by their arguments."""
-        found = dict[int, list[int]]()
-        for k, one in enumerate(self.operations):
-            if one[0] == "step":
-                found.setdefault(one[2], []).append(k)
-        return found
-
-    @cached_property
-    def jumps(self) -> list[int]:
-        """The steps at which forces jump."""
-        return [k for k in chain(*self.steps_of.values()) if self.operations[k][1] == 1]
+    def jumps(self) -> frozenset[int]:
+        """The arguments of steps at which forces jump."""
+        return frozenset(one[2] for one in self.operations if one[:2] == ("step", 1))
 
     @cached_property
     def products(self) -> list[tuple[int, ...]]:
@@ -161,9 +155,9 @@ class Energy:
         return found
 
 
-def share_of(step: int) -> int:
-    """Return the number of the variable that may stand for a step."""
-    return -1 - step
+def share_of(argument: int) -> int:
+    """Return the number of the variable that may stand for a step of an operation; or back."""
+    return -1 - argument
 
 
 def _step(x: Series) -> Series:

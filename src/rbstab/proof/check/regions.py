@@ -7,7 +7,7 @@ from typing import Any
 from flint import arb
 
 from rbstab.proof.check.bounds import Bounds, Face
-from rbstab.proof.check.convex import parts_of, without_length
+from rbstab.proof.check.convex import WithoutLength, parts_of
 from rbstab.proof.check.cover import TOO_MANY, WET, cover, flattened, flood, gap, touches, width
 from rbstab.proof.check.energy import Energy
 from rbstab.proof.check.findings import EVERYWHERE, Box, Cover, Finding, confirmed
@@ -49,10 +49,9 @@ class Level:
     def lengths(self) -> dict[str, Cover]:
         """Cover the range, for each spring, by boxes where U is so large if it has no length."""
         lines = parts_of(self.U).lines if self.U.free else ()
-        energies = {k: without_length(self.U, line) for k, line in enumerate(lines, start=1)}
         return {
-            f"no length of spring {k}": self.cover(self.range.box, of=U)
-            for k, U in energies.items()
+            f"no length of spring {k}": self.cover(self.range.box, of=WithoutLength(self.U, line))
+            for k, line in enumerate(lines, start=1)
         }
 
 

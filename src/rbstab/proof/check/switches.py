@@ -6,7 +6,6 @@ order k, U1 - U0 has to be a multiple of h^k. Here h is a symbol p, and function
 operations are symbols too: U1 - U0 has to be zero modulo h - p and p^k.
 """
 
-from itertools import chain
 from typing import Any
 
 from flint import fmpq, fmpq_mpoly_ctx
@@ -26,14 +25,15 @@ class _NoFormError(Exception):
 
 def why_not_smooth(U: Energy) -> str | None:
     """Return what is not shown about the steps of an energy; None if all is."""
-    for k in chain(*U.steps_of.values()):
+    steps = {k: one[2] for k, one in enumerate(U.operations) if one[0] == "step"}
+    for k in steps:
         try:
             smooth = _Switch(U, k).is_smooth
         except _NoFormError as error:
             return f"That step {k + 1} is as smooth as it says could not be confirmed: {error}"
         if not smooth:
             return f"Step {k + 1} is not as smooth as it says"
-    if any(one[0] == "positive" and one[1] not in U.steps_of for one in U.operations):
+    if any(one[0] == "positive" and one[1] not in steps.values() for one in U.operations):
         return "A positive part has no step of its own"
     return None
 

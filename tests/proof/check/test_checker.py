@@ -132,6 +132,8 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         "certified region",
     ),
     "a region too high": ("wells", _at("ranges", 0, "regions", to=[[0, 1.01]]), "region of rest"),
+    "a region over a ridge": ("tent", _at("ranges", 0, "regions", to=[[0, 1e-3]]), "region of"),
+    "a region through a jump": ("through", _at("ranges", 0, "regions", to=[[0, 1.2]]), "region of"),
     "a region of a pass": ("wells", _at("ranges", 0, "regions", to=[[2, 0.9]]), "region of rest"),
     "the level of all for one of two": (
         "wells",

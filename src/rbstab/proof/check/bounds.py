@@ -275,6 +275,11 @@ class Bounds:
                 J[row, j] = derivative(h, i)
         return F, J
 
+    def side(self, share: int) -> int:
+        """Return the sign of h over the box, of the step for which a variable stands, or 0."""
+        h = constant(self._all_over[share_of(share)])
+        return 1 if h > 0 else -1 if h < 0 else 0
+
     def _argument_of(self, share: int) -> tuple[Series, Series]:
         """Return h at the middle and over the box, of the step for which a variable stands."""
         k = share_of(share)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from functools import partial
+from itertools import product
 from typing import Any
 
 from flint import arb
@@ -9,7 +10,7 @@ from flint import arb
 from rbstab.proof.check.bounds import Bounds, Face
 from rbstab.proof.check.convex import WithoutLength, parts_of
 from rbstab.proof.check.cover import TOO_MANY, WET, cover, flattened, flood, gap, touches, width
-from rbstab.proof.check.energy import Energy
+from rbstab.proof.check.energy import Energy, share_of
 from rbstab.proof.check.findings import EVERYWHERE, Box, Cover, Finding, confirmed
 from rbstab.proof.check.ranges import Range
 from rbstab.proof.check.states import Listed, State
@@ -19,6 +20,14 @@ SHARES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)
 
 ABOVE = "b"
 """The reason of a box in which U is at least the bound."""
+
+BEYOND = "o"
+"""The reason of a box beyond a ridge."""
+
+WALL = "the other side of a ridge"
+
+LIMIT = 1000
+"""Boxes of a part of a ridge."""
 
 FAR = 2.0
 """rad: a larger distance counts as this one."""
@@ -91,19 +100,23 @@ class Region(Level):
         """
         low = {k: box for k, box in self.places.items() if self.cover(box).open is not None}
         high = [box for name, box in self.places.items() if name not in low]
-        known, border = dict[Box, str | None](), dict[str, Cover]()
+        border = dict[str, Cover]()
+        known = dict[tuple[bool, Box], str | None]()
 
-        def reason_for(share: float, box: Box) -> str | None:
-            if box not in known:
-                over = Bounds(self.U, box)
+        def reason_for(share: float, walls: dict[int, int], box: Box) -> str | None:
+            key = bool(walls), box
+            if key not in known:
+                over = self._on_this_side(walls, box)
+                if over is None:
+                    return BEYOND
                 below = WET if over.values < self.bound else None
-                known[box] = ABOVE if over.at_least(self.bound) else below
-            if known[box] is not None:
-                return known[box]
+                known[key] = ABOVE if over.at_least(self.bound) else below
+            if known[key] is not None:
+                return known[key]
             distance = min((gap(box, place) + width(place) for place in high), default=FAR)
             return WET if width(box) <= share * min(distance, FAR) else None
 
-        def obstacle(box: Box) -> str | None:
+        def obstacle_of(walls: dict[int, int], box: Box) -> str | None:
             for name, place in low.items():
                 if touches(box, place):
                     return name
@@ -113,11 +126,14 @@ class Region(Level):
                     border[f"{face.name}, part {len(border) + 1}"] = found
                     if found.open is not None:
                         return face.name
-            return None
+            return None if self._closed_by(walls, box) else WALL
 
-        for share in SHARES:
+        at_rest = Bounds(self.U, self.state.enclosure)
+        ridges = {k: at_rest.side(k) for k in map(share_of, self.U.jumps) if at_rest.side(k)}
+        tried = [ridges, {}] if ridges else [{}]
+        for walls, share in product(tried, SHARES):
             border.clear()
-            reason = partial(reason_for, share)
+            reason, obstacle = partial(reason_for, share, walls), partial(obstacle_of, walls)
             found, stopped = flood(self.range.box, self.state.enclosure, reason, obstacle)
             if stopped in (None, TOO_MANY):  # smaller boxes would be more
                 break
@@ -130,6 +146,40 @@ class Region(Level):
         )
         covers = {"range": found, **border, **lengths}
         return self._finding(f"region of {self.state.name}", text, wrong if stopped else "", covers)
+
+    def _on_this_side(self, walls: dict[int, int], box: Box) -> Bounds | None:
+        """Return bounds over the part of a box on the side of the rest state; None if it has none.
+
+        Args:
+            walls: The signs of the arguments of steps at the rest state, by their variables.
+            box: The box.
+        """
+        over = Bounds(self.U, box)
+        if any(over.side(k) == -side for k, side in walls.items()):
+            return None
+        if len(over.jumps) == 1 and over.jumps[0] in walls:
+            step = float(walls[over.jumps[0]] > 0)
+            return Bounds(self.U, box, share=(step, step))
+        return over
+
+    def _closed_by(self, walls: dict[int, int], box: Box) -> bool:
+        """Return whether U is at least the level where a box meets a wall.
+
+        On a surface where a force jumps, U is L(Θ, λ) for λ = 0, or for any λ if L is linear in it.
+        """
+
+        def reason(part: Box) -> str | None:
+            over = Bounds(self.U, part)
+            if walls.keys().isdisjoint(over.jumps):
+                return BEYOND
+            if len(over.jumps) > 1:
+                return None
+            low, high = over.share_at_rest(ridge=True) or (0.0, 0.0)
+            step = (low + high) / 2
+            found = Bounds(self.U, part, share=(step, step))
+            return ABOVE if found.at_least(self.bound) else None
+
+        return not walls or cover(box, reason, LIMIT).open is None
 
     def _finding(self, name: str, text: str, wrong: str, covers: dict[str, Cover]) -> Finding:
         if self.bound <= Bounds(self.U, self.state.enclosure).values:

@@ -5,7 +5,7 @@ from copy import deepcopy
 from typing import Any
 
 import pytest
-from proof.check.cases import BORDER, LEAST, TRUE, changed, refused, state, tilted, weak
+from proof.check.cases import BORDER, EXACT, LEAST, TRUE, changed, refused, state, tilted, weak
 
 from rbstab.proof.record import Record
 
@@ -81,6 +81,11 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     "the index at a stop": ("stop", _at(*STATES, 0, "index", to=1), "rest states"),
     "the index of a held state": ("held", _at(*STATES, 0, "index", to=1), "rest states"),
     "an enclosure beside": ("wells", _at(*STATES, 0, to=state((0, -0.501, 0), 0)), "rest states"),
+    "an enclosure that ends just beside": (
+        "wells",
+        _at(*STATES, 0, to=state((0, -0.5 + 1.5 * EXACT, 0), 0)),
+        "rest states",
+    ),
     "an enclosure beside, on the plane": (
         "plane",
         _at(*STATES, 0, to=state((0.5 - 6 / 34 + 5e-3, 0.5 - 10 / 34 - 3e-3, 0), 0, held=True)),

@@ -214,5 +214,8 @@ def test_each_face_of_the_border_limits_the_level(angle: int, sign: int) -> None
         record = changed(true, "ranges", 0, "level", to=height)
         return changed(record, "ranges", 0, "regions", to=[[0, height]])
 
+    kept = ("ranges", 0, "kept")
+    assert refused(changed(true, *kept, to=level)) == []
+    assert refused(changed(true, *kept, to=level + 0.01)) == ["range"]
     assert refused(both(level)) == []
     assert refused(both(level + 0.01)) == ["certified region", "region of rest state 1"]

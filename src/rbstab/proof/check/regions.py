@@ -1,6 +1,6 @@
 """The regions in which every motion converges to one rest state: theorems 3, 5 and 11."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import partial
 from itertools import product
 from typing import Any
@@ -8,7 +8,7 @@ from typing import Any
 from flint import arb
 
 from rbstab.proof.check.bounds import Bounds, Face
-from rbstab.proof.check.convex import WithoutLength, parts_of
+from rbstab.proof.check.convex import Line, WithoutLength, parts_of
 from rbstab.proof.check.cover import TOO_MANY, WET, cover, flattened, flood, gap, touches, width
 from rbstab.proof.check.energy import Energy, share_of
 from rbstab.proof.check.findings import EVERYWHERE, Box, Cover, Finding, confirmed
@@ -51,16 +51,23 @@ class Level:
         U, box = of or self.U, box if face is None else flattened(box, face.axis)
         return cover(box, lambda b: ABOVE if Bounds(U, b, face).at_least(self.bound) else None)
 
-    def faces(self, faces: Iterable[Face]) -> dict[str, Cover]:
-        """Cover faces of the range, by their names."""
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """The springs of a body that is not held."""
+        return parts_of(self.U).lines if self.U.free else ()
+
+    def border(self) -> dict[str, Cover]:
+        """Cover all faces through which a motion may leave the range, by their names."""
+        # Where none is beyond the ends of θ1 and θ3 (theorem 6), U rises without end there.
+        confining = self.range.name == EVERYWHERE and not self.lines
+        faces = [face for face in self.range.border if face.axis == 1 or not confining]
         return {face.name: self.cover(self.range.box, face) for face in faces}
 
     def lengths(self) -> dict[str, Cover]:
         """Cover the range, for each spring, by boxes where U is so large if it has no length."""
-        lines = parts_of(self.U).lines if self.U.free else ()
         return {
             f"no length of spring {k}": self.cover(self.range.box, of=WithoutLength(self.U, line))
-            for k, line in enumerate(lines, start=1)
+            for k, line in enumerate(self.lines, start=1)
         }
 
 
@@ -79,12 +86,8 @@ class Region(Level):
 
     def everywhere(self) -> Finding:
         """Check theorem 3: the border and all other rest states are not below the level."""
-        lengths = self.lengths()
-        # Where none is beyond the ends of θ1 and θ3 (theorem 6), U rises without end there.
-        confining = self.range.name == EVERYWHERE and not lengths
-        border = [face for face in self.range.border if face.axis == 1 or not confining]
         places = {name: self.cover(box) for name, box in self.places.items()}
-        covers = places | lengths | self.faces(border)
+        covers = places | self.lengths() | self.border()
         wrong = [
             f"The energy at {place} is not shown to be at least {self.shown}."
             for place, found in covers.items()
@@ -188,10 +191,10 @@ class Region(Level):
 
 
 def kept(U: Energy, range_: Range, level: float) -> Finding:
-    """Check theorem 11: motions below a level do not reach the ends of θ2."""
-    faces = Level(U, range_, level).faces(range_.faces(1))
-    text = f"Every motion with an energy below {level:.10g} J keeps the range"
-    return confirmed(range_.name, "range", text, faces)
+    """Check theorem 11: motions below a level do not reach the ends of the range."""
+    found = Level(U, range_, level)
+    text = f"Every motion with an energy below {found.shown} keeps the range"
+    return confirmed(range_.name, "range", text, found.border())
 
 
 def region_findings(listed: Listed, claims: Any) -> Iterator[Finding]:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
+from rbstab.elements.guards.soft_guards import RepellingGuard, SoftGuard, StiffGuard
 from rbstab.proof.check import check
 from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.kept_range import Border, guard_energy, kept_record
@@ -15,7 +15,8 @@ X, Y, Z = map(variable, range(3))
 
 SOFT_ANGLE = 1.2
 END = np.array([3.0, math.pi / 2, 3.0])
-STIFF, REPELLING = StiffGuard, RepellingGuard
+STIFF: type[SoftGuard] = StiffGuard
+REPELLING: type[SoftGuard] = RepellingGuard
 
 BORDER = 3 * math.pi**2 / 8
 ROOM = math.pi / 2 - SOFT_ANGLE

@@ -293,7 +293,7 @@ class Bounds:
         return all(x < most for x, most in zip((R * d).entries(), d.entries(), strict=True))
 
     def contains_zero(self) -> bool:
-        """Return whether F has a zero in the box (Krawczyk's test)."""
+        """Return whether F has a zero in the box, and then only one (Krawczyk's test)."""
         F, J = self._system
         Y = inverse(J)
         image = (residual(Y, J) * self.step - Y * F).entries()

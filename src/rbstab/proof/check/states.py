@@ -62,7 +62,7 @@ class State:
         inner = self.enclosure if self.face is None else flattened(self.enclosure, self.face.axis)
         if not range_.contains(inner):
             return f"{name}: its enclosure is not inside the range."
-        if over is None or not over.falls_outwards() or not over.one_to_one():
+        if over is None or not over.falls_outwards():
             return f"{name}: its enclosure may contain more than one."
         if not over.contains_zero():
             return f"{name}: none could be shown in its enclosure."

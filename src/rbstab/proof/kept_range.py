@@ -7,7 +7,7 @@ follows from the rest states of f, if the guard adds none.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,11 +22,15 @@ from rbstab.proof.enclosures.intervals import Intervals
 from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.exact.expr import Expr, expr, variable
 from rbstab.proof.model import RANGE_END, Energy
+from rbstab.proof.record import FORMAT, Record, energy_record
 from rbstab.proof.regions.landscape import open_faces
 from rbstab.proof.search import Search
 
 LIMIT = 60_000
 """Boxes beyond the soft angle at which the search stops."""
+
+AROUND = 2e-6
+"""rad: more than the checker leaves out about what is undecided."""
 
 MAX_END = 90.0
 """rad: wider ranges of θ1 and θ3 are not searched, because they take too long."""
@@ -120,3 +124,29 @@ def nothing_rests_beyond(energy: Energy, border: Border, guard: Expr, soft_angle
         if not found.proved or found.zeros:
             return False
     return True
+
+
+def kept_record(
+    energy: Energy, border: Border, guard: Expr, energy_bound: float, inner: float
+) -> Record:
+    """Return a record for the checker, of what theorem 11 claims.
+
+    Args:
+        energy: f.
+        border: Its ends.
+        guard: g.
+        energy_bound: Motions with less energy keep the range, J.
+        inner: Where no rest state is claimed, |θ2| is larger, rad.
+    """
+    U = energy.U if energy.plain is None else energy.plain
+    (first, _, third), pitch = border.end.tolist(), inner - AROUND
+    claims = {
+        "end": [first, "pi/2", third],
+        "everywhere": True,
+        "kept": energy_bound,
+        "complete": False,
+        "states": [],
+        "undecided": [[[-first, -pitch, -third], [first, pitch, third]]],
+    }
+    guarded = replace(energy, U=U + guard, plain=None)
+    return {"format": FORMAT, "energy": energy_record(guarded), "ranges": [claims]}

@@ -130,6 +130,28 @@ def ridge() -> Record:
     return record(Energy(U), *minima, state((0, 0.3, 0), 1, held=True, ridge=True))
 
 
+def tent() -> Record:
+    """A ridge at θ2 = 0.3, where U = 0, between two minima with U = -2."""
+    h = Y - Fraction(3, 10)
+    U = BOWL + 8 * h**2 + 8 * h - 16 * h * h.step(1)
+    minima = state((0, -0.2, 0), 0), state((0, 0.8, 0), 0)
+    ridge = state((0, 0.3, 0), 1, held=True, ridge=True)
+    return record(Energy(U), *minima, ridge, regions=[[0, -0.1], [1, -0.1]])
+
+
+def through() -> Record:
+    """Two wells: from the lower one to the pass, the force jumps at θ2 = -¼ but does not turn."""
+    h = Y + Fraction(1, 4)
+    U = BOWL + 16 * (Y**2 - Fraction(1, 4)) ** 2 + h * h.step(1) / 10
+
+    def slope(t: float) -> float:
+        return 64 * t * (t**2 - 0.25) + 0.1
+
+    top, other = (float(brentq(slope, a, b, xtol=1e-15)) for a, b in ((-0.2, 0.2), (0.3, 0.7)))
+    states = state((0, -0.5, 0), 0), state((0, top, 0), 1), state((0, other, 0), 0)
+    return record(Energy(U), *states, regions=[[0, 0.8]])
+
+
 def plane() -> Record:
     """The force jumps on 3 θ1 + 5 θ2 = 2 and holds the body there.
 
@@ -218,7 +240,7 @@ def own_at_stop() -> Record:
 
 
 SMOOTH = wells, lean, barrier, outer, coupled, own
-SWITCHING = stop, inside, held, plane, sphere, ridge, ligament, own_at_stop
+SWITCHING = stop, inside, held, tent, through, plane, sphere, ridge, ligament, own_at_stop
 CASES = *SMOOTH, *SWITCHING, flat, unfinished
 
 TRUE: dict[str, Callable[[], Record]] = {one.__name__: one for one in CASES}

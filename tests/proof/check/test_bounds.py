@@ -42,19 +42,21 @@ def test_bounds_contain_the_least_energy_and_its_slopes(name, box):
     with ctx.workprec(BITS):
         free, b = bounds(name, tuple(zip(lo, hi, strict=True)))
         try:
-            V, g, _ = reduced(ENERGIES[name], dict(enumerate(point)), range(3), free)
+            V, g, H = reduced(ENERGIES[name], dict(enumerate(point)), range(3), free)
         except ValueError:  # a step whose side is not known
             assume(False)
             raise
         slack = arb(0, 1e-20)
         assert (b.values + slack).overlaps(V)
         assert b.at_least(V.lower() + 1e-9) is False
-        away = [arb(p) - q for p, q in zip(point, b.middle, strict=True)]
+        away = [arb(p) - b.middle[i] for i, p in enumerate(point)]
+        away += [b.steps[k] for k in b.jumps]  # λ is any number from 0 to 1
         for i in range(3):
             assert (b.slopes[i] + slack).overlaps(g[i])
-            # ∇U = ∇U(m) + S (Θ - m)
-            by_mean = b.gradient[i, 0] + sum((b.slope[i, j] * away[j] for j in range(3)), arb(0))
+            # ∇U = ∇U(m) + H (Θ - m)
+            by_mean = b.gradient[i, 0] + sum((b.H[i, j] * d for j, d in enumerate(away)), arb(0))
             assert not by_mean.is_finite() or (by_mean + slack).overlaps(g[i])
+            assert all((b.H[i, j] + slack).overlaps(H[i][j]) for j in range(3))
 
 
 @pytest.mark.parametrize("name", ["a quartic", "an exponential"])
@@ -62,3 +64,10 @@ def test_bounds_of_the_least_energy_are_finite_on_small_boxes(name):
     with ctx.workprec(128):
         _, found = bounds(name, ((0.1, 0.2), (0.3, 0.35), (-0.2, -0.1)))
         assert all(x.is_finite() for x in found.slopes)
+
+
+def test_both_sides_of_a_kink_count():
+    """Of h² (θ1 + 2) with h = θ2 + ½ θ1 - 0.2, ∂²U/∂θ2² is 2 (θ1 + 2) on one side, else 0."""
+    _, found = bounds("a kink", ((-0.01, 0.01), (0.15, 0.25), (0.0, 0.1)))
+    assert found.H[1, 1].contains(0)
+    assert found.H[1, 1].contains(4)

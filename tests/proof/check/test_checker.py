@@ -5,7 +5,7 @@ from copy import deepcopy
 from typing import Any
 
 import pytest
-from proof.check.cases import BORDER, LEAST, TRUE, changed, refused, state, tilted, weak
+from proof.check.cases import BORDER, EXACT, LEAST, TRUE, changed, refused, state, tilted, weak
 
 from rbstab.proof.record import Record
 
@@ -81,6 +81,11 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     "the index at a stop": ("stop", _at(*STATES, 0, "index", to=1), "rest states"),
     "the index of a held state": ("held", _at(*STATES, 0, "index", to=1), "rest states"),
     "an enclosure beside": ("wells", _at(*STATES, 0, to=state((0, -0.501, 0), 0)), "rest states"),
+    "an enclosure that ends just beside": (
+        "wells",
+        _at(*STATES, 0, to=state((0, -0.5 + 1.5 * EXACT, 0), 0)),
+        "rest states",
+    ),
     "an enclosure beside, on the plane": (
         "plane",
         _at(*STATES, 0, to=state((0.5 - 6 / 34 + 5e-3, 0.5 - 10 / 34 - 3e-3, 0), 0, held=True)),
@@ -132,6 +137,8 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         "certified region",
     ),
     "a region too high": ("wells", _at("ranges", 0, "regions", to=[[0, 1.01]]), "region of rest"),
+    "a region over a ridge": ("tent", _at("ranges", 0, "regions", to=[[0, 1e-3]]), "region of"),
+    "a region through a jump": ("through", _at("ranges", 0, "regions", to=[[0, 1.2]]), "region of"),
     "a region of a pass": ("wells", _at("ranges", 0, "regions", to=[[2, 0.9]]), "region of rest"),
     "the level of all for one of two": (
         "wells",
@@ -207,5 +214,8 @@ def test_each_face_of_the_border_limits_the_level(angle: int, sign: int) -> None
         record = changed(true, "ranges", 0, "level", to=height)
         return changed(record, "ranges", 0, "regions", to=[[0, height]])
 
+    kept = ("ranges", 0, "kept")
+    assert refused(changed(true, *kept, to=level)) == []
+    assert refused(changed(true, *kept, to=level + 0.01)) == ["range"]
     assert refused(both(level)) == []
     assert refused(both(level + 0.01)) == ["certified region", "region of rest state 1"]

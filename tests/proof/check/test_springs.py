@@ -18,6 +18,9 @@ AWAY = 3
 STIFFNESS = 100
 """That of all else, N/m; the spring pushes with 1 N."""
 
+SHIFT = 50
+"""What is taken off the energy and its levels, J."""
+
 NO_LENGTH = Fraction(STIFFNESS * AWAY**2, 2)
 """The least energy where the spring has no length, J: all else is stretched by `AWAY`."""
 
@@ -31,8 +34,8 @@ def spring(away: int = AWAY, weight: int = 1) -> Expr:
 def claims(level: float, steep: int = 300, more: Expr | int = 0, **others: object):
     """Return a record of one minimum at Θ = 0, with a certified region."""
     held = Fraction(STIFFNESS, 2) * (Z[0] ** 2 + Z[1] ** 2 + Z[2] ** 2)
-    U = steep * (BOWL + 2 * Y**2) + held + spring() + more
-    return record(Energy(U, FREE), state((0, 0, 0), 0), level=level, **others)
+    U = steep * (BOWL + 2 * Y**2) + held + spring() + more - SHIFT
+    return record(Energy(U, FREE), state((0, 0, 0), 0), level=level - SHIFT, **others)
 
 
 def wrong(data) -> set[str]:

@@ -25,6 +25,7 @@ from rbstab.proof.kept_range import (
     energy_at_most,
     energy_bound,
     guard_energy,
+    kept_record,
     nothing_rests_beyond,
 )
 from rbstab.proof.model import RANGE_END
@@ -164,23 +165,18 @@ class Unguarded(NamedTuple):
         Raises:
             NotDecidedError: The checker does not confirm that it keeps the range.
         """
-        from rbstab.proof.check.soft_guards import check_soft_guard
+        from rbstab.proof.check import check
 
         stored = self.proof.reduced_energy
         assert stored is not None
         nothing = nothing_rests_beyond(stored.energy, self.border, law.energy, law.soft_angle)
         bound = energy_bound(self.border, law.energy)
-        claim = {
-            "method": law.method,
-            "strength": law.strength,
-            "soft_angle": law.soft_angle,
-            "end": self.border.end.tolist(),
-            "energy_bound": bound,
-            "nothing_beyond": nothing,
+        inner = law.soft_angle if nothing else math.pi
+        claimed = kept_record(stored.energy, self.border, law.energy, bound, inner)
+        refused = {
+            finding.claim: finding.text for finding in check(claimed) if not finding.verified
         }
-        checked = check_soft_guard(stored.model_dump(mode="json"), claim)
-        refused = {finding.claim: finding.text for finding in checked if not finding.verified}
-        nothing = nothing and refused.pop("nothing at rest beyond", None) is None
+        nothing = nothing and refused.pop("no other rest state", None) is None
         if refused:
             raise NotDecidedError(f"the checker refuses it: {' '.join(refused.values())}")
         states, reason = _inner_states(self.proof, law.soft_angle, nothing_beyond=nothing)

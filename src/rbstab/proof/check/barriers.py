@@ -11,9 +11,9 @@ from flint import arb, fmpq
 
 from rbstab.proof.check.bounds import Bounds
 from rbstab.proof.check.cover import cover
-from rbstab.proof.check.energy import Energy
+from rbstab.proof.check.energy import ANGLES, Energy
 from rbstab.proof.check.findings import Box, Cover
-from rbstab.proof.check.taylor import Ball, whole_power
+from rbstab.proof.check.taylor import Ball, derivative, leaf, unknown
 
 GAPS = [2.0**-k for k in range(1, 28)]
 """rad: distances from the end that are tried, the longest first."""
@@ -33,22 +33,19 @@ def clear_of_barrier(
         box: The range of the others.
         end: The exact end of the angle.
     """
-    share = fmpq(1) if axis == 1 else fmpq(1, 2)
-    poles = {k: n for c, k in U.terms if c > 0 and (n := _power(U, k, axis, share))}
-    barrier = [(arb(c), poles[k]) for c, k in U.terms if k in poles]
-    acts = {axis, *U.free}
-    rest = U.with_terms([(c, k) for c, k in U.terms if k not in poles and U.depends[k] & acts])
+    poles = [(c, k) for c, k in U.terms if c > 0 and _is_pole(U, k, axis)]
+    acts, barrier = {axis, *U.free}, U.with_terms(poles)
+    rest = U.with_terms([(c, k) for c, k in U.terms if (c, k) not in poles and U.depends[k] & acts])
 
     def rises(part: Box) -> str | None:
-        found = Bounds(rest, part)
-        theta = abs(found.middle[axis] + found.steps[axis]) * share
-        # Least where the angle is farthest from its end: there d is largest.
-        d, turn = arb(theta.cos().upper()), share * theta.sin()
-        slope = sum((c * n * turn / whole_power(d, n + 1) for c, n in barrier), arb(0))
-        toward = found.slopes[axis] * (1 if part[axis][0] > 0 else -1)
-        return "r" if slope.lower() + toward > 0 else None
+        low, high = part[axis]
+        inner, side = (low, 1) if low > 0 else (high, -1)
+        # It is steepest toward the end, where the angle is largest.
+        leaves = unknown([*ANGLES, *U.free]) | {axis: leaf(axis, arb(inner))}
+        slope = derivative(barrier(leaves, 1)[-1], axis) + Bounds(rest, part).slopes[axis]
+        return "r" if slope * side > 0 else None
 
-    for gap in GAPS if barrier else ():
+    for gap in GAPS if poles else ():
         begin, covers = float((end - gap).mid()), dict[str, Cover]()
         for side in (-1, 1):
             part = (begin, box[axis][1]) if side > 0 else (box[axis][0], -begin)
@@ -59,12 +56,14 @@ def clear_of_barrier(
     return None, {}
 
 
-def _power(U: Energy, k: int, axis: int, share: fmpq) -> int:
-    """Return n of an operation d^-n; 0 if it is another one."""
+def _is_pole(U: Energy, k: int, axis: int) -> bool:
+    """Return whether an operation is d^-n with the angle of an axis."""
     match U.operations[k]:
         case "pow", n, j if n < 0 and U.operations[j][0] == "cos":
-            angle = U.operations[U.operations[j][1]]
-            if share != 1 and angle[:2] == ("sum", 0) and [c for c, _ in angle[2]] == [share]:
-                return -n if U.operations[angle[2][0][1]] == ("var", axis) else 0
-            return -n if share == 1 and angle == ("var", axis) else 0
-    return 0
+            match U.operations[U.operations[j][1]]:
+                case "var", number:
+                    return bool(axis == number == 1)
+                case "sum", 0, ((factor, i),):
+                    half = axis != 1 and factor == fmpq(1, 2)
+                    return half and U.operations[i] == ("var", axis)
+    return False

@@ -1,8 +1,10 @@
 """An energy and its derivatives over a box: theorem 1 of docs/proofs.md, in balls.
 
-With the middle m of a box, δ = Θ - m, and third derivatives T over all of it,
+With the middle m of a box, δ = Θ - m, and second derivatives H over all of it,
 
-    ∇U = ∇U(m) + (H(m) + ½Tδ)δ        U = U(m) + ∇U(m)'δ + ½ δ'(H(m) + ⅓Tδ)δ.
+    ∇U = ∇U(m) + Hδ        U = U(m) + ∇U(m)'δ + ½ δ'Hδ.
+
+Where a force may jump in the box, U is L(Θ, λ), with a variable λ in [0, 1] in place of the step.
 
 Variables z beyond the box are chosen so that U is least. With z = ẑ + Cδ + ζ, where ẑ is near the
 minimiser at the middle m, and C near its derivative, this least energy V has
@@ -13,22 +15,54 @@ Krawczyk's test for U_ζ = 0 shows that a stationary point has ζ in a box Z for
 `convex` there is no other, and it is the minimiser.
 """
 
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
+from itertools import combinations_with_replacement
+from typing import NamedTuple
 
 from flint import arb, arb_mat
 
-from rbstab.proof.check.convex import is_single, minors
-from rbstab.proof.check.energy import Energy
+from rbstab.proof.check.convex import is_single
+from rbstab.proof.check.cover import width
+from rbstab.proof.check.energy import Energy, share_of
 from rbstab.proof.check.findings import Box
-from rbstab.proof.check.taylor import ORDER, UNKNOWN, Ball, narrower
-
-Matrix = Any
-"""An `arb_mat` of python-flint."""
+from rbstab.proof.check.matrices import Matrix, column, inverse, negative, part, residual
+from rbstab.proof.check.taylor import (
+    ORDER,
+    UNKNOWN,
+    Ball,
+    Series,
+    constant,
+    derivative,
+    leaf,
+    narrower,
+    unknown,
+)
 
 STEPS = 40
 """The most steps of Newton's method for ẑ."""
+
+NEAR = 1e-6
+"""The last step of this method, as a share of the width of the box."""
+
+TINY = 1e-30
+
+ROUNDING = 1e-12
+"""λ: more than a double is rounded."""
+
+
+class Face(NamedTuple):
+    """A face of a range: its name, its axis, its side, and its exact place there."""
+
+    name: str
+    axis: int
+    side: int
+    place: Ball
+
+    def meets(self, box: Box) -> bool:
+        """Return whether a part of the face may be in a box."""
+        low, high = map(arb, box[self.axis])
+        return not (self.place < low or self.place > high)
 
 
 class Bounds:
@@ -36,188 +70,188 @@ class Bounds:
 
     Args:
         U: The energy.
-        box: The box, of its first variables; over all others U is least.
-        flat: A variable and its exact value, a ball: then the box is flat there, and only
-            derivatives along the others count.
+        box: The box, of Θ; over all other variables U is least.
+        face: A face: then the box is flat there, at its exact place.
+        share: The range of λ.
 
     Attributes:
-        axes: The variables along which the box is not flat.
-        middle: m.
-        step: δ, for the variables `axes`.
+        axes: The angles along which the box is not flat.
+        jumps: The numbers of the variables λ.
         value: U(m).
         over: U over the box, from its terms.
-        gradient: ∇U(m).
+        gradient: ∇U(m), by `axes` and `jumps`.
         gradient_over: ∇U over the box, from its terms.
-        H: H(m).
-        slope, bend, hessian: H(m) + ½Tδ, H(m) + ⅓Tδ, and H(m) + Tδ.
+        H: ∇²U over the box.
     """
 
-    def __init__(self, U: Energy, box: Box, flat: tuple[int, Ball] | None = None) -> None:
-        self.U, self.box, self.flat = U, box, flat
-        self.axes = [i for i in range(len(box)) if flat is None or i != flat[0]]
-        self.free = range(len(box), U.n)
-        self.middle, self.steps = centre_and_steps(box)
-        if flat is not None:
-            self.middle[flat[0]], self.steps[flat[0]] = flat[1], arb(0)
-        self.step = column([self.steps[i] for i in self.axes])
-        self._way: list[Ball] = [*self.steps, *(UNKNOWN for _ in self.free)]
-        if self.free:
-            self._follow()
-        else:
-            self._evaluate_at()
-        if not self._encloses_minimiser():
-            self._at = self._over = dict.fromkeys(range(len(U.rows.rows)), UNKNOWN)
+    def __init__(
+        self,
+        U: Energy,
+        box: Box,
+        face: Face | None = None,
+        share: tuple[float, float] = (0.0, 1.0),
+    ) -> None:
+        self.U, self.box, self.face = U, box, face
+        self.middle, self.half, self.steps = (dict[int, Ball]() for _ in range(3))
+        for i, ends in enumerate(box):
+            self._put(i, ends)
+        if face is not None:
+            self.middle[face.axis], self.steps[face.axis] = face.place, arb(0)
+        self.axes = [i for i in range(len(box)) if face is None or i != face.axis]
+        self.jumps = self._undecided()
+        for k in self.jumps:
+            self._put(k, share)
+        self.along = [*self.axes, *self.jumps]
+        self.step = column([self.steps[i] for i in self.along])
+        if not U.free:
+            self._evaluate_at(1)
+            self._evaluate_over({})
+        elif not self._encloses_minimiser():
+            numbers = sorted([*self.steps, *U.free])
+            keys = [(), *((i,) for i in numbers), *combinations_with_replacement(numbers, 2)]
+            self._at = self._over = dict.fromkeys(keys, UNKNOWN)
+            self._way = dict.fromkeys(numbers, UNKNOWN)
         self._reduce()
+
+    def _put(self, i: int, ends: tuple[float, float]) -> None:
+        """Set the middle of a variable, exactly, and a ball about 0 that reaches its ends."""
+        a, b = map(arb, ends)
+        self.middle[i], self.half[i] = (a + b) / 2, (b - a) / 2
+        self.steps[i] = arb(0, self.half[i])
+
+    def _undecided(self) -> list[int]:
+        """Return a variable λ for each step that jumps, and may do so in the box."""
+        if not self.U.jumps:
+            return []
+        leaves = {i: leaf(i, self.middle[i] + d) for i, d in self.steps.items()}
+        values = self.U(leaves | unknown(self.U.free), 0)
+        arguments = {k: constant(values[k]) for k in self.U.jumps}
+        return [share_of(k) for k, h in arguments.items() if not (h > 0 or h <= 0)]
 
     # -- where the minimiser is -------------------------------------------------------------------
 
-    def _evaluate_at(self) -> None:
-        """Evaluate U at the middle."""
-        self._all_at = self.U(self._leaves([arb(0)] * self.U.n), 2)
-        self._at = self._all_at[-1]
-
-    def _evaluate_over(self, Z: Sequence[Ball]) -> None:
-        """Evaluate U over the box, with ζ in Z."""
-        self._way = [*self.steps, *Z]
-        about = (self._all_at, self._way)
-        self._all_over = self.U(self._leaves(self._way), ORDER, about)
-        self._over = self._all_over[-1]
-
-    def _leaves(self, way: Sequence[Ball]) -> list[dict[int, Ball]]:
-        """Return the series of all variables in δ and ζ."""
-        n, leaf = len(self.box), self.U.rows.leaf
-        found = [leaf(i, self.middle[i] + way[i]) for i in range(n)]
-        for j, k in enumerate(self.free):
-            C = [self._C[j, i] for i in range(n)]
-            z = self._zhat[j] + sum((c * d for c, d in zip(C, way, strict=False)), arb(0)) + way[k]
-            along = {self.U.rows.first[i]: c for i, c in enumerate(C) if c != 0}
-            found.append(leaf(k, z) | along)
+    def _leaves(self, way: Mapping[int, Ball]) -> dict[int, Series]:
+        """Return the series of all variables in δ and ζ; a way that is not given is 0."""
+        zero = arb(0)
+        found = {i: leaf(i, m + way.get(i, zero)) for i, m in self.middle.items()}
+        for z in self.U.free:
+            C = self._C.get(z, {})
+            value = self._zhat[z] + sum((c * way.get(i, zero) for i, c in C.items()), zero)
+            found[z] = leaf(z, value + way.get(z, zero)) | {(i,): c for i, c in C.items()}
         return found
 
-    def _follow(self) -> None:
-        """Find ẑ and C by Newton's method, from where the last box ended."""
-        nothing = [arb(0)] * len(self.free)
-        self._C = arb_mat(len(self.free), len(self.box))
-        self._zhat: Sequence[Ball] = self.U.last or nothing
+    def _evaluate_at(self, order: int) -> None:
+        """Evaluate U at the middle."""
+        self._all_at = self.U(self._leaves({}), order)
+        self._at = self._all_at[-1]
+
+    def _evaluate_over(self, Z: Mapping[int, Ball]) -> None:
+        """Evaluate U over the box, with ζ in Z."""
+        self._way = {**self.steps, **Z}
+        self._all_over = self.U(self._leaves(self._way), about=(self._all_at, self._way))
+        self._over = self._all_over[-1]
+
+    def _follow(self) -> Matrix | None:
+        """Find ẑ and C by Newton's method, from where the last box ended; return U_ζζ⁻¹ there."""
+        free, near = self.U.free, NEAR * width(self.box) + TINY
+        self._C = dict[int, dict[int, Ball]]()
+        self._zhat = self.U.last or dict.fromkeys(free, arb(0))
+        self.U.last = {}
         for _ in range(STEPS):
-            self._evaluate_at()
-            Y = inverse(self._second(self._at, self.free, self.free))
-            if Y is None:
-                self._zhat = nothing
-                break
-            step = (Y * self._first(self._at, self.free)).mid().entries()
-            self._zhat = [(z - s).mid() for z, s in zip(self._zhat, step, strict=True)]
-            if all(abs(s) < 1e-20 for s in step):
-                C = -Y * self._second(self._at, self.free, range(len(self.box)))
-                self._C = C.mid()
-                break
-        if all(z.is_finite() for z in self._zhat):
-            self.U.last = self._zhat
-        self._evaluate_at()
+            self._evaluate_at(ORDER)
+            Y = inverse(second(self._at, free, free))
+            step = (Y * first(self._at, free)).mid().entries()
+            self._zhat = {z: (self._zhat[z] - s).mid() for z, s in zip(free, step, strict=True)}
+            if all(abs(s) < near for s in step):
+                C = (-Y * second(self._at, free, self.along)).mid()
+                for i, z in enumerate(free):
+                    self._C[z] = {k: C[i, j] for j, k in enumerate(self.along) if C[i, j] != 0}
+                self.U.last = self._zhat
+                self._evaluate_at(1)
+                return Y
+        return None
 
     def _encloses_minimiser(self) -> bool:
         """Evaluate U over the box, and return whether Z contains ζ for all Θ (Krawczyk's test)."""
-        free, Z = self.free, list[Ball]()
-        if free:
-            Y = inverse(self._second(self._at, free, free))
-            if Y is None:
-                return False
-            self._evaluate_over([arb(0)] * len(free))
-            drift = Y * (
-                self._first(self._at, free) + self._means(free, self.axes, 2)[0] * self.step
-            )
-            if not finite(drift):
-                return False
-            Z = [arb(0, 2 * x.abs_upper() + 1e-30) for x in drift.entries()]
-        self._evaluate_over(Z)
-        if not free:
-            return True
-        leaves = self._leaves(self._way)
-        image = residual(Y, self._means(free, free, 1)[0]) * column(Z) - drift
+        free, Y = self.U.free, self._follow()
+        if Y is None:
+            return False
+        self._evaluate_over(dict.fromkeys(free, arb(0)))
+        drift = Y * (first(self._at, free) + second(self._over, free, self.along) * self.step)
+        Z = [arb(0, 2 * x.abs_upper() + TINY) for x in drift.entries()]
+        self._evaluate_over(dict(zip(free, Z, strict=True)))
+        image = residual(Y, second(self._over, free, free)) * column(Z) - drift
         inside = all(abs(x) < z.rad() for x, z in zip(image.entries(), Z, strict=True))
-        return inside and is_single(self.U, leaves, self._all_over)
-
-    def _first(self, x: dict[int, Ball], rows: Sequence[int]) -> Matrix:
-        return column([self.U.rows.derivative(x, i) for i in rows])
-
-    def _second(self, x: dict[int, Ball], rows: Sequence[int], columns: Sequence[int]) -> Matrix:
-        D = self.U.rows.derivative
-        return matrix([[D(x, i, j) for j in columns] for i in rows], len(columns))
-
-    def _third(self, rows: Sequence[int], columns: Sequence[int], by: Sequence[int]) -> Matrix:
-        D, over, way = self.U.rows.derivative, self._over, self._way
-        T = [[sum((D(over, i, j, k) * way[k] for k in by), arb(0)) for j in columns] for i in rows]
-        return matrix(T, len(columns))
-
-    def _means(self, rows: Sequence[int], columns: Sequence[int], *parts: int) -> list[Matrix]:
-        """Return H(m) + Tδ/part + Tζ, or second derivatives over the box if it has no bound."""
-        H, T = self._second(self._at, rows, columns), self._third(rows, columns, self.axes)
-        if self.free:
-            H += self._third(rows, columns, self.free)
-        # Where H(m) is not known, as at a switch, its bounds over the box may be.
-        if not finite(H + T):
-            return [self._second(self._over, rows, columns)] * len(parts)
-        return [H + T / part for part in parts]
+        return inside and is_single(self.U, self._leaves(self._way), self._all_over)
 
     def _reduce(self) -> None:
         """Set the bounds of the least energy."""
-        axes, free, at, over = self.axes, self.free, self._at, self._over
-        self.value: Ball = at.get(0, arb(0))
-        self.over: Ball = over.get(0, arb(0))
-        self.gradient = self._first(at, axes)
-        self.gradient_over: list[Ball] = self._first(over, axes).entries()
-        self.H = self._second(at, axes, axes)
-        self.hessian, self.slope, self.bend = self._means(axes, axes, 1, 2, 3)
-        if not free:
-            return
-        (ab,), (bb,) = self._means(axes, free, 1), self._means(free, free, 1)
-        g, least = self._first(at, free), inverses(bb)
-        zeta = -least * g  # that of the minimiser at the middle
-        self.value += (g.transpose() * zeta + zeta.transpose() * bb * zeta / 2)[0, 0]
-        self.gradient += ab * zeta
-        schur = ab * least * ab.transpose()
-        self.hessian, self.slope, self.bend = (
-            M - schur for M in (self.hessian, self.slope, self.bend)
-        )
+        along, free, at, over = self.along, self.U.free, self._at, self._over
+        self.value, self.over = constant(at), constant(over)
+        self.gradient, self.gradient_over = first(at, along), first(over, along)
+        self.H = second(over, along, along)
+        if free:
+            ab, bb = second(over, along, free), second(over, free, free)
+            g, least = first(at, free), bb.inv(nonstop=True)
+            zeta = -least * g  # that of the minimiser at the middle
+            self.value += (g.transpose() * zeta + zeta.transpose() * bb * zeta / 2)[0, 0]
+            self.gradient += ab * zeta
+            self.H -= ab * least * ab.transpose()
 
     # -- bounds -----------------------------------------------------------------------------------
 
+    def rises_outwards(self) -> bool:
+        """Return whether U rises through the face."""
+        return bool(self._outwards > 0)
+
+    def falls_outwards(self) -> bool:
+        """Return whether U falls through the face, if there is one."""
+        return self.face is None or bool(self._outwards < 0)
+
     @property
-    def normal(self) -> Ball:
-        """∂U over the box along the flat variable, from its terms or by the mean value theorem."""
-        assert self.flat is not None
-        D, axis = self.U.rows.derivative, self.flat[0]
-        by_mean = D(self._at, axis)
-        for i in (*self.axes, *self.free):
-            by_mean += D(self._over, axis, i) * self._way[i]
-        return narrower(D(self._over, axis), by_mean)
+    def _outwards(self) -> Ball:
+        """∂U over the box through its face, from its terms or by the mean value theorem."""
+        assert self.face is not None
+        axis = self.face.axis
+        by_mean = derivative(self._at, axis)
+        for i, way in self._way.items():
+            by_mean += derivative(self._over, axis, i) * way
+        return narrower(derivative(self._over, axis), by_mean) * self.face.side
+
+    def _combined(self, rows: Matrix, columns: int | None = None) -> list[Ball]:
+        """Return rows times ∂U/∂Θ over the box by the mean value theorem; ways by some columns."""
+        n, m = len(self.axes), len(self.along) if columns is None else columns
+        by_mean = rows * part(self.H, n, m) * part(self.step, m, 1)
+        return (rows * part(self.gradient, n, 1) + by_mean).entries()
 
     @property
     def slopes(self) -> list[Ball]:
-        """∇U over the box, from its terms or by the mean value theorem."""
-        by_mean = self.gradient + self.slope * self.step
-        return [narrower(a, b) for a, b in zip(self.gradient_over, by_mean.entries(), strict=True)]
+        """∂U/∂Θ over the box, from its terms or by the mean value theorem."""
+        by_mean = self._combined(arb_mat(len(self.axes), len(self.axes), 1))
+        natural = self.gradient_over.entries()[: len(by_mean)]
+        return [narrower(a, b) for a, b in zip(natural, by_mean, strict=True)]
 
     def excludes_zero(self) -> str | None:
-        """Return a component of ∇U, or of Y∇U with a matrix Y, that has no zero in the box."""
+        """Return which combination of ∂U/∂Θ has no zero in the box, or None."""
         for name, components in self._components():
             for axis, v in zip(self.axes, components, strict=True):
-                if misses_zero(v):
+                if v > 0 or v < 0:
                     return f"{name}{axis + 1}"
         return None
 
     def _components(self) -> Iterator[tuple[str, list[Ball]]]:
-        yield "g", self.gradient_over
+        n = len(self.axes)
         yield "g", self.slopes
-        Y = inverse(self.slope)
-        if Y is not None:
-            yield "y", (Y * self.gradient + (Y * self.slope) * self.step).entries()
+        yield "y", self._combined(inverse(part(self.H, n, n)))
+        if len(self.jumps) == 1 and self.face is None:  # across these, no force jumps
+            x, y, z = (self.H[i, n].mid() for i in range(n))
+            yield "j", self._combined(arb_mat([[y, -x, 0], [z, 0, -x], [0, z, -y]]))
 
     @property
     def values(self) -> Ball:
         """U over the box, by Taylor's theorem."""
-        total, n = self.value, range(len(self.axes))
-        d, M = self.step, self.bend
+        total, n = self.value, range(len(self.along))
+        d, M = self.step, self.H
         for i in n:
             square = d[i, 0].abs_upper() ** 2
             total += self.gradient[i, 0] * d[i, 0] + M[i, i] * arb(square / 4, square / 4)
@@ -226,103 +260,81 @@ class Bounds:
 
     def at_least(self, bound: Ball) -> bool:
         """Return whether U is at least a bound on the box."""
-        if self.values >= bound or self.over >= bound:
-            return True
-        # A definite H(m): the least value of the quadratic part, wherever it is.
-        if not all(minor > 0 for minor in minors(self.H)):
-            return False
-        g, d = self.gradient, self.step
-        rest = (d.transpose() * (self.bend - self.H) * d)[0, 0] / 2
-        return bool(self.value - (g.transpose() * inverses(self.H) * g)[0, 0] / 2 + rest >= bound)
+        return bool(self.values >= bound or self.over >= bound)
 
-    # -- a zero of ∇U -----------------------------------------------------------------------------
+    # -- a state at rest --------------------------------------------------------------------------
+
+    @cached_property
+    def _system(self) -> tuple[Matrix, Matrix]:
+        """F(m) and ∂F over the box: F is ∇U, and where a force jumps the argument of its step."""
+        F, J = arb_mat(self.gradient), arb_mat(self.H)
+        for row, k in enumerate(self.jumps, start=len(self.axes)):
+            h_at, h = self._argument_of(k)
+            F[row, 0] = constant(h_at)
+            for j, i in enumerate(self.along):
+                J[row, j] = derivative(h, i)
+        return F, J
+
+    def side(self, share: int) -> int:
+        """Return the sign of h over the box, of the step for which a variable stands, or 0."""
+        h = constant(self._all_over[share_of(share)])
+        return 1 if h > 0 else -1 if h < 0 else 0
+
+    def _argument_of(self, share: int) -> tuple[Series, Series]:
+        """Return h at the middle and over the box, of the step for which a variable stands."""
+        k = share_of(share)
+        return self._all_at[k], self._all_over[k]
 
     def one_to_one(self) -> bool:
-        """Return whether ∇U takes each value once in the box: |I - Y∇²U| < 1 in some norm."""
-        Y = inverse(self.H)
-        if Y is None:
-            return False
-        R, n = residual(Y, self.hessian), range(len(self.axes))
-        d = [self.step[i, 0].abs_upper() for i in n]
-        return all(sum((abs(R[i, j]) * d[j] for j in n), arb(0)) < d[i] for i in n)
+        """Return whether F takes each value once in the box: |I - Y∂F| < 1 in some norm."""
+        _, J = self._system
+        d = column([x.abs_upper() for x in self.step.entries()])
+        R = arb_mat([[abs(x) for x in row] for row in residual(inverse(J), J).tolist()])
+        return all(x < most for x, most in zip((R * d).entries(), d.entries(), strict=True))
 
     def contains_zero(self) -> bool:
-        """Return whether ∇U has a zero in the box (Krawczyk's test)."""
-        Y = inverse(self.H)
-        if Y is None:
-            return False
-        image = -(Y * self.gradient) + residual(Y, self.slope) * self.step
-        ends = [
-            (self.middle[i] + x, self.box[i])
-            for i, x in zip(self.axes, image.entries(), strict=True)
-        ]
-        return all(x > arb(low) and x < arb(high) for x, (low, high) in ends)
+        """Return whether F has a zero in the box, and then only one (Krawczyk's test)."""
+        F, J = self._system
+        Y = inverse(J)
+        image = (residual(Y, J) * self.step - Y * F).entries()
+        return all(abs(x) < self.half[i] for i, x in zip(self.along, image, strict=True))
 
     @property
     def index(self) -> int | None:
-        """The number of negative eigenvalues of each ∇²U in the box; None if it is not known.
+        """The number of negative eigenvalues of ∇²U, all over the box; None if it is not known.
 
-        By Jacobi's rule. A minor may be zero, so a matrix L'HL with the same number is tried too.
+        Each λ adds one: along the surface where a force jumps there is one less.
         """
-        H, n = self.hessian, range(len(self.axes))
-        L = matrix([[arb(i + 2) / (j + 5) if i > j else int(i == j) for j in n] for i in n])
-        for one in (H, L.transpose() * H * L):
-            signs = [1, *(1 if m > 0 else -1 if m < 0 else 0 for m in minors(one))]
-            if 0 not in signs:
-                return sum(a != b for a, b in pairwise(signs))
-        return None
+        found = negative(self.H)
+        return None if found is None else found - len(self.jumps)
+
+    def share_at_rest(self, *, ridge: bool) -> tuple[float, float] | None:
+        """Return between which λ the slope of U across a surface is zero, where a force jumps.
+
+        Returns:
+            The ends of λ. None if U may have no slopes of opposite signs on both sides, so that
+            there may be a rest state beside the surface.
+        """
+        (k,), n = self.jumps, len(self.axes)
+        _, h = self._argument_of(k)
+        normal = arb_mat([[derivative(h, i).mid() for i in self.axes]])
+        (halfway,) = self._combined(normal, n)
+        growth = (normal * column([self.H[i, n] for i in range(n)]))[0, 0]
+        before, after = halfway - growth / 2, halfway + growth / 2
+        linear = (k, k) not in self._over
+        if not (linear and (before > 0 and after < 0 if ridge else before < 0 and after > 0)):
+            return None
+        share = arb(0.5) - halfway / growth
+        low = max(float(share.lower()) - ROUNDING, 0.0)
+        high = min(float(share.upper()) + ROUNDING, 1.0)
+        return (low, high) if low <= high else None
 
 
-def centre_and_steps(box: Box) -> tuple[list[Ball], list[Ball]]:
-    """Return the middle of a box, which is exact, and balls about 0 that reach its ends."""
-    middle = [a / 2 + b / 2 for a, b in box]
-    steps = [
-        arb(0, max((arb(b) - m).upper(), (arb(m) - a).upper(), key=float))
-        for m, (a, b) in zip(middle, box, strict=True)
-    ]
-    return [arb(m) for m in middle], steps
+def first(x: Series, rows: Sequence[int]) -> Matrix:
+    """Return first derivatives of a series as a column."""
+    return column([derivative(x, i) for i in rows])
 
 
-def matrix(rows: Sequence[Sequence[Any]], columns: int | None = None) -> Matrix:
-    """Return a matrix, which may have no rows or no columns."""
-    width = len(rows[0]) if rows else 0
-    return arb_mat(len(rows), width if columns is None else columns, [x for r in rows for x in r])
-
-
-def column(entries: Sequence[Ball]) -> Matrix:
-    """Return a column of a matrix."""
-    return arb_mat(len(entries), 1, list(entries))
-
-
-def misses_zero(x: Ball) -> bool:
-    """Return whether 0 is not in a ball."""
-    return bool(x > 0 or x < 0)
-
-
-def finite(M: Matrix) -> bool:
-    """Return whether all entries of a matrix have bounds."""
-    return all(x.is_finite() for x in M.entries())
-
-
-def inverse(H: Matrix) -> Matrix | None:
-    """Return a matrix near the inverse of another; None if there is none."""
-    try:
-        Y = H.mid().inv().mid()
-    except ZeroDivisionError:
-        return None
-    return Y if finite(Y) else None
-
-
-def inverses(H: Matrix) -> Matrix:
-    """Return a matrix that contains the inverses of all matrices in another."""
-    n = H.nrows()
-    try:
-        return H.inv()
-    except ZeroDivisionError:
-        return arb_mat(n, n, [UNKNOWN] * n * n)
-
-
-def residual(Y: Matrix, H: Matrix) -> Matrix:
-    """Return I - YH."""
-    n = range(H.nrows())
-    return matrix([[int(i == j) for j in n] for i in n]) - Y * H
+def second(x: Series, rows: Sequence[int], columns: Sequence[int]) -> Matrix:
+    """Return second derivatives of a series as a matrix."""
+    return arb_mat([[derivative(x, i, j) for j in columns] for i in rows])

@@ -22,9 +22,9 @@ from rbstab.proof.check.findings import (
     TooLongError,
     confirmed,
 )
-from rbstab.proof.check.listed import Listed
 from rbstab.proof.check.ranges import Range, range_of
-from rbstab.proof.check.regions import region_findings
+from rbstab.proof.check.regions import kept, region_findings
+from rbstab.proof.check.states import Listed
 from rbstab.proof.check.switches import why_not_smooth
 
 FORMAT = 1
@@ -78,7 +78,7 @@ def _findings(record: Mapping[str, Any]) -> Iterator[Finding]:
         but = ", but for its springs" if parts_of(U).lines else ""
         text = f"U is convex in the variables besides Θ{but}."
         about.append(("convexity", text, why_not_convex(U)))
-    if U.steps:
+    if any(one[0] == "step" for one in U.operations):
         text = "U is as smooth at each switch as it is said to be."
         about.append(("switches", text, why_not_smooth(U)))
     for claim, text, why in about:
@@ -96,7 +96,8 @@ def _of_range(U: Energy, energy: Mapping[str, Any], claims: Mapping[str, Any]) -
     range_, about_ends = range_of(U, energy, claims)
     listed, found = Listed(U, claims, range_), list[Finding]()
     ends = (confinement(U, one) for one in [range_] if one.name == EVERYWHERE)
-    for finding in chain(about_ends, ends, listed.findings()):
+    keeps = (kept(U, range_, float(one)) for one in [claims.get("kept")] if one is not None)
+    for finding in chain(about_ends, ends, keeps, listed.findings()):
         found.append(finding)
         yield finding
         if not finding.verified:

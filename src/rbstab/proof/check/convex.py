@@ -9,14 +9,15 @@ P = Σ w_j, ∂U/∂z = 0 implies |z| <= ρ = (P + |∂N(Θ, 0)|)/λ, where N is
 ℓ_j >= |r_j| - ρ, and U is convex if λ > Σ w_j/(|r_j| - ρ).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from flint import arb, arb_mat, fmpq
+from flint import arb, arb_mat
 
-from rbstab.proof.check.energy import ANGLES, Energy
-from rbstab.proof.check.taylor import Ball, Series
+from rbstab.proof.check.energy import About, Energy
+from rbstab.proof.check.matrices import negative
+from rbstab.proof.check.taylor import ORDER, Ball, Series, constant, derivative, leaf, summed
 
 CONSTANT, AFFINE, CONVEX, OTHER = 0, 1, 2, 3
 
@@ -46,12 +47,12 @@ class Parts(NamedTuple):
 @lru_cache(maxsize=2)
 def parts_of(U: Energy) -> Parts:
     """Take an energy with variables z apart."""
-    first, n, z = len(ANGLES), len(U.free), frozenset(U.free)
+    n, z = len(U.free), frozenset(U.free)
     S, lines, others = arb_mat(n, n), list[Line](), list[tuple[Any, int]]()
     for c, k in U.terms:
         factors, ends = U.products[k], _ends(U, k)
-        if factors is not None and len(factors) == 2 and min(factors) >= first:
-            i, j = (f - first for f in factors)
+        if len(factors) == 2 and z.issuperset(factors):
+            i, j = map(U.free.index, factors)
             S[i, j] += arb(c)
             S[j, i] += arb(c)
         elif c < 0 and ends is not None:
@@ -86,24 +87,16 @@ def _moved(U: Energy, k: int) -> int | None:
     return inner[1] if inner[0] == "var" else None
 
 
-def minors(H: Any) -> list[Ball]:
-    """Return the leading minors of a matrix."""
-    return [
-        arb_mat(n, n, [H[i, j] for i in range(n) for j in range(n)]).det()
-        for n in range(1, H.nrows() + 1)
-    ]
-
-
 def _least_eigenvalue(S: Any) -> Ball:
     """Return a lower bound of the least eigenvalue of a matrix; 0 if it is not definite."""
-    if not all(minor > 0 for minor in minors(S)):
+    if negative(S) != 0:
         return arb(0)
     least, n = S.inv(), range(S.nrows())
     # The largest eigenvalue of S⁻¹ is at most its largest sum of a row.
     return 1 / max((sum((abs(least[i, j]) for j in n), arb(0)).upper() for i in n), key=float)
 
 
-def is_single(U: Energy, leaves: Sequence[Series], over: Sequence[Series]) -> bool:
+def is_single(U: Energy, leaves: Mapping[int, Series], over: Sequence[Series]) -> bool:
     """Return whether U has one stationary point z for all Θ of a box.
 
     Args:
@@ -114,21 +107,15 @@ def is_single(U: Energy, leaves: Sequence[Series], over: Sequence[Series]) -> bo
     stiffness, lines, others = parts_of(U)
     if not lines:
         return True
-    first = U.rows.first
-    z = [x.get(0, arb(0)) for x in leaves[len(ANGLES) :]]
     pull = arb(0)
     if others:
-        places = range(len(ANGLES), U.n)
-        series = U([*leaves[: len(ANGLES)], *(U.rows.leaf(k, arb(0)) for k in places)], 2)
-        pull = _length(
-            [
-                sum((arb(c) * series[j].get(first[k], arb(0)) for c, j in others), arb(0))
-                for k in places
-            ]
-        )
+        series = U({**leaves, **{k: leaf(k, arb(0)) for k in U.free}}, 1)
+        slopes = summed((arb(c), series[j]) for c, j in others)
+        pull = _length([derivative(slopes, k) for k in U.free])
     # |r_j| is at least |z + r_j| - |z|.
-    away = (sum((line.weight for line in lines), arb(0)) + pull) / stiffness + _length(z)
-    rooms = [over[line.length].get(0, arb(0)) - away for line in lines]
+    away = (sum((line.weight for line in lines), arb(0)) + pull) / stiffness
+    away += _length([constant(leaves[k]) for k in U.free])
+    rooms = [constant(over[line.length]) - away for line in lines]
     softer = [line.weight / room for line, room in zip(lines, rooms, strict=True)]
     return all(room > 0 for room in rooms) and bool(sum(softer, arb(0)) < stiffness)
 
@@ -137,33 +124,26 @@ def _length(x: Sequence[Ball]) -> Ball:
     return sum((a * a for a in x), arb(0)).abs_upper().sqrt()
 
 
-def without_length(U: Energy, line: Line) -> Energy:
-    """Return the energy where a spring has no length, z = -r(Θ): a function of Θ."""
-    n, places = len(U.operations), dict(zip(U.free, line.ends, strict=True))
-    # First r, which is z + r where z is zero, and then all operations with -r in place of z.
-    nothing = ("sum", fmpq(0), ())
-    r = [nothing if one[0] == "var" and one[1] in places else one for one in U.operations]
-    moved = [
-        ("sum", fmpq(0), ((fmpq(-1), places[one[1]]),))
-        if one[0] == "var" and one[1] in places
-        else _shifted(one, n)
-        for one in U.operations
-    ]
-    rest = [(c, k + n) for c, k in U.terms if k != line.length]
-    last = ("sum", U.operations[-1][1], tuple(rest))
-    return Energy([*r, *moved[:-1], last], ANGLES)
+class WithoutLength(Energy):
+    """The energy where a spring has no length, z = -r(Θ): a function of Θ.
 
+    Args:
+        U: The energy.
+        line: The spring.
+    """
 
-def _shifted(operation: Any, by: int) -> Any:
-    """Return an operation on results that stand later."""
-    match operation:
-        case "sum", c0, terms:
-            return "sum", c0, tuple((c, k + by) for c, k in terms)
-        case "times", j, k:
-            return "times", j + by, k + by
-        case "var", _:
-            return operation
-    return (*operation[:-1], operation[-1] + by)
+    def __init__(self, U: Energy, line: Line) -> None:
+        super().__init__(U.with_terms([one for one in U.terms if one[1] != line.length]).operations)
+        self._places = dict(zip(U.free, line.ends, strict=True))
+
+    def __call__(
+        self, leaves: Mapping[int, Series], order: int = ORDER, about: About = None
+    ) -> list[Series]:
+        """Return the series of all operations; r is z + r where z is zero."""
+        zero: dict[int, Series] = {z: {} for z in self._places}
+        ends = super().__call__({**leaves, **zero}, order)
+        moved = {z: summed([(arb(-1), ends[k])]) for z, k in self._places.items()}
+        return super().__call__({**leaves, **moved}, order, about)
 
 
 def why_not_convex(U: Energy) -> str | None:

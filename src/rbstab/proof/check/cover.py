@@ -39,7 +39,11 @@ def gap(box: Box, other: Box) -> float:
 
 def touches(box: Box, other: Box) -> bool:
     """Return whether two boxes have a point in common."""
-    return all(a <= d and c <= b for (a, b), (c, d) in zip(box, other, strict=True))
+    # A flood asks millions of times: a loop is three times as fast as `all`.
+    for (a, b), (c, d) in zip(box, other, strict=True):  # noqa: SIM110
+        if a > d or c > b:
+            return False
+    return True
 
 
 def wider(box: Box, by: float) -> Box:

@@ -1,6 +1,6 @@
 """An energy as a list of operations, each of which is checked as it is read."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -9,13 +9,15 @@ from flint import arb, fmpq
 from rbstab.proof.check.findings import RefusedError, TooLongError
 from rbstab.proof.check.taylor import (
     ORDER,
-    UNKNOWN,
     Ball,
-    Rows,
     Series,
     coefficients,
+    constant,
     narrower,
-    rows_of,
+    over_box,
+    summed,
+    through,
+    times,
 )
 
 FUNCTIONS = frozenset({"sin", "cos", "exp", "sqrt", "log", "atan"})
@@ -30,20 +32,22 @@ ANGLES = (0, 1, 2)
 
 Operation = tuple[Any, ...]
 
+About = tuple[Sequence[Series], Mapping[int, Ball]] | None
+"""All series at the middle of a box, and the ways δ from there."""
+
 
 class Energy:
     """An energy, as a list of operations.
 
     Args:
         operations: The operations, with exact numbers.
-        variables: The numbers of its variables.
+        free: The numbers of its variables besides Θ.
     """
 
-    def __init__(self, operations: Sequence[Operation], variables: Sequence[int] = ANGLES) -> None:
-        self.operations, self.variables = list(operations), tuple(variables)
-        self.n = len(self.variables)
-        self.last: Sequence[Ball] = ()  # where a minimiser was found
-        self.rows, self.count = rows_of(self.n), 0
+    def __init__(self, operations: Sequence[Operation], free: Sequence[int] = ()) -> None:
+        self.operations, self.free = list(operations), tuple(free)
+        self.last: Mapping[int, Ball] = {}  # where a minimiser was found
+        self.count = 0
         self._sums = {
             k: (arb(one[1]), [(arb(c), j) for c, j in one[2]])
             for k, one in enumerate(self.operations)
@@ -52,80 +56,48 @@ class Energy:
 
     def __call__(
         self,
-        leaves: Sequence[Series],
+        leaves: Mapping[int, Series],
         order: int = ORDER,
-        about: tuple[Sequence[Series], Sequence[Ball]] | None = None,
+        about: About = None,
     ) -> list[Series]:
         """Return the series of all operations; the last one is that of the energy.
 
         Args:
-            leaves: Those of its variables.
+            leaves: Those of its variables, and of steps that are variables too (`share_of`).
             order: The highest order.
-            about: All series at the middle of a box, and the ways δ from there. Then arguments of
-                functions are bounded by Taylor's theorem too.
+            about: If it is given, arguments of functions are bounded by Taylor's theorem too.
         """
-        rows = rows_of(self.n, order)
         self.count += 1
         if self.count > EVALUATIONS:
             raise TooLongError("the check takes too long")
         found = list[Series]()
         for number, (kind, *rest) in enumerate(self.operations):
-            if kind == "var":
-                x = leaves[self.variables.index(rest[0])]
-            elif kind == "sum":
-                x = self._sum(*self._sums[number], found)
-            elif kind == "times":
-                x = rows.times(found[rest[0]], found[rest[1]])
-            elif kind == "step":
-                x = self._step(rows, rest[0], found[rest[1]])
-            elif kind == "positive":
-                x = self._positive(found[rest[0]])
-            else:
-                of = found[rest[-1]]
-                g = coefficients(kind, of.get(0, arb(0)), rest[0] if kind == "pow" else 0)
-                x = rows.through(g, of)
+            match kind:
+                case "var":
+                    x = leaves[rest[0]]
+                case "sum":
+                    c0, terms = self._sums[number]
+                    x = summed((c, found[k]) for c, k in terms)
+                    if c0 != 0:
+                        x[()] = constant(x) + c0
+                case "times":
+                    x = times(found[rest[0]], found[rest[1]], order)
+                case "step":
+                    x = leaves.get(share_of(rest[1])) or _step(found[rest[1]])
+                case "positive":
+                    of = found[rest[0]]
+                    # Beyond a surface too, all terms beside its step are those of its one side.
+                    x = of if share_of(rest[0]) in leaves else _positive(of)
+                case _:
+                    of = found[rest[-1]]
+                    g = coefficients(kind, constant(of), rest[0] if kind == "pow" else 0)
+                    x = through(g, of, order)
             if about is not None and number in self.arguments:
-                x = {**x, 0: narrower(x.get(0, arb(0)), rows.value(x, about[0][number], about[1]))}
+                x = {**x, (): narrower(constant(x), over_box(x, about[0][number], about[1]))}
             found.append(x)
         return found
 
-    @staticmethod
-    def _sum(c0: Ball, terms: Sequence[tuple[Ball, int]], found: Sequence[Series]) -> Series:
-        total: Series = {} if c0 == 0 else {0: c0}
-        for c, k in terms:
-            for i, v in found[k].items():
-                total[i] = total[i] + c * v if i in total else c * v
-        return total
-
-    @staticmethod
-    def _step(rows: Rows, smooth: int, x: Series) -> Series:
-        """Return 0 or 1. Where it is not known, derivatives that do not exist have no bound."""
-        v = x.get(0, arb(0))
-        if v > 0:
-            return {0: arb(1)}
-        if v <= 0:
-            return {}
-        touched = {i for row in x for i, p in enumerate(rows.rows[row]) if p}
-        found = {0: arb(0.5, 0.5)}
-        for k, row in enumerate(rows.rows):
-            if sum(row) > smooth and all(i in touched for i, p in enumerate(row) if p):
-                found[k] = UNKNOWN
-        return found
-
-    @staticmethod
-    def _positive(x: Series) -> Series:
-        """Return x where it may be positive: it stands beside a step of x (`switches`)."""
-        v = x.get(0, arb(0))
-        if v <= 0:
-            return {}
-        return x if v > 0 else {**x, 0: arb(v.upper() / 2, v.upper() / 2)}
-
     # -- what its operations are about ----------------------------------------------------------
-
-    @property
-    def free(self) -> tuple[int, ...]:
-        """The numbers of its variables besides Θ."""
-        return self.variables[3:]
 
     @property
     def terms(self) -> Sequence[tuple[Any, int]]:
@@ -137,48 +109,71 @@ class Energy:
         return terms
 
     def with_terms(self, terms: Sequence[tuple[Any, int]]) -> "Energy":
-        """Return another sum of the same operations."""
-        last = ("sum", fmpq(0), tuple(terms))
-        return Energy([*self.operations[:-1], last], self.variables)
+        """Return another sum of the same operations, with the same constant."""
+        last = ("sum", self.operations[-1][1], tuple(terms))
+        return Energy([*self.operations[:-1], last], self.free)
 
     @cached_property
     def arguments(self) -> frozenset[int]:
-        """The arguments of functions, but for variables and what depends on one angle alone."""
+        """The arguments of functions, but for what depends on one angle alone, or on steps."""
         kinds = FUNCTIONS | {"step", "pow"}
         found = {one[-1] for one in self.operations if one[0] in kinds}
-        cut = list[bool]()  # a positive part is another function on both sides of its surface
-        for one in self.operations:
-            cut.append(one[0] == "positive" or any(cut[k] for k in operands(one)))
-        return frozenset(k for k in found if len(self.depends[k]) > 1 and not cut[k])
+        return frozenset(k for k in found if len(self.depends[k]) > 1 and min(self.depends[k]) >= 0)
 
     @cached_property
     def depends(self) -> list[frozenset[int]]:
-        """The numbers of the variables on which each operation depends."""
+        """The numbers of the variables on which each operation depends, and of its steps."""
         found = list[frozenset[int]]()
         for one in self.operations:
-            own = frozenset({one[1]}) if one[0] == "var" else frozenset[int]()
-            found.append(own.union(*(found[k] for k in operands(one))))
+            match one:
+                case "var", number:
+                    own = {number}
+                case ("step", _, k) | ("positive", k):
+                    own = {share_of(k)}
+                case _:
+                    own = set()
+            found.append(frozenset(own).union(*(found[k] for k in operands(one))))
         return found
 
     @cached_property
-    def steps(self) -> list[int]:
-        """The operations that are steps."""
-        return [k for k, one in enumerate(self.operations) if one[0] == "step"]
+    def jumps(self) -> frozenset[int]:
+        """The arguments of steps at which forces jump."""
+        return frozenset(one[2] for one in self.operations if one[:2] == ("step", 1))
 
     @cached_property
-    def products(self) -> list[tuple[int, ...] | None]:
-        """For each operation the places of one or two variables whose product it is, or None."""
-        found = list[tuple[int, ...] | None]()
+    def products(self) -> list[tuple[int, ...]]:
+        """For each operation the one or two variables whose product it is; none if it is none."""
+        found = list[tuple[int, ...]]()
         for one in self.operations:
             factors: tuple[int, ...] = ()
             match one:
                 case "var", number:
-                    factors = (self.variables.index(number),)
-                case ("times", i, j) | ("pow", 2, i as j):
-                    first, second = found[i], found[j]
-                    factors = first + second if first and second else ()
-            found.append(factors if 0 < len(factors) < 3 else None)
+                    factors = (number,)
+                case ("times", i, j) | ("pow", 2, i as j) if found[i] and found[j]:
+                    factors = found[i] + found[j]
+            found.append(factors if len(factors) < 3 else ())
         return found
+
+
+def share_of(argument: int) -> int:
+    """Return the number of the variable that may stand for a step of an operation; or back."""
+    return -1 - argument
+
+
+def _step(x: Series) -> Series:
+    """Return 0 or 1, or both where it is not known."""
+    v = constant(x)
+    if v > 0:
+        return {(): arb(1)}
+    return {} if v <= 0 else {(): arb(0.5, 0.5)}
+
+
+def _positive(x: Series) -> Series:
+    """Return x where it may be positive: it stands beside a step of x (`switches`)."""
+    v = constant(x)
+    if v <= 0:
+        return {}
+    return x if v > 0 else {**x, (): arb(v.upper() / 2, v.upper() / 2)}
 
 
 def operands(operation: Operation) -> list[int]:
@@ -204,7 +199,7 @@ def read_energy(operations: Sequence[Any], free: Sequence[Any] = ()) -> Energy:
     if not 0 < len(operations) <= MOST_OPERATIONS:
         raise RefusedError("the energy has no operations, or too many")
     variables = (*ANGLES, *free)
-    return Energy([_checked(k, one, variables) for k, one in enumerate(operations)], variables)
+    return Energy([_checked(k, one, variables) for k, one in enumerate(operations)], free)
 
 
 def _checked(number: int, operation: Any, variables: Sequence[int]) -> Operation:

@@ -2,11 +2,14 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 from flint import arb
 
 from rbstab.proof.check.barriers import clear_of_barrier
+from rbstab.proof.check.bounds import Face
 from rbstab.proof.check.energy import ANGLES, Energy, rational
 from rbstab.proof.check.findings import EVERYWHERE, IN_RANGE, Box, Finding, RefusedError
 from rbstab.proof.check.taylor import Ball
@@ -15,16 +18,8 @@ FARTHEST_END = 100
 """rad: the largest end of θ1 and θ3."""
 
 
-class Face(NamedTuple):
-    """A face of a range: its name, its axis, and its exact place there."""
-
-    name: str
-    axis: int
-    side: int
-    place: Ball
-
-
-class Range(NamedTuple):
+@dataclass(frozen=True)
+class Range:
     """The range |θ_i| <= e_i.
 
     Attributes:
@@ -53,6 +48,11 @@ class Range(NamedTuple):
         for side in (-1, 1):
             place = side * self.ends[axis]
             yield Face(f"θ{axis + 1} = {float(place.mid()):.6g}", axis, side, place)
+
+    @cached_property
+    def held_at(self) -> list[Face]:
+        """The faces of a stop."""
+        return [] if self.stop is None else list(self.faces(1))
 
     def contains(self, box: Box) -> bool:
         """Return whether a box lies inside."""

@@ -1,19 +1,19 @@
-"""The regions in which every motion converges to one rest state: theorems 3 and 5."""
+"""The regions in which every motion converges to one rest state: theorems 3, 5 and 11."""
 
 from collections.abc import Iterator
 from functools import partial
+from itertools import product
 from typing import Any
 
 from flint import arb
 
-from rbstab.proof.check.bounds import Bounds
-from rbstab.proof.check.convex import parts_of, without_length
+from rbstab.proof.check.bounds import Bounds, Face
+from rbstab.proof.check.convex import Line, WithoutLength, parts_of
 from rbstab.proof.check.cover import TOO_MANY, WET, cover, flattened, flood, gap, touches, width
-from rbstab.proof.check.energy import Energy
-from rbstab.proof.check.findings import EVERYWHERE, Box, Cover, Finding
-from rbstab.proof.check.listed import Listed
-from rbstab.proof.check.ranges import Face
-from rbstab.proof.check.states import State
+from rbstab.proof.check.energy import Energy, share_of
+from rbstab.proof.check.findings import EVERYWHERE, Box, Cover, Finding, confirmed
+from rbstab.proof.check.ranges import Range
+from rbstab.proof.check.states import Listed, State
 
 SHARES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)
 """The widths of wet boxes that are tried, as shares of the distance to a high place."""
@@ -21,11 +21,57 @@ SHARES = (1 / 2, 1 / 4, 1 / 8, 1 / 16)
 ABOVE = "b"
 """The reason of a box in which U is at least the bound."""
 
+BEYOND = "o"
+"""The reason of a box beyond a ridge."""
+
+WALL = "the other side of a ridge"
+
+LIMIT = 1000
+"""Boxes of a part of a ridge."""
+
 FAR = 2.0
 """rad: a larger distance counts as this one."""
 
 
-class Region:
+class Level:
+    """An energy, and covers by boxes in which U is at least as large.
+
+    Args:
+        U: The energy U.
+        range_: The range.
+        level: The level, J.
+    """
+
+    def __init__(self, U: Energy, range_: Range, level: float) -> None:
+        self.U, self.range = U, range_
+        self.bound, self.shown = arb(level), f"{level:.10g} J"
+
+    def cover(self, box: Box, face: Face | None = None, of: Energy | None = None) -> Cover:
+        """Cover a box, or a part of a face."""
+        U, box = of or self.U, box if face is None else flattened(box, face.axis)
+        return cover(box, lambda b: ABOVE if Bounds(U, b, face).at_least(self.bound) else None)
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """The springs of a body that is not held."""
+        return parts_of(self.U).lines if self.U.free else ()
+
+    def border(self) -> dict[str, Cover]:
+        """Cover all faces through which a motion may leave the range, by their names."""
+        # Where none is beyond the ends of θ1 and θ3 (theorem 6), U rises without end there.
+        confining = self.range.name == EVERYWHERE and not self.lines
+        faces = [face for face in self.range.border if face.axis == 1 or not confining]
+        return {face.name: self.cover(self.range.box, face) for face in faces}
+
+    def lengths(self) -> dict[str, Cover]:
+        """Cover the range, for each spring, by boxes where U is so large if it has no length."""
+        return {
+            f"no length of spring {k}": self.cover(self.range.box, of=WithoutLength(self.U, line))
+            for k, line in enumerate(self.lines, start=1)
+        }
+
+
+class Region(Level):
     """The claim that motions with an energy below a level converge to one rest state.
 
     Args:
@@ -35,19 +81,13 @@ class Region:
     """
 
     def __init__(self, listed: Listed, state: State, level: float) -> None:
-        self.state, self.U, self.range = state, listed.U, listed.range
-        self.bound, self.shown = arb(level), f"{level:.10g} J"
-        self.places = listed.places_but(state)
+        super().__init__(listed.U, listed.range, level)
+        self.state, self.places = state, listed.places_but(state)
 
     def everywhere(self) -> Finding:
         """Check theorem 3: the border and all other rest states are not below the level."""
-        lengths = self._lengths()
-        covers = {name: self._cover(box) for name, box in self.places.items()} | lengths
-        # Where none is beyond the ends of θ1 and θ3 (theorem 6), U rises without end there.
-        confining = self.range.name == EVERYWHERE and not lengths
-        for face in self.range.border:
-            if face.axis == 1 or not confining:
-                covers[face.name] = self._cover(self.range.box, face)
+        places = {name: self.cover(box) for name, box in self.places.items()}
+        covers = places | self.lengths() | self.border()
         wrong = [
             f"The energy at {place} is not shown to be at least {self.shown}."
             for place, found in covers.items()
@@ -61,39 +101,46 @@ class Region:
 
         The flood may reach neither another rest state nor a point of the border below the level.
         """
-        low = {k: box for k, box in self.places.items() if self._cover(box).open is not None}
+        low = {k: box for k, box in self.places.items() if self.cover(box).open is not None}
         high = [box for name, box in self.places.items() if name not in low]
-        known, border = dict[Box, str | None](), dict[str, Cover]()
+        border = dict[str, Cover]()
+        known = dict[tuple[bool, Box], str | None]()
 
-        def reason_for(share: float, box: Box) -> str | None:
-            if box not in known:
-                over = Bounds(self.U, box)
+        def reason_for(share: float, walls: dict[int, int], box: Box) -> str | None:
+            key = bool(walls), box
+            if key not in known:
+                over = self._on_this_side(walls, box)
+                if over is None:
+                    return BEYOND
                 below = WET if over.values < self.bound else None
-                known[box] = ABOVE if over.at_least(self.bound) else below
-            if known[box] is not None:
-                return known[box]
+                known[key] = ABOVE if over.at_least(self.bound) else below
+            if known[key] is not None:
+                return known[key]
             distance = min((gap(box, place) + width(place) for place in high), default=FAR)
             return WET if width(box) <= share * min(distance, FAR) else None
 
-        def obstacle(box: Box) -> str | None:
+        def obstacle_of(walls: dict[int, int], box: Box) -> str | None:
             for name, place in low.items():
                 if touches(box, place):
                     return name
             for face in self.range.border:
                 if self.range.reaches(face, box):
-                    found = self._cover(box, face)
+                    found = self.cover(box, face)
                     border[f"{face.name}, part {len(border) + 1}"] = found
                     if found.open is not None:
                         return face.name
-            return None
+            return None if self._closed_by(walls, box) else WALL
 
-        for share in SHARES:
+        at_rest = Bounds(self.U, self.state.enclosure)
+        ridges = {k: at_rest.side(k) for k in map(share_of, self.U.jumps) if at_rest.side(k)}
+        tried = [ridges, {}] if ridges else [{}]
+        for walls, share in product(tried, SHARES):
             border.clear()
-            reason = partial(reason_for, share)
+            reason, obstacle = partial(reason_for, share, walls), partial(obstacle_of, walls)
             found, stopped = flood(self.range.box, self.state.enclosure, reason, obstacle)
             if stopped in (None, TOO_MANY):  # smaller boxes would be more
                 break
-        lengths = self._lengths()
+        lengths = self.lengths()
         stopped = stopped or next((k for k, c in lengths.items() if c.open is not None), None)
         wrong = f"Motions below {self.shown} are not shown to stay away from {stopped}."
         text = (
@@ -103,26 +150,51 @@ class Region:
         covers = {"range": found, **border, **lengths}
         return self._finding(f"region of {self.state.name}", text, wrong if stopped else "", covers)
 
-    def _lengths(self) -> dict[str, Cover]:
-        """Cover the range, for each spring, by boxes in which it has a length below the level."""
-        lines = parts_of(self.U).lines if self.U.free else ()
-        energies = {k: without_length(self.U, line) for k, line in enumerate(lines, start=1)}
-        return {
-            f"no length of spring {k}": self._cover(self.range.box, of=U)
-            for k, U in energies.items()
-        }
+    def _on_this_side(self, walls: dict[int, int], box: Box) -> Bounds | None:
+        """Return bounds over the part of a box on the side of the rest state; None if it has none.
 
-    def _cover(self, box: Box, face: Face | None = None, of: Energy | None = None) -> Cover:
-        """Cover a box, or a part of a face, by boxes in which U is at least the level."""
-        U, flat = of or self.U, None
-        if face is not None:
-            box, flat = flattened(box, face.axis), (face.axis, face.place)
-        return cover(box, lambda b: ABOVE if Bounds(U, b, flat).at_least(self.bound) else None)
+        Args:
+            walls: The signs of the arguments of steps at the rest state, by their variables.
+            box: The box.
+        """
+        over = Bounds(self.U, box)
+        if any(over.side(k) == -side for k, side in walls.items()):
+            return None
+        if len(over.jumps) == 1 and over.jumps[0] in walls:
+            step = float(walls[over.jumps[0]] > 0)
+            return Bounds(self.U, box, share=(step, step))
+        return over
+
+    def _closed_by(self, walls: dict[int, int], box: Box) -> bool:
+        """Return whether U is at least the level where a box meets a wall.
+
+        On a surface where a force jumps, U is L(Θ, λ) for λ = 0, or for any λ if L is linear in it.
+        """
+
+        def reason(part: Box) -> str | None:
+            over = Bounds(self.U, part)
+            if walls.keys().isdisjoint(over.jumps):
+                return BEYOND
+            if len(over.jumps) > 1:
+                return None
+            low, high = over.share_at_rest(ridge=True) or (0.0, 0.0)
+            step = (low + high) / 2
+            found = Bounds(self.U, part, share=(step, step))
+            return ABOVE if found.at_least(self.bound) else None
+
+        return not walls or cover(box, reason, LIMIT).open is None
 
     def _finding(self, name: str, text: str, wrong: str, covers: dict[str, Cover]) -> Finding:
         if self.bound <= Bounds(self.U, self.state.enclosure).values:
             text = f"It is empty: the energy of {self.state.name} is at least {self.shown}."
         return Finding(self.range.name, name, not wrong, wrong or text, covers)
+
+
+def kept(U: Energy, range_: Range, level: float) -> Finding:
+    """Check theorem 11: motions below a level do not reach the ends of the range."""
+    found = Level(U, range_, level)
+    text = f"Every motion with an energy below {found.shown} keeps the range"
+    return confirmed(range_.name, "range", text, found.border())
 
 
 def region_findings(listed: Listed, claims: Any) -> Iterator[Finding]:
@@ -131,19 +203,16 @@ def region_findings(listed: Listed, claims: Any) -> Iterator[Finding]:
     Raises:
         IndexError: One is of no rest state.
     """
-    regions = [(0, claims.get("level"), True)] + [
-        (*one, False) for one in claims.get("regions", [])
-    ]
-    for place, level, everywhere in regions:
-        if level is None and everywhere:
-            continue
+    regions = [(*one, Region.component) for one in claims.get("regions", [])]
+    if claims.get("level") is not None:
+        regions.insert(0, (0, claims["level"], Region.everywhere))
+    for place, level, check in regions:
         if type(place) is not int or place < 0:
             raise IndexError("a region of no rest state")
         state = listed.states[place]
         if state.index == 0:
-            region = Region(listed, state, float(level))
-            yield region.everywhere() if everywhere else region.component()
+            yield check(Region(listed, state, float(level)))
             continue
-        name = "certified region" if everywhere else f"region of {state.name}"
+        name = "certified region" if check is Region.everywhere else f"region of {state.name}"
         text = f"R{state.name[1:]} is not proved to be a minimum."
         yield Finding(listed.range.name, name, False, text)

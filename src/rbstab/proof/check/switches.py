@@ -25,15 +25,15 @@ class _NoFormError(Exception):
 
 def why_not_smooth(U: Energy) -> str | None:
     """Return what is not shown about the steps of an energy; None if all is."""
-    for k in U.steps:
+    steps = {k: one[2] for k, one in enumerate(U.operations) if one[0] == "step"}
+    for k in steps:
         try:
             smooth = _Switch(U, k).is_smooth
         except _NoFormError as error:
             return f"That step {k + 1} is as smooth as it says could not be confirmed: {error}"
         if not smooth:
             return f"Step {k + 1} is not as smooth as it says"
-    arguments = {U.operations[k][2] for k in U.steps}
-    if any(one[0] == "positive" and one[1] not in arguments for one in U.operations):
+    if any(one[0] == "positive" and one[1] not in steps.values() for one in U.operations):
         return "A positive part has no step of its own"
     return None
 

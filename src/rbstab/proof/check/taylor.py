@@ -1,14 +1,12 @@
-"""Taylor coefficients in balls: products of series, and functions of them.
+"""Taylor series of order 2 in balls: products of series, and functions of them.
 
-A series has the coefficients f_α = ∂^α f/α! for |α| up to 3, by the number of α. One that is not
-there is zero at all points, also where others have no bound.
+A series has the coefficients f, ∂f/∂x_i and ∂²f/∂x_i∂x_j (half of it if i = j), by the sorted
+numbers of their variables: (), (i,), (i, j). One that is not there is zero at all points, also
+where others have no bound.
 """
 
-from collections.abc import Sequence
-from functools import cache
-from itertools import product
-from math import comb, factorial, prod
-from operator import add
+from collections.abc import Iterable, Mapping, Sequence
+from math import comb
 from typing import Any
 
 from flint import arb
@@ -16,83 +14,75 @@ from flint import arb
 Ball = Any
 """An `arb` of python-flint, which has no types."""
 
-Series = dict[int, Ball]
+Series = dict[tuple[int, ...], Ball]
 
-ORDER = 3
+ORDER = 2
 
 UNKNOWN = arb("nan")
 """A ball that is compared with nothing: the coefficient has no bound."""
 
 
-class Rows:
-    """The numbers of the multi-indices α of some variables, lower orders first.
-
-    Args:
-        n: The number of variables.
-        order: The highest order. Rows of a lower order have the same numbers.
-    """
-
-    def __init__(self, n: int, order: int = ORDER) -> None:
-        rows = [a for a in product(range(order + 1), repeat=n) if sum(a) <= order]
-        self.order, self.rows = order, sorted(rows, key=lambda a: (sum(a), a))
-        place = {a: k for k, a in enumerate(self.rows)}
-        # The product of two coefficients belongs to the sum of their multi-indices.
-        self.sums = [
-            {j: place[s] for j, b in enumerate(self.rows) if (s := tuple(map(add, a, b))) in place}
-            for a in self.rows
-        ]
-        # For each list of variables the row of their derivative, and its factorials.
-        self._places = dict[tuple[int, ...], tuple[int, int]]()
-        for axes in (axes for k in range(1, order + 1) for axes in product(range(n), repeat=k)):
-            row = tuple(axes.count(i) for i in range(n))
-            self._places[axes] = place[row], prod(map(factorial, row))
-        self.first = [self._places[(i,)][0] for i in range(n)]
-
-    def derivative(self, x: Series, *axes: int) -> Ball:
-        """Return the derivative of a series by some variables."""
-        row, factor = self._places[axes]
-        return x[row] * factor if row in x else arb(0)
-
-    def leaf(self, i: int, x: Ball) -> Series:
-        """Return the series of a variable with a value."""
-        return {0: x, self.first[i]: arb(1)}
-
-    def times(self, x: Series, y: Series) -> Series:
-        """Return the product of two series."""
-        found: Series = {}
-        for i, v in x.items():
-            sums = self.sums[i]
-            for j, w in y.items():
-                k = sums.get(j)
-                if k is not None:
-                    p = v * w
-                    found[k] = found[k] + p if k in found else p
-        return found
-
-    def through(self, g: Sequence[Ball], x: Series) -> Series:
-        """Return g(x), from the Taylor coefficients of g at the value of x."""
-        u = {k: v for k, v in x.items() if k}
-        found, power = {0: g[0]}, u
-        for k in range(1, self.order + 1):
-            for i, v in power.items():
-                found[i] = found[i] + g[k] * v if i in found else g[k] * v
-            if k < self.order:
-                power = self.times(power, u)
-        return found
-
-    def value(self, x: Series, at: Series, steps: Sequence[Ball]) -> Ball:
-        """Return f over a box by Taylor's theorem, from its series over it and at its middle."""
-        total, zero, n = at.get(0, arb(0)), arb(0), range(len(steps))
-        for i in n:
-            total += at.get(self.first[i], zero) * steps[i]
-            for j in range(i, len(steps)):
-                c = x.get(self._places[i, j][0])
-                if c is not None:
-                    total += c * (whole_power(steps[i], 2) if i == j else steps[i] * steps[j])
-        return total
+def leaf(i: int, x: Ball) -> Series:
+    """Return the series of a variable with a value."""
+    return {(): x, (i,): arb(1)}
 
 
-rows_of = cache(Rows)
+def unknown(numbers: Iterable[int]) -> dict[int, Series]:
+    """Return series of variables without a bound."""
+    return {k: {(): UNKNOWN} for k in numbers}
+
+
+def constant(x: Series) -> Ball:
+    """Return the value of a series."""
+    return x.get((), arb(0))
+
+
+def derivative(x: Series, *axes: int) -> Ball:
+    """Return the derivative of a series by one or two variables."""
+    found = x.get(tuple(sorted(axes)), arb(0))
+    return 2 * found if len(axes) == 2 and axes[0] == axes[1] else found
+
+
+def summed(terms: Iterable[tuple[Ball, Series]]) -> Series:
+    """Return the sum of series with factors."""
+    total: Series = {}
+    for c, x in terms:
+        for k, v in x.items():
+            total[k] = total[k] + c * v if k in total else c * v
+    return total
+
+
+def times(x: Series, y: Series, order: int) -> Series:
+    """Return the product of two series up to an order."""
+    found: Series = {}
+    for i, v in x.items():
+        room = order - len(i)
+        for j, w in y.items():
+            if len(j) <= room:
+                k = i + j if i <= j else j + i
+                p = v * w
+                found[k] = found[k] + p if k in found else p
+    return found
+
+
+def through(g: Sequence[Ball], x: Series, order: int) -> Series:
+    """Return g(x), from the Taylor coefficients of g at the value of x."""
+    u = {k: v for k, v in x.items() if k}
+    bend = times(u, u, order) if order == ORDER else {}
+    return {**summed([(g[1], u), (g[2], bend)]), (): g[0]}
+
+
+def over_box(x: Series, at: Series, steps: Mapping[int, Ball]) -> Ball:
+    """Return f over a box by Taylor's theorem, from its series over it and at its middle."""
+    total = constant(at)
+    for k, c in at.items():
+        if len(k) == 1:
+            total += c * steps[k[0]]
+    for k, c in x.items():
+        if len(k) == ORDER:
+            i, j = (steps[n] for n in k)
+            total += c * (whole_power(i, 2) if k[0] == k[1] else i * j)
+    return total
 
 
 def narrower(x: Ball, y: Ball) -> Ball:
@@ -101,21 +91,22 @@ def narrower(x: Ball, y: Ball) -> Ball:
 
 
 def coefficients(kind: str, v: Ball, power: int = 0) -> list[Ball]:
-    """Return g(v), g'(v), g''(v)/2 and g'''(v)/6 of a function."""
-    if kind in ("sin", "cos"):
-        s, c = v.sin_cos()
-        return [s, c, -s / 2, -c / 6] if kind == "sin" else [c, -s, -c / 2, s / 6]
-    if kind == "exp":
-        e = v.exp()
-        return [e, e, e / 2, e / 6]
-    if kind == "sqrt":
-        r = v.sqrt()
-        return [r, 1 / (2 * r), -1 / (8 * r * v), 1 / (16 * r * v * v)]
-    if kind == "log":
-        return [v.log(), 1 / v, -1 / (2 * v * v), 1 / (3 * v * v * v)]
-    if kind == "atan":
-        d = 1 / (1 + v * v)
-        return [v.atan(), d, -v * d * d, (3 * v * v - 1) * d * d * d / 3]
+    """Return g(v), g'(v) and g''(v)/2 of a function."""
+    match kind:
+        case "sin" | "cos":
+            s, c = v.sin_cos()
+            return [s, c, -s / 2] if kind == "sin" else [c, -s, -c / 2]
+        case "exp":
+            e = v.exp()
+            return [e, e, e / 2]
+        case "sqrt":
+            r = v.sqrt()
+            return [r, 1 / (2 * r), -1 / (8 * r * v)]
+        case "log":
+            return [v.log(), 1 / v, -1 / (2 * v * v)]
+        case "atan":
+            d = 1 / (1 + v * v)
+            return [v.atan(), d, -v * d * d]
     assert kind == "pow"
     n = power
     factors = [comb(n, k) if n >= 0 else (-1) ** k * comb(k - n - 1, k) for k in range(ORDER + 1)]

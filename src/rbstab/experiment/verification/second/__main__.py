@@ -8,7 +8,6 @@ import json
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from functools import partial
 from typing import Any
 
 import codac
@@ -18,18 +17,15 @@ PROVED, REFUTED, OPEN = "proved", "refuted", "not decided"
 SIZES = (0.02, 0.001, 3e-5, 1e-6)  # rad: to which codac's solver cuts boxes
 AROUND = (0.1, 0.01, 0.001, 1e-4)  # rad: so much about a box, just one zero is looked for
 MOST_TRIED, MOST = 64, 10_000  # so many boxes are tried, or cut further
-TINY = Fraction(1, 2**600)  # numbers nearer to zero have fractions beyond doubles
+ENDS = {"pi": Interval.pi().ub(), "pi/2": Interval.half_pi().ub()}  # points: quick to cut
 SAME = 1e-9  # relative: so near is U to the stored energy in doubles
 
 
 def interval(number: Any) -> Any:
     """Return an interval about a rational number."""
-    number = Fraction(number)
-    if 0 < abs(number) < TINY:
-        return Interval(-float(TINY), float(TINY))
-    parts = [(n, float(n)) for n in number.as_integer_ratio()]
-    top, bottom = (Interval(x).inflate(0 if x == n else abs(x) * 2.0**-52) for n, x in parts)
-    return top / bottom
+    exact = Fraction(number)
+    near = float(exact)
+    return Interval(near).inflate(0 if near == exact else abs(near) * 2.0**-52 + 2.0**-1000)
 
 
 def expression(operations: Sequence[Any], x: Any) -> Any:
@@ -52,28 +48,27 @@ def expression(operations: Sequence[Any], x: Any) -> Any:
 
 
 def solve(box: Any, contractor: Any, settled: Sequence[Any], wrong: Callable[..., bool]) -> Any:
-    """Return a box that is wrong, or may be; None if all is settled."""
+    """Return whether a box is wrong, or may be, with this box; None if all is settled."""
     left = [box]
     for size in SIZES:
         left = codac.pave(box, contractor, size).boxes(PavingOut.outer) if left else []
         left = [b for b in left if not b.is_empty() and not any(map(b.is_subset, settled))]
-        found = next(filter(wrong, left[:MOST_TRIED]), None)
-        if found is not None or len(left) > MOST:
-            return left[0] if found is None else found
-    return left[0] if left else None
+        for found in filter(wrong, left[:MOST_TRIED]):
+            return REFUTED, found
+        if len(left) > MOST:
+            break
+    return (OPEN, left[0]) if left else None
 
 
 class Search:
     """Rest states in a range; with a sign, in its face at a stop, where U falls outwards."""
 
-    def __init__(self, slopes: Any, box: Any, sign: int) -> None:
+    def __init__(self, slopes: Any, box: Any, sign: int, zeros: list[Any]) -> None:
         self.slopes, self.box, self.axes = slopes, box, (0, 2) if sign else (0, 1, 2)
         push = [Interval(0), Interval(-codac.oo, 0), Interval(0, codac.oo)][sign]
         self.push = IntervalVector([Interval(0), push, Interval(0)])
-        self.contractor, self.settled = (
-            codac.CtcInverse_IntervalVector(slopes, self.push),
-            list[Any](),
-        )
+        self.contractor = codac.CtcInverse_IntervalVector(slopes, self.push)
+        self.zeros, self.settled = zeros, list[Any]()
 
     def isolate(self, box: Any) -> tuple[Any, Any] | None:
         """Return a box about the only zero near a box, and one in which it is the only one."""
@@ -90,17 +85,22 @@ class Search:
                     return zero, wide
         return None
 
+    def is_other(self, box: Any) -> bool:
+        """Return whether a zero that is not listed is near a box."""
+        found = self.isolate(box)
+        return found is not None and not any(map(found[0].intersects, self.zeros))
+
     def newton(self, box: Any) -> Any:
         """Return the image of a box under Newton's operator."""
         middle = IntervalVector(box)
         for k in self.axes:
             middle[k] = Interval(box[k].mid())
-        slopes, image = self.slopes.eval(EvalMode.NATURAL, middle), IntervalVector(middle)
+        slopes = self.slopes.eval(EvalMode.NATURAL, middle)
         inverse = codac.inverse_enclosure(codac.IntervalMatrix(self.hessian(box)))
         step = inverse * IntervalVector([slopes[k] for k in self.axes])
         for i, k in enumerate(self.axes):
-            image[k] -= step[i]
-        return image
+            middle[k] -= step[i]
+        return middle
 
     def inside(self, inner: Any, outer: Any) -> bool:
         """Return whether a box lies strictly in another along the axes."""
@@ -123,13 +123,7 @@ class Search:
         return negative
 
 
-def is_other(search: Search, zeros: list[Any], box: Any) -> bool:
-    """Return whether a zero that is not listed is near a box."""
-    found = search.isolate(box)
-    return found is not None and not any(map(found[0].intersects, zeros))
-
-
-def listed(searches: dict[int, Search], claims: Any, zeros: list[Any]) -> tuple[str, str]:
+def listed(searches: dict[int, Search], claims: Any) -> tuple[str, str]:
     """Check that the rest states of a range are those that are listed, and their indices."""
     for number, state in enumerate(claims["states"], start=1):
         ends = zip(*state["enclosure"], strict=True)
@@ -143,29 +137,23 @@ def listed(searches: dict[int, Search], claims: Any, zeros: list[Any]) -> tuple[
             return REFUTED, f"No zero of the gradient of index {state['index']} is in {place}."
         if not search.inside(zero, box) or index is None:
             return OPEN, f"A zero may be at the end of {place}, or have another index."
-        zeros.append(zero)
+        search.zeros.append(zero)
         search.settled.append(found[1])
     for search in searches.values() if claims["complete"] else ():
-        other = partial(is_other, search, zeros)
-        box = solve(search.box, search.contractor, search.settled, other)
-        if box is not None:
-            return REFUTED if other(box) else OPEN, f"There is, or may be, another one near {box}."
+        other = solve(search.box, search.contractor, search.settled, search.is_other)
+        if other is not None:
+            return other[0], f"There is, or may be, another one near {other[1]}."
     left = "no other is left" if claims["complete"] else "others were not looked for"
     return PROVED, f"Each has one zero of the gradient in its box, and its index; {left}."
 
 
-def bounded(U: Any, faces: Sequence[Any], others: Sequence[Any], level: Any) -> tuple[str, str]:
+def bounded(U: Any, boxes: Sequence[Any], level: Any) -> tuple[str, str]:
     """Check that U is not below a level at the ends of a range, and at its other rest states."""
-
-    def below(box: Any) -> bool:
-        return U.eval(IntervalVector(box.mid())).ub() < level.lb()
-
     low = codac.CtcInverse_Interval(U, Interval(-codac.oo, level.ub()))
-    left = [solve(face, low, (), below) for face in faces]
-    left += [zero for zero in others if U.eval(zero).lb() < level.ub()]
-    for box in left:
-        if box is not None:
-            return REFUTED if below(box) else OPEN, f"U is, or may be, below its level near {box}."
+    for box in boxes:
+        found = solve(box, low, (), lambda b: U.eval(IntervalVector(b.mid())).ub() < level.lb())
+        if found is not None:
+            return found[0], f"U is, or may be, below its level near {found[1]}."
     return PROVED, "U is not below its level where the range ends, nor where others rest."
 
 
@@ -183,26 +171,24 @@ def verdicts(data: Any) -> Iterator[tuple[str, ...]]:
             return
     yield "the config", "energy", PROVED, "U is the least stored energy of the config, as sampled."
     for claims in data["ranges"]:
-        ends, zeros = [interval(end) for end in claims["end"]], list[Any]()
+        ends, zeros = [interval(ENDS.get(end, end)) for end in claims["end"]], list[Any]()
         box, faces = IntervalVector([-end | end for end in ends]), dict[tuple[int, int], Any]()
         for axis, sign in ((k, s) for k in range(3) for s in (-1, 1)):
             faces[axis, sign] = IntervalVector(box)
             faces[axis, sign][axis] = Interval(sign) * ends[axis]
-        searches = {0: Search(slopes, box, 0)}
-        if data["stop"]:
-            searches |= {sign: Search(slopes, faces.pop((1, sign)), sign) for sign in (-1, 1)}
-        found = listed(searches, claims, zeros)
+        signs = (0, -1, 1) if data["stop"] else (0,)
+        searches = {s: Search(slopes, faces.pop((1, s), box), s, zeros) for s in signs}
+        found = listed(searches, claims)
         yield claims["name"], "rest states", *found
         if "level" in claims and found[0] == PROVED:
             # For all θ1 and θ3, U rises without end beyond a box that confines all rest states.
-            axes = (1,) if claims.get("everywhere") else (0, 1, 2)
-            border = [face for (axis, _), face in faces.items() if axis in axes]
+            border = [f for (k, _), f in faces.items() if k == 1 or not claims.get("everywhere")]
             found = OPEN, "The list is not complete: other rest states may be below the level."
             if claims["complete"]:
-                found = bounded(U, border, zeros[1:], interval(claims["level"]))
+                found = bounded(U, border + zeros[1:], interval(claims["level"]))
             yield claims["name"], "certified region", *found
 
 
 if __name__ == "__main__":
-    for verdict in verdicts(json.load(sys.stdin, parse_float=Fraction)):
+    for verdict in verdicts(json.load(sys.stdin)):
         sys.stdout.write(json.dumps(verdict) + "\n")

@@ -18,45 +18,38 @@ from rbstab.proof.record import operations_of
 from rbstab.systems.system import System
 
 LATEST = 300.0  # s: then the process is ended
-PROGRAM = Path(__file__).with_name("__main__.py")
 
 
 def question(ranges: list[Any], energy: Energy, system: System) -> dict[str, Any]:
     """Return what codac is asked about stored claims, for a traced energy, as plain data.
 
-    The energy at some attitudes comes from the system, in doubles.
+    At some attitudes the least energy, J, comes from the system: it is quadratic in all but Θ.
     """
     U = energy.U if energy.plain is None else energy.plain
-    stop, ends = energy.stop, {"pi": RANGE_END[0], "pi/2": RANGE_END[1]}
-    named = [
-        {**claims, "end": [ends.get(end, end) for end in claims["end"]]}
-        | {"name": EVERYWHERE if claims.get("everywhere") else IN_RANGE}
-        for claims in ranges
-    ]
+    named = [one | {"name": EVERYWHERE if one.get("everywhere") else IN_RANGE} for one in ranges]
     at_rest, samples = configurations(system), list[Any]()
-    unit, most = np.eye(at_rest.size), 0.95 * float(stop or RANGE_END[1])
+    unit, most = np.eye(at_rest.size), 0.95 * float(energy.stop or RANGE_END[1])
     for Theta in np.random.default_rng(0).uniform(-1, 1, (16, 3)) * [3, most, 3]:
-        # The least stored energy, J: in all but Θ it is quadratic, without elimination.
         q = Theta @ unit[:3]
         b = at_rest.gradient(q)[3:]
         H = np.array([at_rest.gradient(q + e)[3:] - b for e in unit[3:]]).reshape(len(b), len(b))
         samples.append([Theta.tolist(), float(at_rest.energy(q) - 0.5 * b @ np.linalg.solve(H, b))])
     slopes = [operations_of(derivative(U, {k: expr(1)})) for k in range(3)]
-    found = {"energy": operations_of(U), "slopes": slopes, "stop": bool(stop)}
+    found = {"energy": operations_of(U), "slopes": slopes, "stop": bool(energy.stop)}
     return found | {"ranges": named, "samples": samples}
 
 
 def answers(data: dict[str, Any]) -> Iterator[list[str]]:
     """Yield range, claim, verdict and text of each claim that codac answers; then what is left."""
     # -P: nothing beside the file is imported in place of a package.
-    command, pipe = [sys.executable, "-uP", str(PROGRAM)], subprocess.PIPE
-    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, text=True) as process:
-        try:
-            lines, errors = process.communicate(json.dumps(data), LATEST)
-            ended = f"Its process ended with {process.returncode}: {errors.strip()}"
-        except subprocess.TimeoutExpired:
-            process.kill()
-            (lines, _), ended = process.communicate(), "It took too long."
+    command = [sys.executable, "-uP", str(Path(__file__).with_name("__main__.py"))]
+    pipes: dict[str, Any] = {"input": json.dumps(data), "capture_output": True, "text": True}
+    try:
+        done = subprocess.run(command, timeout=LATEST, check=False, **pipes)
+        text = f"Its process ended with {done.returncode}: {done.stderr.strip()}"
+        lines, ended = done.stdout, text if done.returncode else None
+    except subprocess.TimeoutExpired as late:
+        lines, ended = (late.stdout or b"").decode(), "It took too long."
     yield from map(json.loads, lines.splitlines())
-    if process.returncode:
+    if ended:
         yield ["all claims", "the others", "not decided", ended]

@@ -40,23 +40,6 @@ def test_the_help_ends_with_the_first_steps(rbstab: Invoke) -> None:
     assert rbstab("--help").stdout.endswith(f"{FIRST_STEPS}\n")
 
 
-def test_help_does_not_wait_for_numerical_packages() -> None:
-    code = (
-        "import sys\n"
-        "from rbstab_cli.main import main\n"
-        "sys.argv = ['rbstab', '--help']\n"
-        "try:\n"
-        "    main()\n"
-        "except SystemExit:\n"
-        "    pass\n"
-        "print(*sorted(sys.modules), file=sys.stderr)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "Commands:" in done.stdout
-    heavy = {"numpy", "scipy", "h5py", "yaml", "pydantic", "rich", "heyoka"}
-    assert not heavy & set(done.stderr.split())
-
-
 UNUSED_PACKAGES = ("heyoka", "rich", "flint", "loky", "multiprocessing")
 OPTIONAL_PACKAGES = ("xarray", "netCDF4", "pandas", "vl_convert", "typst", "distributed")
 UNUSED_MODULES = (
@@ -73,25 +56,34 @@ UNUSED_MODULES = (
 )
 
 
-def imported_by_run(*arguments: str) -> set[str]:
-    """Return the names of all modules that a process has after `rbstab run`."""
-    code = (
+def printed_by(code: str) -> set[str]:
+    """Return the words that a program of its own process prints last, on a line."""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return set(done.stdout.splitlines()[-1].split())
+
+
+def imported_by(*words: str) -> set[str]:
+    """Return the names of all modules that a process has after a command."""
+    return printed_by(
         "import sys\n"
         "from rbstab_cli.main import main\n"
-        f"sys.argv = ['rbstab', 'run', '--no-prove', *{arguments}]\n"
+        f"sys.argv = ['rbstab', *{words}]\n"
         "try:\n"
         "    main()\n"
         "except SystemExit as stop:\n"
         "    assert stop.code == 0\n"
-        "print('modules:', *sorted(sys.modules), file=sys.stderr)\n"
+        "print(*sys.modules)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return set(done.stderr.partition("modules:")[2].split())
+
+
+def test_help_does_not_wait_for_numerical_packages() -> None:
+    heavy = {"numpy", "scipy", "h5py", "yaml", "pydantic", "rich", "heyoka"}
+    assert not heavy & imported_by("--help")
 
 
 @pytest.mark.parametrize("options", [("--json", "-q"), ()])
 def test_a_run_imports_nothing_that_it_does_not_use(options: tuple[str, ...], folder: Path) -> None:
-    modules = imported_by_run("good.yaml", *options)
+    modules = imported_by("run", "--no-prove", "good.yaml", *options)
     assert {"scipy.integrate", "h5py", "rbstab.experiment.run_to_file"} <= modules
     assert not {*UNUSED_PACKAGES, *OPTIONAL_PACKAGES, *UNUSED_MODULES} & modules
 
@@ -99,52 +91,11 @@ def test_a_run_imports_nothing_that_it_does_not_use(options: tuple[str, ...], fo
 def test_a_sweep_by_heyoka_imports_no_scipy() -> None:
     pytest.importorskip("heyoka")
     # SciPy is imported for the comparison, after all members.
-    code = (
-        "import sys\n"
-        "import rbstab.sweep.sweep, rbstab.sweep.members.ensemble\n"
-        "print(*sys.modules)\n"
+    modules = printed_by(
+        "import sys, rbstab.sweep.sweep, rbstab.sweep.members.ensemble\nprint(*sys.modules)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    modules = set(done.stdout.split())
     assert "rbstab.integrate.heyoka.engine" in modules
     assert not {"scipy", *OPTIONAL_PACKAGES} & modules
-
-
-def test_a_run_builds_only_the_models_of_its_variant(folder: Path) -> None:
-    code = (
-        "from rbstab.config.load import load_config\n"
-        "load_config('good.yaml')\n"
-        "from rbstab.config.schema import Experiment\n"
-        "print(*(model.__name__ for model in Experiment.__subclasses__()))\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["FreeExperiment"]
-
-
-def test_a_run_reads_a_stored_proof_if_there_is_one(folder: Path) -> None:
-    (folder / "results" / "proofs").mkdir(parents=True)
-    modules = imported_by_run("good.yaml", "-q")
-    assert "rbstab.experiment.stored_proof.identity" in modules
-    # It is read, and no proof is made.
-    assert "rbstab.experiment.proof" not in modules
-
-
-def test_the_modules_that_a_run_imports_are_excluded_from_garbage_collection(folder: Path) -> None:
-    code = (
-        "import gc, sys\n"
-        "from rbstab_cli.main import main\n"
-        "sys.argv = ['rbstab', 'run', '--no-prove', 'good.yaml', '-q']\n"
-        "before = gc.get_freeze_count()\n"
-        "try:\n"
-        "    main()\n"
-        "except SystemExit:\n"
-        "    pass\n"
-        "import scipy.integrate\n"
-        "found = any(held is vars(scipy.integrate) for held in gc.get_objects())\n"
-        "print(before, gc.get_freeze_count() > 10_000, gc.isenabled(), found, file=sys.stderr)\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stderr.split()[-4:] == ["0", "True", "True", "False"]
 
 
 def test_numbers_that_are_not_finite_are_null_in_json(folder: Path, rbstab: Invoke) -> None:

@@ -214,6 +214,9 @@ WRONG_VALUES = {
     "examples case1_permanant": "did you mean paper/case1_permanent?",
     "examples paper/case": "? `rbstab examples` lists them.\n",
     "examples zzz": "zzz. `rbstab examples` lists them.\n",
+    "examples papr/case1_permanent": "did you mean paper/case1_permanent?",
+    "examples case1": "did you mean paper/case1_guarded or paper/case1_permanent?",
+    "examples ../pyproject": "no example ../pyproject",
     "guard held.yaml --method stiff --soft-angle 1.6": "--soft-angle is 1.6 (expected between 0",
     "guard held.yaml --method stiff --soft-angle nan": "--soft-angle is nan",
     "guard held.yaml --method stiff --limit 0": "--limit is 0 (expected a couple above 0, N m)",
@@ -295,6 +298,7 @@ STORAGE = {
     "compare results/map results/good.h5": "results/map is a sweep and results/good.h5 is a run",
     "report none.h5 -o r.html": "No result could be read; no report is written.",
     "report results/begun": "results/begun: is a sweep that is not finished",
+    "report results/map/shards/00000000.h5": "is a part of a sweep. Name the folder of the sweep: ",
     "report results/mine": "results/mine: is a folder, but not a sweep, and no result is in it; "
     "`rbstab run CONFIG -o results/mine` stores one\n",
     "report results/good.h5 -o notes.txt": "notes.txt already exists and is not a report. Use "

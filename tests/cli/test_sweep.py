@@ -76,14 +76,6 @@ def test_status(rbstab, use_fake_engine):
     words = [line.split() for line in shown.stdout.splitlines()]
     assert ["shards", "1", "of", "3,", "1", "damaged"] in words
     assert ["running", "yes"] in words
-    nothing = rbstab("sweep", "--status", "nowhere")
-    assert nothing.exit_code == 4
-    assert (
-        nothing.stderr == "error: nowhere is not the folder of a sweep: there is no such folder\n"
-    )
-    Path("somewhere").mkdir()
-    other = rbstab("sweep", "--status", "somewhere")
-    assert other.stderr == "error: somewhere is not the folder of a sweep\n"
 
 
 def test_what_a_sweep_says_of_its_progress(rbstab, use_fake_engine, statuses):

@@ -5,13 +5,9 @@ and its commands run.
 import re
 from pathlib import Path
 
-import pytest
-from click.testing import CliRunner
-
 import rbstab
 from rbstab.config.sections.signals import SIGNAL_UNITS, SIGNALS
 from rbstab.elements.registry import KINDS
-from rbstab_cli.main import cli
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "inputs.md").read_text(encoding="utf-8")
@@ -66,20 +62,3 @@ def test_the_table_of_the_page_can_be_read(tmp_path: Path) -> None:
     config.write_text(data.replace(signal, "{kind: table, file: t.csv}"), encoding="utf-8")
     signal = rbstab.load_config(config).elements["shake"].signal
     assert signal.times == (0.0, 0.5, 2.0)
-
-
-def test_the_first_commands_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "configs").symlink_to(ROOT / "configs")
-    monkeypatch.chdir(tmp_path)
-    block = re.findall(r"```console\n(.*?)```", PAGE, flags=re.DOTALL)[0]
-    for command in re.findall(r"^\$ rbstab (.*)$", block, flags=re.MULTILINE):
-        result = CliRunner().invoke(cli, command.split())
-        assert result.exit_code == 0, result.output
-    assert "What inputs supply" in (tmp_path / "results/driven.html").read_text(encoding="utf-8")
-
-
-def test_the_numbers_of_the_page_are_those_of_the_plans() -> None:
-    plans = re.findall(r"\$ rbstab sweep (\S+)", PAGE)
-    assert plans == ["configs/sweeps/shaken.yaml", "configs/sweeps/gusts.yaml"]
-    for path in plans:
-        assert (ROOT / path).is_file()

@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 import rbstab.elements
 from rbstab.config.load import load_config
@@ -12,7 +11,6 @@ from rbstab.elements.user_code.loaded import UserCode, element_class
 from rbstab.elements.user_code.template import TEMPLATE
 from rbstab.experiment.element_check.check import check_class
 from rbstab.sweep.plan.load import load_plan
-from rbstab_cli.main import cli
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "own_elements.md").read_text(encoding="utf-8")
@@ -31,15 +29,6 @@ def test_twenty_lines_suffice():
     lines = [line.strip() for line in TEMPLATE.splitlines()]
     assert len([line for line in lines if line and not line.startswith("#")]) <= 20
     assert "in twenty lines" in PAGE or "of twenty lines" in PAGE
-
-
-def test_what_the_check_prints(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(cli, ["init", "--element", "cubic_spring.py"])
-    assert done.exit_code == 0
-    done = CliRunner().invoke(cli, ["check", "--element", "cubic_spring.py"])
-    pytest.importorskip("heyoka")
-    assert f"$ rbstab check --element cubic_spring.py\n{done.stdout}" in PAGE
 
 
 def test_the_wrong_statement_of_the_page():

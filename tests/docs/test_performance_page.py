@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from rbstab.config.build import problem_of
-from rbstab.mechanics import attitude
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "performance.md").read_text()
@@ -57,13 +56,6 @@ def test_the_plain_equations_are_those_of_rbstab(peers, problem) -> None:
         state = random.uniform(-1.4, 1.4, 12) * np.repeat([1, 20, 0.5, 5], 3)
         expected = system.rates(state)
         assert rates(0.0, state) == pytest.approx(expected, rel=1e-11, abs=1e-9)
-
-
-def test_angles_and_rotations_are_those_of_rbstab(peers) -> None:
-    for Theta in np.random.default_rng(2).uniform(-1.5, 1.5, (20, 3)) * [2, 1, 2]:
-        A = peers.equations.rotation_of(np, Theta)
-        np.testing.assert_allclose(A, attitude.rotation(Theta), atol=1e-15)
-        np.testing.assert_allclose(peers.equations.angles_of(np, A), Theta, atol=1e-13)
 
 
 def test_the_plain_script_leads_to_the_same_motion(peers, problem, reference) -> None:
@@ -141,25 +133,6 @@ def test_a_peer_runs_as_a_process_of_its_own(
         process.close()
     assert states.shape == (2, 201, 12)
     assert peers.problem.largest_error(states, reference) < 1e-8
-
-
-def test_a_program_that_is_missing_is_named_with_its_reason(peers, tmp_path, monkeypatch) -> None:
-    (tmp_path / "broken.py").write_text("import a_program_that_is_missing")
-    broken = peers.catalogue.Peer("Broken", str(tmp_path / "broken.py"))
-    absent = peers.catalogue.Peer("Absent", "scipy_numpy.py", ("absent",))
-
-    def refuse(command):
-        raise peers.environments.NotInstalledError("ERROR: no | matching distribution")
-
-    monkeypatch.setattr(peers.environments, "_run", refuse)
-    monkeypatch.setattr(peers.environments, "FOLDER", tmp_path)
-    monkeypatch.setattr(peers.process, "FOLDER", tmp_path)
-    monkeypatch.setattr(peers.rows, "PEERS", (broken, absent))
-    monkeypatch.setattr(peers.rows, "MEMBERS", MEMBERS)
-    monkeypatch.setattr(peers.rows, "reference_of", lambda _: None)
-    text = peers.page.tables(peers.rows.measured_rows())
-    assert re.search(r"\| Broken \| not installed: .*a_program_that_is_missing", text)
-    assert r"| Absent | not installed: ERROR: no \| matching distribution |" in text
 
 
 def table_rows(text: str) -> list[list[list[str]]]:

@@ -66,24 +66,6 @@ def test_each_page_is_on_the_site(site: Path) -> None:
     assert "--prove" in text  # not a dash
 
 
-def test_sessions_wrap_sentences_and_keep_tables() -> None:
-    pytest.importorskip("pygments")
-    console = loaded(DOCS / "site_console.py")
-    sentence = "  This start:  proved: " + "word " * 30
-    table = " file   status   " + "v(0) [J]   " * 12
-    page = f"# A page\n\n```console\n$ {'x ' * 80}\n{sentence}\n{table}\n```\n\n{'y ' * 80}\n"
-    changed = console.wrapped(page)
-    assert changed.split() == page.split()
-    assert table in changed
-    assert f"$ {'x ' * 80}\n" in changed
-    assert f"\n{'y ' * 80}\n" in changed
-    (start,) = [line for line in changed.splitlines() if "This start" in line]
-    assert 80 < len(start) <= console.WIDTH
-    tokens = list(console.SessionLexer().get_tokens("$ ls -l\n # a\n\nb"))
-    assert "".join(text for _, text in tokens) == "$ ls -l\n # a\n\nb\n"
-    assert [text for kind, text in tokens if str(kind) == "Token.Generic.Prompt"] == ["$ "]
-
-
 def test_each_public_name_is_in_the_api_once() -> None:
     page = (DOCS / "api.md").read_text(encoding="utf-8")
     found = re.findall(r"\.\. auto(?:function|class|exception):: rbstab\.(\w+)$", page, re.M)

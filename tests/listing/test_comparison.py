@@ -168,15 +168,6 @@ def test_a_folder_stands_for_the_only_result_in_it(tmp_path: Path) -> None:
     assert compare(tmp_path / "one", tmp_path / "other") == compare(file, file)
 
 
-def test_of_two_results_in_a_folder_one_must_be_named(usual: Path, tmp_path: Path) -> None:
-    pair = tmp_path / "pair"
-    pair.mkdir()
-    for name in ("a.h5", "b.h5"):
-        shutil.copy(usual, pair / name)
-    with pytest.raises(StoreError, match=r"pair has 2 results\. Name one of them: .*a\.h5.*b\.h5"):
-        compare(pair, usual)
-
-
 def test_a_peak_of_samples_alone_is_a_lower_bound(
     usual: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,7 +15,6 @@ from support.stored_proofs import say_proved, store_proof_of
 from rbstab.listing.folder import Entry, entries_of, proofs_in
 from rbstab.listing.kinds import Kind
 from rbstab.store.disk.seal import SEAL_SIZE
-from rbstab.store.errors import StoreError
 from rbstab.store.result import open_result, write_result
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
@@ -146,15 +145,6 @@ def test_what_cannot_be_read_is_named_and_hides_nothing(folder: Path) -> None:
 def test_a_sweep_lists_itself(folder: Path) -> None:
     (entry,) = entries_of(folder / "begun_map")
     assert entry.title == "A map over spin, stored by rbstab 0.1.0"
-
-
-@pytest.mark.parametrize(
-    ("name", "reason"),
-    [("missing", "cannot be read"), ("report.html", r"is a file\. List the folder it is in: rbs")],
-)
-def test_no_folder(name: str, reason: str, folder: Path) -> None:
-    with pytest.raises(StoreError, match=reason):
-        entries_of(folder / name)
 
 
 def test_a_sweep_without_proofs_says_so(folder: Path) -> None:

@@ -48,23 +48,6 @@ def test_names() -> None:
     assert rbstab.example("joint") == ROOT / "configs/examples/joint.yaml"
 
 
-@pytest.mark.parametrize(
-    ("word", "message"),
-    [
-        ("case1_permanant", "did you mean paper/case1_permanent?"),
-        ("papr/case1_permanent", "did you mean paper/case1_permanent?"),
-        ("case1", "did you mean paper/case1_guarded or paper/case1_permanent?"),
-        ("zzz", "there is no example zzz"),
-        ("", "there is no example "),
-        ("../pyproject", "there is no example ../pyproject"),
-    ],
-)
-def test_unknown_names(word: str, message: str) -> None:
-    with pytest.raises(UnknownExampleError) as caught:
-        examples_named(word)
-    assert str(caught.value).endswith(message)
-
-
 def test_a_name_of_several() -> None:
     with pytest.raises(UnknownExampleError, match=r"paper names \d+ examples: paper/case1_guarded"):
         rbstab.example("paper")

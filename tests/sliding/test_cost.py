@@ -11,7 +11,6 @@ import pytest
 from support.problems import ENGINES
 from support.sliding import ball_in_a_V, paper_problem, solve_sliding
 
-from rbstab.integrate.heyoka.run import HeyokaRun
 from rbstab.integrate.switching import connector_switches
 
 
@@ -44,21 +43,6 @@ def test_a_switch_takes_as_many_steps_at_the_end_as_at_the_beginning():
     assert last == pytest.approx(first, rel=0.1)
     # Each step ends at a switch, but those that missed one.
     assert last < 1.1
-
-
-def test_crossings_do_not_leave_the_compiled_loop(monkeypatch):
-    """It is left where two axes cross together, or where a crossing was missed."""
-    calls = []
-    loop = HeyokaRun._steps_to
-
-    def counted(run, last):
-        calls.append(last)
-        return loop(run, last)
-
-    monkeypatch.setattr(HeyokaRun, "_steps_to", counted)
-    run = solve_sliding("heyoka", alone(balls([0.0, 6.0]), switch_limit=15_000))
-    assert run.switches.counts[-1].sum() == 15_000
-    assert len(calls) < 0.1 * 15_000
 
 
 @pytest.mark.parametrize("engine", ENGINES)

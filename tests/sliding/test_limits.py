@@ -6,27 +6,16 @@ import numpy as np
 import pytest
 from support.problems import ENGINES
 from support.sliding import (
-    ball_in_a_V,
     by_modes,
     connector,
     paper_problem,
     sides_and_holds,
     solve_sliding,
+    turning_balls,
 )
 
 from rbstab.systems.connector import with_connector
 from rbstab.systems.filippov import after_events
-
-
-def turning_ball(rate, samples, angle=0.0):
-    """Return three balls in a V on a body that turns about its second axis: θ'' = -θ - θ'."""
-    times = np.linspace(0, 2, samples)
-    problem = ball_in_a_V(
-        2.0, 30.0, np.array([0.0, 5.0, -10.0]), np.zeros(3), np.array([0.3, 0.2, 0.5]),
-        np.zeros(3), times,
-    )  # fmt: skip
-    problem.start[1], problem.start[4] = angle, rate
-    return problem
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -36,7 +25,9 @@ def test_a_dip_below_the_bound_between_two_steps_is_noticed(engine, excess, stat
     omega = np.sqrt(0.75)
     peak_time = np.arctan(2 * omega) / omega
     peak = 2.0 / omega * np.exp(-peak_time / 2) * np.sin(omega * peak_time)
-    problem = replace(turning_ball(2.0, 3), range_bound=float(np.cos(peak - excess)))
+    problem = replace(
+        turning_balls(np.linspace(0, 2, 3), 2.0), range_bound=float(np.cos(peak - excess))
+    )
     run = solve_sliding(engine, problem)
     assert run.status == status
     if excess > 0:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.sliding import ball_in_a_V, solve_sliding
+from support.sliding import ball_in_a_V, solve_sliding, turning_balls
 
 from rbstab.integrate.heyoka.inner_switches import InnerSwitches
 from rbstab.integrate.status import RunStatus
@@ -29,6 +29,12 @@ def ignore(monkeypatch):
         return reached
 
     return install
+
+
+def balls(X, V, times):
+    """Return three balls in a V without loads."""
+    still = np.zeros(3)
+    return ball_in_a_V(2.0, 30.0, still, still, np.array(X), np.array(V), times)
 
 
 def run_of(problem):
@@ -53,11 +59,7 @@ def same(disturbed, undisturbed, within):
 def test_an_axis_on_the_wrong_side_of_the_position(ignore, numbers):
     """The run restores the time and the state, and goes on with shorter steps."""
     # No crossing is at a sample.
-    times = np.linspace(0, 1.97, 11)
-    problem = ball_in_a_V(
-        2.0, 30.0, np.array([0.0, 5.0, -10.0]), np.zeros(3), np.array([0.3, 0.2, 0.5]),
-        np.zeros(3), times,
-    )  # fmt: skip
+    problem = turning_balls(np.linspace(0, 1.97, 11))
     reached = ignore(set())
     undisturbed = run_of(problem)
     events = len(reached)
@@ -74,10 +76,7 @@ def test_an_axis_on_the_wrong_side_of_the_position(ignore, numbers):
 @pytest.mark.parametrize("numbers", [{4}, {20, 31}])
 def test_a_missed_bounce_of_a_microsecond(ignore, numbers):
     """It is found by the sign of E alone, which is smaller than any bound of round-off."""
-    problem = ball_in_a_V(
-        2.0, 30.0, np.zeros(3), np.zeros(3), np.full(3, 1e-18), np.array([1e-5, 1.3e-5, 0.7e-5]),
-        np.array([0.0, 2e-5]),
-    )  # fmt: skip
+    problem = balls([1e-18] * 3, [1e-5, 1.3e-5, 0.7e-5], np.array([0.0, 2e-5]))
     undisturbed = run_of(problem)
     ignore(numbers)
     disturbed = run_of(problem)
@@ -90,10 +89,7 @@ def test_a_missed_bounce_of_a_microsecond(ignore, numbers):
 @pytest.mark.parametrize("samples", [2, 5])
 def test_a_crossing_whose_event_is_never_reported(ignore, samples):
     """Ever shorter steps lead to the crossing, which is then seen at the begin of a step."""
-    problem = ball_in_a_V(
-        2.0, 30.0, np.zeros(3), np.zeros(3), np.array([0.3, 5.0, 5.0]), np.zeros(3),
-        np.linspace(0, 0.3, samples),
-    )  # fmt: skip
+    problem = balls([0.3, 5.0, 5.0], [0.0] * 3, np.linspace(0, 0.3, samples))
     undisturbed = run_of(problem)
     assert undisturbed.switches.counts[-1].tolist() == [1, 0, 0]
     ignore(range(1, 10_000))
@@ -102,10 +98,7 @@ def test_a_crossing_whose_event_is_never_reported(ignore, samples):
 
 def test_a_crossing_that_cannot_be_found_ends_the_run(ignore, monkeypatch):
     """The last sample is the last sound state."""
-    problem = ball_in_a_V(
-        2.0, 30.0, np.zeros(3), np.zeros(3), np.array([0.3, 5.0, 5.0]), np.zeros(3),
-        np.linspace(0, 1, 5),
-    )  # fmt: skip
+    problem = balls([0.3, 5.0, 5.0], [0.0] * 3, np.linspace(0, 1, 5))
     ignore(range(1, 10_000))
     monkeypatch.setattr(Phase, "coinciding", lambda *_: np.zeros(0, dtype=int))
     run = run_of(problem)

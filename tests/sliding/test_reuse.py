@@ -11,7 +11,7 @@ import heyoka
 import numpy as np
 import pytest
 from support.hang_guard import within
-from support.sliding import ball_in_a_V, paper_problem, pushed_ball, solve_sliding
+from support.sliding import paper_problem, pushed_ball, solve_sliding, turning_balls
 
 from rbstab.integrate import driven_run
 from rbstab.integrate.status import RunStatus
@@ -19,12 +19,7 @@ from rbstab.integrate.switching import driver
 
 
 def turning(rate, angle=0.0):
-    problem = ball_in_a_V(
-        2.0, 30.0, np.array([0.0, 5.0, -10.0]), np.zeros(3), np.array([0.3, 0.2, 0.5]),
-        np.zeros(3), np.linspace(0, 1, 5),
-    )  # fmt: skip
-    problem.start[1], problem.start[4] = angle, rate
-    return problem
+    return turning_balls(np.linspace(0, 1, 5), rate, angle)
 
 
 def diverging():

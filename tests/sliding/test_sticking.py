@@ -14,7 +14,6 @@ from support.sliding import (
 )
 
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.switching import connector_switches
 from rbstab.integrate.switching.chatter import Chatter, most_axes_stick
 from rbstab.systems.connector import with_connector
 
@@ -140,13 +139,3 @@ def test_a_point_at_rest_that_cannot_be_held_leaves_at_once(engine):
     pull = np.array([10.0, 0.0, -20.0]) / 2.0
     assert run.states[:, 6:9] == pytest.approx(0.5 * np.outer(times**2, pull), abs=1e-11)
     assert run.switches.modes[-1].tolist() == [1, 0, -1]
-
-
-def test_tests_of_sticking_that_fail_change_no_bit(monkeypatch):
-    """So the bound, and how often it is tested, leave the motion before the sticking as it is."""
-    monkeypatch.setattr(connector_switches, "most_axes_stick", lambda *_: None)
-    states = []
-    for bound in (1e-9, 1e9):
-        problem = paper_problem(20000, duration=0.5, samples=6, stick_energy=bound)
-        states.append(solve_sliding("heyoka", replace(problem, diagnosed=False)).states)
-    assert states[0].tobytes() == states[1].tobytes()

@@ -71,6 +71,14 @@ def ball_in_a_V(mass, K_s, load, damping, X, V, times, layer=None, **switching):
     return problem(body, elements, connector(K_s, None, layer), Z, times, options)
 
 
+def turning_balls(times, rate=0.0, angle=0.0):
+    """Return three balls in a V on a body that turns about its second axis: θ'' = -θ - θ'."""
+    still, X = np.zeros(3), np.array([0.3, 0.2, 0.5])
+    found = ball_in_a_V(2.0, 30.0, np.array([0.0, 5.0, -10.0]), still, X, still, times)
+    found.start[1], found.start[4] = angle, rate
+    return found
+
+
 def pushed_ball(  # noqa: PLR0917
     mass, K_s, load, coupling, X, V, times, slope=None, layer=None, **switching
 ):

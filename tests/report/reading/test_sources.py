@@ -87,18 +87,6 @@ def test_a_config_that_cannot_be_read_leaves_the_run(text, tmp_path):
     assert run.config is None
 
 
-def test_no_file(good, tmp_path):
-    assert reason(tmp_path / "no.h5", good) == "cannot be read: No such file or directory"
-
-
-def test_no_result(good, tmp_path):
-    path = tmp_path / "a.txt"
-    path.write_text("title: x\n")
-    assert reason(path, good).startswith("has no seal of rbstab: it is no result, or it was dama")
-    config = path.rename(tmp_path / "a.yaml")
-    assert reason(config, good) == f"is a config, not a result. Run it: rbstab run {config}"
-
-
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
@@ -175,33 +163,6 @@ def test_a_certificate_whose_columns_do_not_belong_together(name, how, good, tmp
     path = tmp_path / "a.h5"
     write_result(path, type(made)(variables, made.attributes, made.config))
     assert reason(path, good) == "is damaged: its certificate has columns of wrong types or lengths"
-
-
-def test_another_folder(good, tmp_path):
-    other = tmp_path / "other"
-    other.mkdir()
-    assert reason(other, good).startswith("is a folder, but not a sweep, and no result")
-
-
-def test_a_sweep_that_is_not_finished(good, tmp_path, sweep):
-    copy = tmp_path / "copy"
-    shutil.copytree(sweep, copy)
-    (copy / "members.h5").unlink()
-    max((copy / "shards").iterdir()).unlink()
-    assert reason(copy, good).startswith("is a sweep that is not finished: 1 of 2 shards")
-
-
-def test_a_damaged_manifest(good, tmp_path, sweep):
-    copy = tmp_path / "copy"
-    shutil.copytree(sweep, copy)
-    (copy / "members.h5").unlink()
-    (copy / "manifest.json").write_text("{}")
-    assert "is damaged" in reason(copy, good)
-
-
-def test_a_shard(good, sweep):
-    path = min((sweep / "shards").iterdir())
-    assert reason(path, good) == f"is a part of a sweep. Name the folder of the sweep: {sweep}"
 
 
 @pytest.mark.parametrize("name", ["members.h5", "shards/00000001.h5"])

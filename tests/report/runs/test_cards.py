@@ -180,11 +180,6 @@ def test_a_peak_that_the_samples_do_not_show_is_explained(tmp_path):
     assert FACTS["peak |E|"].shown(entry) == f"{np.linalg.norm(PEAKS):.4g} m"
 
 
-def test_angles_have_degrees_beside_radians(tmp_path):
-    (entry,) = facts(made_file(tmp_path / "a.h5"))
-    assert FACTS["peak |θ2|"].shown(entry) == "0.75 rad (42.97°)"
-
-
 @pytest.mark.parametrize(
     ("inside", "rest_state", "zero", "margin"),
     [

@@ -13,7 +13,6 @@ from rbstab.report.reading.sources import Run
 from rbstab.report.runs.facts import facts_of
 from rbstab.report.runs.figures.extremes import MOST_COLOURED, extremes_in_colour
 from rbstab.report.runs.sections import figures_section
-from rbstab.report.writers.vega.legend import legend_of
 from rbstab.report.writers.vega.specification import specification
 from rbstab.store.result import Result
 
@@ -89,15 +88,8 @@ def test_grey_curves_are_behind_and_keep_their_names(sections):
     for panel in figures_in(sections)["runs-decay"].panels:
         lines = lines_of(panel)
         assert {line.label for line in lines} == {f"r{k}" for k in range(COUNT)}
-        assert [bool(line.group) for line in lines] == [True] * 6 + [False] * 3
+        assert [line.group for line in lines] == ["6 other runs"] * 6 + [""] * 3
         assert all(line.colour == MUTED for line in lines if line.group)
-
-
-def test_the_legend_names_the_others_once_and_last(sections):
-    figure = figures_in(sections)["runs-decay"]
-    labels = [entry["label"] for entry in legend_of(figure)]
-    assert sorted(labels[:-1]) == ["r2", "r5", "r7"]
-    assert labels[-1] == "6 other runs"
 
 
 def test_the_pointer_names_each_run(sections):

@@ -42,29 +42,31 @@ def test_a_changed_key_is_found(assignment, key):
     assert key in changes("case2_visco_elastic", "schema_version=2", assignment)
 
 
+DAMPING = "controller.L_t[1]=7"
+
+SAME = (
+    *("title=Mine", "integration.engine=heyoka", "integration.samples=101"),
+    # The paper does not print the connector of Case 2.
+    "controller.K_c=[1,2,3]",
+    "controller.K_r=[[400,0,0],[0,400,0],[0,0,320]]",
+)
+
+
 @pytest.mark.parametrize(
-    "assignment",
+    ("name", "assignments", "found"),
     [
-        "title=Mine",
-        "integration.engine=heyoka",
-        "integration.samples=101",
-        # The paper does not print the connector of Case 2.
-        "controller.K_c=[1,2,3]",
-        "controller.K_r=[[400,0,0],[0,400,0],[0,0,320]]",
+        *(("case2_visco_elastic", [one], {}) for one in SAME),
+        (
+            "case1_permanent",
+            [DAMPING],
+            {"controller.L_t": ([210.0, 7.0, 140.0], [210.0, 210.0, 140.0])},
+        ),
+        # Another source is not judged.
+        ("case1_permanent", [DAMPING, "reference.source=a book"], {}),
     ],
 )
-def test_what_does_not_change_the_case(assignment):
-    assert changes("case2_visco_elastic", assignment) == {}
-
-
-def test_both_values_are_named():
-    found = changes("case1_permanent", "controller.L_t[1]=7")
-    assert found == {"controller.L_t": ([210.0, 7.0, 140.0], [210.0, 210.0, 140.0])}
-
-
-def test_another_source_is_not_judged():
-    found = changes("case1_permanent", "controller.L_t[1]=7", "reference.source=a book")
-    assert found == {}
+def test_what_changes_the_case_is_named_with_both_values(name, assignments, found):
+    assert changes(name, *assignments) == found
 
 
 def test_a_changed_run_is_named_and_not_compared(tmp_path):

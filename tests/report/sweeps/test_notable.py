@@ -3,13 +3,10 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 from support.made_sweeps import GRID, code
-from support.printed_paths import words_of
 from support.sections import sweep_sections, tables, texts
 
 from rbstab.files.shell_words import shell_word
-from rbstab.report.sweeps.answers import commands_of
 from rbstab.report.sweeps.notable import notable
 from rbstab.sweep.proofs.convergence import EnergyBound
 
@@ -82,12 +79,3 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
         assert str(section.blocks[0]).endswith(command)
         # Without its plan, the folder does not say what to run.
         plan.unlink(missing_ok=True)
-
-
-@pytest.mark.parametrize("folder", ["plain", "with a space"])
-def test_the_command_is_quoted(tmp_path, folder):
-    (tmp_path / folder).mkdir()
-    plan = tmp_path / folder / "plan.yaml"
-    plan.write_text("")
-    command = f"{commands_of(tmp_path / folder / 'members.h5', None).member} 7"
-    assert words_of(command) == ["rbstab", "run", str(plan), "--member", "7"]

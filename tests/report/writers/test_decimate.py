@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from rbstab.report.model.figure import Axis, Figure, Line, Panel, Points, Stack
+from rbstab.report.model.figure import Axis, Figure, Line, Panel, Stack
 from rbstab.report.writers.decimate import MAX_POINTS, decimate, kept_points
 
 HEIGHTS = st.floats(-1e6, 1e6, width=32) | st.sampled_from([np.nan, np.inf, -np.inf, 0.0])
@@ -90,8 +90,3 @@ def test_odd_curves(y, log):
     assert len(left(Line(x, np.array(y)), log=log).x) <= len(y)
     stack = Stack(x, np.array(y).reshape(-1, 1), ("a",))
     assert len(left(stack, log=log).x) <= len(y)
-
-
-def test_other_marks_are_left_alone():
-    points = Points(np.zeros(5000), np.zeros(5000))
-    assert left(points) is points

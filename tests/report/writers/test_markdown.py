@@ -15,7 +15,7 @@ from rbstab.report.model.document import (
     Unread,
 )
 from rbstab.report.model.figure import Axis, Figure, Line, Panel
-from rbstab.report.writers.markdown import escaped, markdown, write_markdown
+from rbstab.report.writers.markdown import markdown, write_markdown
 
 TAGS = {"h1", "h2", "p", "table", "thead", "tbody", "tr", "th", "td", "strong", "em", "img"}
 TAGS |= {"ul", "li"}
@@ -100,13 +100,6 @@ def test_hostile_texts_are_text_everywhere(text):
     assert page.text.isprintable() or set(filter(lambda c: not c.isprintable(), page.text)) == {
         "\n"
     }
-
-
-@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
-def test_a_text_alone_is_one_paragraph(text):
-    page = read(str(escaped(text)))
-    assert page.tags == ["p"]
-    assert page.text.strip() == shown(text)
 
 
 def figure(name, slope=1.0):

@@ -7,13 +7,10 @@ import numpy as np
 import pytest
 from pypdf import PdfReader
 from pypdf.generic import Destination
-from support.figure_runs import run_of, without_config
 from support.pages import motion
 
 from rbstab.report.model.document import Cell, Head, Report, Section, Table, Unread
 from rbstab.report.model.figure import Axis, Figure, Line, Panel
-from rbstab.report.runs.facts import facts_of
-from rbstab.report.runs.sections import figures_section
 from rbstab.report.writers.pdf import pdf_of
 
 X = np.linspace(0, 1, 5)
@@ -110,9 +107,3 @@ def test_texts_are_plain(text):
 def test_a_name_that_is_no_text_is_written(capfd):
     assert "b" in text_of(read(report("\ud800 連 a\tb\nc \x00 \x1b[31m")))
     assert capfd.readouterr() == ("", "")
-
-
-def test_a_report_of_a_real_run():
-    section = figures_section(facts_of([without_config(run_of("permanent"))]))
-    text = text_of(read(replace(report(), sections=(section,))))
-    assert "Decay of the Lyapunov function. The dissipated power is" in text

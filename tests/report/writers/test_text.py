@@ -5,7 +5,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from rbstab.report.model.document import Cell, Head, Report, Section, Table, Unread
+from rbstab.report.model.document import Cell, Head, Report, Section, Table
 from rbstab.report.writers.text import print_report
 
 WORDS = Head("name")
@@ -53,12 +53,6 @@ def test_long_words_fold_and_numbers_do_not():
     assert max(map(len, text.splitlines())) <= 50
     assert text.count("a") >= 100
     assert "1.23456789" in text
-
-
-def test_what_is_not_read():
-    text = printed(report(unread=(Unread("a.h5", "is damaged"),)))
-    assert "a.h5: is damaged" in text
-    assert "rbstab report a.h5" in text
 
 
 def test_markup_and_what_steers_a_terminal_are_text():

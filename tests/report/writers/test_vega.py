@@ -159,35 +159,31 @@ def pixels(cells: Cells, x: Axis = PLAIN, y: Axis = PLAIN) -> Any:
     return np.array(Image.open(BytesIO(data)).convert("RGBA"))
 
 
-def test_a_map_has_the_colour_of_each_value_with_the_lowest_row_below() -> None:
-    values = np.array([[0.0, 1.0, 2.0], [np.nan, 3.0, 4.0]])
-    found = pixels(Cells(np.arange(3.0), np.arange(2.0), values, Axis("z")))
-    assert found.shape == (2, 3, 4)
-    assert found[0, 0, 3] == 0
-    expected = [[colormaps["viridis"](v / 4)[:3] for v in row] for row in ([0, 3, 4], [0, 1, 2])]
-    shown = found[..., 3] == 255
-    np.testing.assert_allclose(found[shown][:, :3] / 255, np.array(expected)[shown], atol=0.03)
+LOG = Axis("z", log=True)
 
 
-def test_a_logarithmic_scale_colours_logarithms() -> None:
-    values = np.array([[1e-6, 1e-3, 1.0, 0.0]])
-    found = pixels(Cells(np.arange(4.0), np.zeros(1), values, Axis("z", log=True)))
-    np.testing.assert_allclose(found[0, 1, :3] / 255, colormaps["viridis"](0.5)[:3], atol=0.03)
-    assert found[0, 3, 3] == 0
-
-
-@pytest.mark.parametrize("span", [None, (0.0, 1.0)])
-def test_a_logarithmic_map_without_a_positive_value_is_empty(span: Any) -> None:
-    cells = Cells(np.arange(2.0), np.zeros(1), np.array([[0.0, np.nan]]), Axis("z", log=True), span)
-    assert (pixels(cells)[..., 3] == 0).all()
-
-
-def test_the_span_of_a_map_holds_for_its_colours() -> None:
-    values = np.array([[1.0, 9.0]])
-    found = pixels(Cells(np.arange(2.0), np.zeros(1), values, Axis("z"), span=(0.0, 2.0)))
-    for column, share in ((0, 0.5), (1, 1.0)):
-        expected = colormaps["viridis"](share)[:3]
-        np.testing.assert_allclose(found[0, column, :3] / 255, expected, atol=0.03)
+@pytest.mark.parametrize(
+    ("values", "scale", "span", "shares"),
+    [
+        # The lowest row is below.
+        ([[0.0, 1.0, 2.0], [np.nan, 3.0, 4.0]], PLAIN, None, [[-1, 0.75, 1], [0, 0.25, 0.5]]),
+        ([[1e-6, 1e-3, 1.0, 0.0]], LOG, None, [[0, 0.5, 1, -1]]),
+        ([[0.0, np.nan]], LOG, None, [[-1, -1]]),
+        ([[0.0, np.nan]], LOG, (0.0, 1.0), [[-1, -1]]),
+        ([[1.0, 9.0]], PLAIN, (0.0, 2.0), [[0.5, 1]]),
+    ],
+    ids=["values", "logarithms", "none is positive", "none in the span", "beyond the span"],
+)
+def test_a_map_has_the_colour_of_each_value(
+    values: Any, scale: Axis, span: Any, shares: Any
+) -> None:
+    """Shares of the scale; below zero, the cell has no value and is clear."""
+    rows, columns = np.shape(values)
+    cells = Cells(np.arange(float(columns)), np.arange(float(rows)), np.array(values), scale, span)
+    found, expected = pixels(cells) / 255, colormaps["viridis"](np.array(shares, dtype=float))
+    shown = np.array(shares) >= 0
+    assert (found[..., 3] == shown).all()
+    np.testing.assert_allclose(found[shown], expected[shown], atol=0.03)
 
 
 def test_colours_diverge_from_the_middle_where_values_are_on_both_sides() -> None:
@@ -275,21 +271,6 @@ def test_the_legend_says_why_cells_have_no_value() -> None:
     )
     (entry,) = legend_of(figure_of(cells))
     assert (entry["label"], entry["kind"]) == ("no value: lost", "gap")
-
-
-def test_a_page_has_equal_arrays_of_several_maps_once() -> None:
-    members = CellMembers(np.ones((1, 2), int), np.array([[4, 70000]]), "", np.full((1, 2), -1))
-    maps = [
-        Cells(np.arange(2.0), np.zeros(1), np.array([[k, 2.5]]), PLAIN, members=members)
-        for k in range(3)
-    ]
-    panels = tuple(Panel(PLAIN, PLAIN, (cells,)) for cells in maps)
-    data = page_data(Figure("f", "F", panels, 3))
-    # Three arrays of values, one of counts, one of members, one of reasons.
-    assert len(data["arrays"]) == 6
-    shown = data["arrays"][data["panels"][0]["map"]["shown"]]
-    numbers = np.frombuffer(base64.b64decode(shown["bdata"]), dtype=f"<{shown['dtype']}")
-    assert numbers.tolist() == [4, 70000]
 
 
 def test_a_specification_is_valid_json_whatever_the_values() -> None:

@@ -1,8 +1,6 @@
 """Protects the writing of reports: complete files that replace older reports and nothing else."""
 
-import json
 import os
-from pathlib import Path
 
 import pytest
 from support.made_runs import made_file
@@ -12,15 +10,11 @@ from rbstab.report.build import MAX_ANIMATIONS, report_of
 from rbstab.report.model.document import (
     Animation,
     Cards,
-    Cell,
-    Head,
     Report,
     Section,
     Table,
-    Unread,
 )
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.writers.plain_data import data_of
 from rbstab.report.writers.signature import is_report
 from rbstab.report.writers.write import SUFFIXES, write_report
 from rbstab.store.errors import ResultExistsError, StoreError
@@ -58,11 +52,6 @@ def test_what_is_no_report_is_kept(content, form, tmp_path):
     assert is_report(path)
 
 
-def test_a_folder(tmp_path):
-    with pytest.raises(StoreError, match="it is a folder"):
-        write_report(SMALL, tmp_path, "html", force=True)
-
-
 @pytest.mark.parametrize("form", FORMATS)
 def test_a_disk_that_fails_leaves_the_old_report(form, tmp_path, monkeypatch):
     path = tmp_path / "report"
@@ -77,25 +66,6 @@ def test_a_disk_that_fails_leaves_the_old_report(form, tmp_path, monkeypatch):
         write_report(SMALL, path, form)
     assert path.read_bytes() == before
     assert [p.name for p in tmp_path.iterdir()] == ["report"]
-
-
-def test_a_report_as_data():
-    table = Table(
-        "t",
-        "A table",
-        (Head("name"), Head("v", "J", numbers=True)),
-        ((Cell("a"), Cell("1.2", 1.23)),),
-        "A note.",
-    )
-    report = Report(
-        "T", "now", "rbstab", (Section("s", "S", ("words", table)),), (Unread("p", "why"),)
-    )
-    data = json.loads(json.dumps(data_of(report)))
-    assert data["unread"] == [{"path": "p", "reason": "why"}]
-    words, found = data["sections"][0]["blocks"]
-    assert words == {"kind": "text", "text": "words"}
-    assert found["columns"] == [{"label": "name", "unit": ""}, {"label": "v", "unit": "J"}]
-    assert found["rows"] == [["a", 1.23]]
 
 
 def names_of(report):
@@ -162,10 +132,3 @@ def test_links_inside_a_report_lead_somewhere(tmp_path):
         for cell in row
     }
     assert targets - {""} <= set(names_of(report))
-
-
-def test_a_file_name_can_be_anything(tmp_path):
-    names = ["<b>x</b>.h5", "[red]x.h5", "a|b`c`.h5", "\u202ex.h5", "x" * 200 + ".h5", "-o.h5"]
-    paths = [made_file(Path(tmp_path, name)) for name in names]
-    report = report_of(read_sources(paths), "")
-    assert len(report.sections[0].blocks) == 2

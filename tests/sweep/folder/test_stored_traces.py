@@ -9,8 +9,6 @@ from support.sweeping import Listener, run_sweep
 from support.sweeps import FakeEngine, plan_with_traces, shard_files
 
 import rbstab
-from rbstab.store import dataset_file
-from rbstab.store.disk.seal import checked_seal
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.sweep.folder.open_folder import MAX_TRACE_BYTES, default_shard_size, sweep_bytes
 
@@ -110,21 +108,6 @@ def test_a_number_that_has_changed_on_the_disk(tmp_path):
     assert listener.computed == [4]
     assert file.read_bytes() == content
     assert (rbstab.open_traces(path).of(40)["run"]) == 40
-
-
-def test_a_file_is_verified_once(tmp_path, monkeypatch):
-    run_sweep(tmp_path / "a", plan_with_traces())
-    traces, checked = rbstab.open_traces(tmp_path / "a"), []
-
-    def counted(path, file):
-        checked.append(path)
-        return checked_seal(path, file)
-
-    monkeypatch.setattr(dataset_file, "checked_seal", counted)
-    for member in (11, 12, 19, 30):
-        traces.of(member)
-    of_traces = [path.name for path in checked if path.parent.name == "traces"]
-    assert of_traces == ["00000001.h5", "00000003.h5"]
 
 
 @pytest.mark.parametrize("keep", ["summary", "traces", EVERY])

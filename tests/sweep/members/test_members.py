@@ -24,16 +24,13 @@ from support.member_plans import (
     turning,
 )
 
-from rbstab.experiment import record
 from rbstab.experiment.simulate import simulate
-from rbstab.integrate.engines import EngineMissingError
 from rbstab.integrate.status import RunStatus
-from rbstab.sweep.members import engines
 from rbstab.sweep.members.approached_states import ApproachedStates, RestStatesOfMembers
 from rbstab.sweep.members.engine import columns_of_failed
-from rbstab.sweep.members.engines import factory_for, fastest_engine
-from rbstab.sweep.members.ensemble import EnsembleEngine, ensemble_engine
-from rbstab.sweep.members.outcome import COLUMNS, STATUSES, outcome_columns
+from rbstab.sweep.members.engines import factory_for
+from rbstab.sweep.members.ensemble import EnsembleEngine
+from rbstab.sweep.members.outcome import STATUSES, outcome_columns
 from rbstab.sweep.members.scipy_comparison import compare
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
@@ -332,63 +329,7 @@ def test_each_member_has_the_rest_state_of_its_own_system():
 # What is not computed
 
 
-def test_what_no_column_shows_is_not_asked_for(monkeypatch):
-    """Members need no second run behind `trusted_until`, no forces and no certificate."""
-
-    def refuse(*_):
-        raise AssertionError("computed although no column needs it")
-
-    plan = listed(
-        paper("free", False, controller=SLOPE | {"surface": "position"}, duration=0.05),
-        **{"body.mass": [40.0]},
-    )
-    monkeypatch.setattr("rbstab.integrate.switching.trust.trusted_until", refuse)
-    monkeypatch.setattr("rbstab.integrate.switching.chatter.Chatter.energy", refuse)
-    monkeypatch.setattr(record, "checks_of", refuse)
-    found_in = record.recorded_in
-
-    def outcome_alone(system, only_outcome):
-        return found_in(system, only_outcome) if only_outcome else refuse()
-
-    monkeypatch.setattr(record, "recorded_in", outcome_alone)
-    monkeypatch.setattr("rbstab.systems.system.Observation.dissipation", property(refuse))
-    found = batches(plan).compute(0, 1).outcome
-    assert found["status"].tolist() == [COMPLETED]
-    assert np.isfinite(found["lyapunov_end"]).all()
-
-
-def test_motions_that_are_not_kept_cost_nothing():
-    plan = drawn(paper("free"), SPIN, 4)
-    engine = batches(plan)
-    assert engine.compute(0, 4).traces is None
-    assert engine.variant_engines["free"].in_traces is None
-    kept = batches(keeping(plan, 3))
-    assert kept.compute(1, 3).traces is None
-    assert kept.variant_engines["free"].in_traces is not None
-
-
-def test_members_without_result():
-    found = columns_of_failed(3)
-    assert list(found) == list(COLUMNS)
-    assert {len(values) for values in found.values()} == {3}
-    assert {STATUSES[code] for code in found["status"]} == {RunStatus.SOLVER_FAILURE}
-
-
 # Other
-
-
-def test_which_engine_is_taken(monkeypatch):
-    assert fastest_engine() in ("heyoka", "scipy")
-    assert factory_for("scipy") is SingleRuns
-    assert factory_for("heyoka") is ensemble_engine
-
-    def missing(name):
-        raise EngineMissingError(name)
-
-    monkeypatch.setattr(engines, "engine", missing)
-    assert fastest_engine() == "scipy"
-    with pytest.raises(EngineMissingError):
-        factory_for("heyoka")
 
 
 @pytest.mark.parametrize("surface", [{"slope": 20}, pytest.param("position", marks=slow)])

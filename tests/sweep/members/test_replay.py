@@ -136,12 +136,6 @@ def test_the_title_says_which_member(load):
     assert long == "x" * 189 + ", member 11"
 
 
-@pytest.mark.parametrize("index", [-1, 2])
-def test_a_member_that_is_not_there(load, index):
-    with pytest.raises(IndexError, match="of a plan with 2"):
-        load("base: free.yaml\nvary:\n  body.mass: {values: [1, 2]}\n").config_of(index)
-
-
 def test_members_do_not_share_what_they_are_made_of(load):
     plan = load("base: free.yaml\nvary:\n  controller.K_t: {scale: {values: [2, 3]}}\n")
     first = plan.config_of(0)

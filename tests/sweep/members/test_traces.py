@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from support.member_plans import PLANS, paper
 
-from rbstab.sweep.members.single import SingleRuns
-from rbstab.sweep.members.traces import checked_traces, copy_single_run, layout_of
+from rbstab.sweep.members.traces import copy_single_run, layout_of
 from rbstab.sweep.plan.load import load_plan
 
 VARY = {"initial.angular_velocity[0]": {"linspace": [-20, 20, 21]}}
@@ -50,16 +49,3 @@ def test_a_stop_at_a_sample_is_one_sample():
     copy_single_run(blank, 0, {"time": times, "lyapunov": np.arange(4.0)})
     assert blank["lyapunov"][0, :3].tolist() == [0.0, 1.0, 2.0]
     assert np.isnan(blank["lyapunov"][0, 3:]).all()
-
-
-def test_traces_that_an_engine_owes_are_missed():
-    plan = plan_of()
-    traces = SingleRuns(plan).compute(0, 2).traces
-    assert traces is not None
-    found = checked_traces(traces, plan, 0, 2)
-    assert found is not None
-    assert found["lyapunov"].dtype == np.float64
-    for wrong in (None, {}, {**traces, "velocity": traces["velocity"][:1]}):
-        with pytest.raises(ValueError, match="for 2 traces"):
-            checked_traces(wrong, plan, 0, 2)
-    assert checked_traces(None, plan_of(keep="summary"), 0, 2) is None

@@ -10,7 +10,7 @@ from cli.conftest import GOOD, Invoke
 from support.printed_paths import printed, words_of
 
 import rbstab as rbstab_package
-from rbstab.experiment.answers.outcome import KINDS
+from rbstab.experiment.answers.outcome import KINDS, OutcomeKind
 from rbstab.experiment.answers.wanted import wanted
 from rbstab.sweep.folder.member_answers import MemberAnswers
 from rbstab.sweep.folder.outcomes import SweepOutcomes
@@ -55,7 +55,7 @@ def test_members_that_start_in_a_region(folder: Path, rbstab: Invoke) -> None:
     table = rbstab_package.open_sweep("results/plan")
     assert table.words("convergence").tolist() == ["proved", "proved", "not proved"]
     shown = rbstab("report", "results/plan", "--format", "text")
-    assert "2 of 3 members are proved to converge to a rest state" in " ".join(shown.stdout.split())
+    assert "converges to rest state 1: proved 2 not proved at the start" in words(shown.stdout)
 
 
 @pytest.mark.usefixtures("plan")
@@ -78,7 +78,9 @@ def test_show_names_the_command_that_proves_a_member(folder: Path, rbstab: Invok
 
 
 def test_counts_of_many_members_have_separators(capsys: pytest.CaptureFixture[str]) -> None:
-    counts = dict(zip(KINDS, (12_000, 9999, 8001, 0, 0), strict=True))
+    counts = dict.fromkeys(KINDS, 0)
+    counts |= {OutcomeKind.RETURNS: 12_000, OutcomeKind.RESTS_ELSEWHERE: 9999}
+    counts[OutcomeKind.MOVING] = 8001
     outcomes = SweepOutcomes(counts, 1234, 8, 2, "5 s", wanted(None), "")
     found = MemberAnswers(
         30_000, 9999, 0, 12_000, 8001, 21_999, 30_000, {"why": 20_001}, outcomes, {}
@@ -115,7 +117,7 @@ def test_bodies_that_the_budget_does_not_reach_are_named(
         "bodies, and not those of members 0 to 4. Run the same command again to go on"
     )
     shown = words(rbstab(*report, "--format", "text").stdout)
-    assert "Not proved: no proof was made for any of the 5 members" in shown
+    assert "No proof was made of the bodies of any member: rbstab sweep" in shown
     clock = FakeClock()
     monkeypatch.setattr(prove_bodies, "BUDGET", 20.0)
     monkeypatch.setattr(prove_bodies, "monotonic", clock)
@@ -126,8 +128,8 @@ def test_bodies_that_the_budget_does_not_reach_are_named(
     assert proofs["members"] == {"proved": 2, "not reached": 3}
     assert proofs["members_not_reached"] == [[1, 2], [4, 4]]
     shown = words(rbstab(*report, "--format", "text").stdout)
-    assert "2 of the 2 members that were tried are proved to converge to a rest state" in shown
-    command = shown.partition("members 1 to 2, 4. ")[2].partition(" makes it")[0]
+    assert "converges to rest state 1: proved 2 no proof of its own body" in shown
+    command = shown.partition("members 1 to 2, 4: ")[2].partition(" makes it")[0]
     assert command == printed("rbstab sweep results/bodies/plan.yaml --prove")
     again = json.loads(rbstab(*sweep, "--json").stdout)
     assert again["convergence"] == {"unknown": 1, "proved": 4}

@@ -108,7 +108,7 @@ def test_all_proofs_of_a_folder_are_checked(proof: Path, rbstab: Invoke) -> None
 
 def test_a_file_that_claims_nothing_is_not_counted(proof: Path, rbstab: Invoke) -> None:
     load = "quantity: force, point: [0, 0, 0], direction: [1, 0, 0], amplitude: 1"
-    element = f"{{kind: input, {load}, signal: {{kind: constant}}}}"
+    element = f"{{kind: input, {load}, signal: {{kind: sine, frequency: 1}}}}"
     text = Path("good.yaml").read_text().replace("title:", "schema_version: 2\ntitle:")
     Path("guarded.yaml").write_text(f"{text}elements: {{load: {element}}}\n")
     assert rbstab("run", "guarded.yaml", "--prove").exit_code == 0

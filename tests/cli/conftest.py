@@ -37,8 +37,6 @@ PLAN_OF_MASSES = "base: good.yaml\nvary: {body.mass: {values: [40, 41]}}\n"
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
-Invoke = Callable[..., Result]
-
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -48,15 +46,16 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def invoke(*arguments: str) -> Result:
+def rbstab(*arguments: str) -> Result:
     """Call the command line in this process."""
     return CliRunner().invoke(cli, list(arguments), prog_name="rbstab")
 
 
-@pytest.fixture
-def rbstab() -> Invoke:
-    """A function that calls the command line in this process."""
-    return invoke
+def success(*arguments: str) -> Result:
+    """Call the command line in this process; fail the test if it does not end with 0."""
+    done = rbstab(*arguments)
+    assert done.exit_code == 0, done.output
+    return done
 
 
 def replace_everywhere(

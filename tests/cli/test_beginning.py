@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from cli.conftest import Invoke
+from cli.conftest import rbstab, success
 from support.printed_paths import printed, words_of
 
 from rbstab.config.load import load_config
@@ -23,29 +23,26 @@ def contents(folder: str) -> dict[str, str]:
     return {p.as_posix(): p.read_text() for p in sorted(Path(folder).rglob("*")) if p.is_file()}
 
 
-def test_init_here(rbstab: Invoke) -> None:
-    done = rbstab("init")
-    assert done.exit_code == 0
+def test_init_here() -> None:
+    done = success("init")
     assert done.stdout == ""
     assert sorted(contents(".")) == FILES
     assert done.stderr.endswith("Next: rbstab run experiment.yaml\n")
     assert load_config("experiment.yaml").controller.variant == "visco-elastic"
-    assert rbstab("check", "experiment.yaml").exit_code == 0
+    success("check", "experiment.yaml")
 
 
 @pytest.mark.parametrize("variant", ["free", "permanent", "embedded", "sliding"])
-def test_init_of_a_variant_elsewhere(variant: str, rbstab: Invoke) -> None:
-    done = rbstab("init", "my first/one", "--variant", variant)
-    assert done.exit_code == 0
+def test_init_of_a_variant_elsewhere(variant: str) -> None:
+    done = success("init", "my first/one", "--variant", variant)
     second = "rbstab run experiment.yaml\n"
     both = one_after_the_other(f"cd {shell_word(Path('my first/one'))}", second)
     assert done.stderr.endswith(f"Next: {both}")
     assert load_config(Path("my first/one/experiment.yaml")).controller.variant == variant
 
 
-def test_the_list_of_examples(rbstab: Invoke) -> None:
-    done = rbstab("examples")
-    assert done.exit_code == 0
+def test_the_list_of_examples() -> None:
+    done = success("examples")
     lines = done.stdout.splitlines()
     assert lines[0].split() == ["name", "kind", "title"]
     assert " ".join(lines[2].split()) == (
@@ -55,28 +52,25 @@ def test_the_list_of_examples(rbstab: Invoke) -> None:
     assert contents(".") == {}
 
 
-def test_a_copied_example_runs(rbstab: Invoke) -> None:
-    done = rbstab("examples", "case1_permanent")
-    assert done.exit_code == 0
+def test_a_copied_example_runs() -> None:
+    done = success("examples", "case1_permanent")
     assert list(contents(".")) == ["configs/paper/case1_permanent.yaml"]
     line = done.stderr.splitlines()[-1].removeprefix("Next: rbstab ")
-    assert rbstab(*words_of(line)).exit_code == 0
+    success(*words_of(line))
     assert Path("results/case1_permanent.h5").is_file()
 
 
 @pytest.mark.parametrize("command", ["run", "sweep"])
-def test_a_copied_example_with_code_names_the_option_that_runs_it(
-    command: str, rbstab: Invoke
-) -> None:
+def test_a_copied_example_with_code_names_the_option_that_runs_it(command: str) -> None:
     name = {"run": "examples/cubic_spring", "sweep": "sweeps/cubic_spring"}[command]
     done = rbstab("examples", name)
     words = words_of(done.stderr.splitlines()[-1].removeprefix("Next: rbstab "))
     assert words == [command, printed(f"configs/{name}.yaml"), "--allow-python"]
-    assert rbstab("check", *words[1:]).exit_code == 0
+    success("check", *words[1:])
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_init_overwrites_nothing(name: str, rbstab: Invoke) -> None:
+def test_init_overwrites_nothing(name: str) -> None:
     Path(name).write_text("mine")
     done = rbstab("init", "--variant", "sliding")
     assert done.exit_code == 4
@@ -87,15 +81,14 @@ def test_init_overwrites_nothing(name: str, rbstab: Invoke) -> None:
     assert contents(".") == {name: "mine"}
 
 
-def test_a_copy_of_an_example_overwrites_nothing(rbstab: Invoke) -> None:
+def test_a_copy_of_an_example_overwrites_nothing() -> None:
     rbstab("examples", "elements")
-    done = rbstab("examples", "strut_stiffness")
-    assert done.exit_code == 0
+    done = success("examples", "strut_stiffness")
     assert printed("configs/examples/elements.yaml is there already\n") in done.stderr
     # The copied plan finds its base.
     words = words_of(done.stderr.splitlines()[-1].removeprefix("Next: rbstab "))
     assert words == ["sweep", printed("configs/sweeps/strut_stiffness.yaml")]
-    assert rbstab(*words, "--dry-run", "--engine", "scipy").exit_code == 0
+    success(*words, "--dry-run", "--engine", "scipy")
     changed = Path("configs/examples/elements.yaml")
     changed.write_text(changed.read_text() + "# mine\n")
     before = contents("configs")

@@ -12,7 +12,7 @@ import click
 import jsonschema
 import pytest
 import yaml
-from cli.conftest import GOOD, PLAN_OF_MASSES, Invoke, replace_everywhere
+from cli.conftest import GOOD, PLAN_OF_MASSES, rbstab, replace_everywhere, success
 from support.made_runs import made_file
 
 from rbstab_cli import exit_codes, main
@@ -21,9 +21,7 @@ from rbstab_cli.registry import COMMANDS, FIRST_STEPS
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_the_help_of_a_command_ends_with_an_example(
-    name: str, folder: Path, rbstab: Invoke
-) -> None:
+def test_the_help_of_a_command_ends_with_an_example(name: str, folder: Path) -> None:
     """It is on one line, and its words are arguments and options that the command has."""
     *_, title, line = rbstab(name, "--help").stdout.rstrip().splitlines()
     assert title.strip() == "Example:"
@@ -36,7 +34,7 @@ def test_the_help_of_a_command_ends_with_an_example(
     assert context.args == []
 
 
-def test_the_help_ends_with_the_first_steps(rbstab: Invoke) -> None:
+def test_the_help_ends_with_the_first_steps() -> None:
     assert rbstab("--help").stdout.endswith(f"{FIRST_STEPS}\n")
 
 
@@ -98,7 +96,7 @@ def test_a_sweep_by_heyoka_imports_no_scipy() -> None:
     assert not {"scipy", *OPTIONAL_PACKAGES} & modules
 
 
-def test_numbers_that_are_not_finite_are_null_in_json(folder: Path, rbstab: Invoke) -> None:
+def test_numbers_that_are_not_finite_are_null_in_json(folder: Path) -> None:
     Path("good.yaml").write_text(GOOD.replace("[1, 2, -1]", "[1e200, 0, 1e200]"))
     assert rbstab("run", "--no-prove", "good.yaml").exit_code == 3
     facts = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
@@ -106,7 +104,7 @@ def test_numbers_that_are_not_finite_are_null_in_json(folder: Path, rbstab: Invo
     assert facts["lyapunov_start"] is None
 
 
-def test_the_printed_schema_accepts_a_config(folder: Path, rbstab: Invoke) -> None:
+def test_the_printed_schema_accepts_a_config(folder: Path) -> None:
     schema = json.loads(rbstab("schema").stdout)
     jsonschema.validate(yaml.safe_load(GOOD), schema)
     with pytest.raises(jsonschema.ValidationError):
@@ -124,10 +122,9 @@ def test_completion_completes(monkeypatch: pytest.MonkeyPatch) -> None:
     assert done.stdout.split() == [f"plain,{command}" for command in commands]
 
 
-def test_plans_and_configs_are_checked(folder: Path, rbstab: Invoke) -> None:
+def test_plans_and_configs_are_checked(folder: Path) -> None:
     Path("plan.yaml").write_text(PLAN_OF_MASSES)
-    done = rbstab("check", "plan.yaml", "good.yaml")
-    assert done.exit_code == 0
+    done = success("check", "plan.yaml", "good.yaml")
     plan, config = done.stdout.splitlines()
     assert plan.startswith("plan.yaml: valid: the plan of a sweep, 2 members, free, sweep id ")
     assert config.startswith("good.yaml: valid: free, coordinates Z, engine scipy, run id ")
@@ -176,7 +173,7 @@ def test_a_command_names_the_package_that_it_needs(command: str, folder: Path) -
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_docs_and_the_help_list_every_code(rbstab: Invoke) -> None:
+def test_the_docs_and_the_help_list_every_code() -> None:
     codes = {value for name, value in vars(exit_codes).items() if name.isupper()}
     table = (ROOT / "docs/commands.md").read_text(encoding="utf-8").partition("## Exit codes")[2]
     assert {int(code) for code in re.findall(r"^\| (\d+) \|", table, re.MULTILINE)} == codes
@@ -230,13 +227,13 @@ def options_with_one_value() -> Iterator[tuple[str, str]]:
 
 
 @pytest.mark.parametrize(("command", "option"), [*options_with_one_value()])
-def test_one_value_given_twice_is_refused(rbstab: Invoke, command: str, option: str) -> None:
+def test_one_value_given_twice_is_refused(command: str, option: str) -> None:
     done = rbstab(command, option, "a", option, "b")
     assert done.exit_code == 2
     assert done.stderr.startswith(f"Usage: rbstab {command} ")
     assert " is given 2 times, and takes one value.\n" in done.stderr
 
 
-def test_two_spellings_are_one_option(rbstab: Invoke) -> None:
+def test_two_spellings_are_one_option() -> None:
     done = rbstab("run", "good.yaml", "-o", "a", "--output", "b")
     assert "Error: --output is given 2 times" in done.stderr

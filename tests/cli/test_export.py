@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray
-from cli.conftest import Invoke
+from cli.conftest import rbstab, success
 from scipy.io import loadmat
 from support.made_runs import made_file
 from support.results import AWKWARD
@@ -67,9 +67,8 @@ def assert_same(path: Path, expected: FlatColumns) -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_a_sweep_has_one_row_a_member(form: str, sweep: Path, rbstab: Invoke) -> None:
-    done = rbstab("export", "swept", "-o", f"members.{form}")
-    assert done.exit_code == 0, done.output
+def test_a_sweep_has_one_row_a_member(form: str, sweep: Path) -> None:
+    done = success("export", "swept", "-o", f"members.{form}")
     table = open_sweep(sweep)
     assert done.stdout.startswith(f"-> members.{form}: 12 rows, ")
     expected = table.flat()
@@ -97,9 +96,8 @@ def test_awkward_numbers_and_texts_come_back(form: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_the_traces_of_a_sweep(form: str, sweep: Path, rbstab: Invoke) -> None:
-    done = rbstab("export", "swept/members.h5", "--traces", "-o", f"motion.{form}")
-    assert done.exit_code == 0, done.output
+def test_the_traces_of_a_sweep(form: str, sweep: Path) -> None:
+    success("export", "swept/members.h5", "--traces", "-o", f"motion.{form}")
     traces = open_traces(sweep)
     parts = [flat_columns(motions.variables, ("run", "time")) for motions in traces]
     arrays = {
@@ -111,13 +109,12 @@ def test_the_traces_of_a_sweep(form: str, sweep: Path, rbstab: Invoke) -> None:
     assert arrays["position_2"][5 * 7 : 5 * 8].tolist() == traces.of(7)["position"][:, 2].tolist()
 
 
-def test_runs_have_one_row_each(folder: Path, rbstab: Invoke) -> None:
+def test_runs_have_one_row_each(folder: Path) -> None:
     for name in ("b", "a"):
         own: dict[str, Any] = {f"{name}_own": 2.5}
         (folder / "runs").mkdir(exist_ok=True)
         made_file(folder / f"runs/{name}.h5", title=f'Run "{name}", of two', **own)
-    done = rbstab("export", "runs", "-o", "runs.csv")
-    assert done.exit_code == 0, done.output
+    success("export", "runs", "-o", "runs.csv")
     with Path("runs.csv").open(newline="", encoding="utf-8") as file:
         first, second = csv.DictReader(file)
     assert (first["file"], second["file"]) == ("runs/a.h5", "runs/b.h5")
@@ -131,7 +128,7 @@ def test_runs_have_one_row_each(folder: Path, rbstab: Invoke) -> None:
     assert (first["a_own"], first["b_own"], second["b_own"]) == ("2.5", "nan", "2.5")
 
 
-def test_a_sweep_is_one_netcdf_file(sweep: Path, rbstab: Invoke) -> None:
+def test_a_sweep_is_one_netcdf_file(sweep: Path) -> None:
     """Its arrays are those of `open_sweep`, for every reader of netCDF-4."""
     done = rbstab("export", "swept", "-o", "sweep.nc")
     table = open_sweep(sweep)
@@ -157,12 +154,9 @@ def test_a_sweep_is_one_netcdf_file(sweep: Path, rbstab: Invoke) -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_the_samples_of_a_run_are_those_of_its_file(
-    form: str, folder: Path, rbstab: Invoke
-) -> None:
+def test_the_samples_of_a_run_are_those_of_its_file(form: str, folder: Path) -> None:
     result = open_result(made_file(folder / "made.h5"))
-    done = rbstab("export", "made.h5", "--traces", "-o", f"motion.{form}")
-    assert done.exit_code == 0, done.output
+    success("export", "made.h5", "--traces", "-o", f"motion.{form}")
     arrays, units = flat_columns(result.variables, ("time",))
     file = np.full(len(result["time"]), "made.h5", dtype=object)
     assert_same(Path(f"motion.{form}"), FlatColumns({"file": file, **arrays}, units))

@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, Invoke
+from cli.conftest import GOOD, rbstab, success
 from support.made_runs import made_config, made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
@@ -27,7 +27,7 @@ def mixed(folder: Path) -> Path:
     return Path("mixed")
 
 
-def test_a_report_takes_the_results_in_a_folder(mixed: Path, rbstab: Invoke) -> None:
+def test_a_report_takes_the_results_in_a_folder(mixed: Path) -> None:
     done = rbstab("report", "mixed", "--format", "text")
     assert (done.exit_code, done.stderr) == (
         0,
@@ -41,7 +41,7 @@ def test_a_report_takes_the_results_in_a_folder(mixed: Path, rbstab: Invoke) -> 
     assert same["sections"] == data["sections"]
 
 
-def test_a_folder_of_proofs(mixed: Path, rbstab: Invoke) -> None:
+def test_a_folder_of_proofs(mixed: Path) -> None:
     before = {file.name for file in (mixed / "proofs").iterdir()}
     assert len(before) == 2
     rbstab("run", "good.yaml", "-q", "-o", "mixed")
@@ -52,8 +52,7 @@ def test_a_folder_of_proofs(mixed: Path, rbstab: Invoke) -> None:
     assert by_name[name]["of"] == "A short run"
     assert "proved" in by_name[name]["says"]
     (mixed / "proofs" / name).write_text("{")
-    table = rbstab("show", "mixed/proofs")
-    assert table.exit_code == 0
+    table = success("show", "mixed/proofs")
     assert table.stdout.startswith(printed("mixed/proofs: stored proofs\n"))
     assert f"{name} is damaged" in table.stdout
     assert printed("It has stored proofs: rbstab show mixed/proofs.\n") in (
@@ -62,7 +61,7 @@ def test_a_folder_of_proofs(mixed: Path, rbstab: Invoke) -> None:
 
 
 @pytest.mark.slow
-def test_the_folder_above_the_results_stands_for_them(mixed: Path, rbstab: Invoke) -> None:
+def test_the_folder_above_the_results_stands_for_them(mixed: Path) -> None:
     mixed.rename("results")
     (Path("results") / "broken.h5").write_text("text")
     plain, dot = rbstab("list"), rbstab("list", ".")
@@ -70,9 +69,8 @@ def test_the_folder_above_the_results_stands_for_them(mixed: Path, rbstab: Invok
     # The ages may differ by a second.
     assert plain.stdout.split()[:20] == dot.stdout.split()[:20]
     assert printed("results/proofs has 2 files; rbstab show results/proofs") in dot.stdout
-    plot = rbstab("plot", ".")
+    plot = success("plot", ".")
     # What cannot be read hides no others.
-    assert plot.exit_code == 0
     assert printed("results/broken.h5: has no seal of rbstab") in plot.stderr
     assert "runs-decay" in plot.stdout
     assert rbstab("plot", ".", printed("results/broken.h5")).exit_code == 4
@@ -127,14 +125,13 @@ def test_what_may_be_meant_as_a_result_is_not_left_out(beside: Path, name: str) 
     assert results_among([beside / "light.h5", Path(name)]) == (beside / "light.h5", Path(name))
 
 
-def test_a_report_of_a_pattern_that_names_the_older_report(folder: Path, rbstab: Invoke) -> None:
+def test_a_report_of_a_pattern_that_names_the_older_report(folder: Path) -> None:
     """The report of before is replaced, and the command names what it is made from."""
     made_file(Path("made/run.h5"), made_config())
     Path("made/proofs").mkdir()
     page = Path("made/page.txt")
-    assert rbstab("report", "made/run.h5", "-o", str(page)).exit_code == 0
-    done = rbstab("report", *map(str, named(Path("made"))), "-o", str(page))
-    assert done.exit_code == 0, done.stderr
+    success("report", "made/run.h5", "-o", str(page))
+    done = success("report", *map(str, named(Path("made"))), "-o", str(page))
     assert done.stderr.replace("\\", "/") == (
         "Left out, not a result: made/page.txt, made/proofs\n-> made/page.txt\n"
     )

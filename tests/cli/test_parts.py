@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from cli.conftest import Invoke
+from cli.conftest import rbstab, success
 from support import missing_heyoka
 from support.printed_paths import words_of
 from support.sweeping import digest_of
@@ -24,11 +24,10 @@ FINISH = ("sweep", "--no-prove", "results/plan/plan.yaml")
 
 
 @pytest.mark.usefixtures("use_fake_engine")
-def test_parts_and_what_finishes_them(rbstab: Invoke) -> None:
+def test_parts_and_what_finishes_them() -> None:
     whole = rbstab(*SWEEP, "-o", "whole")
     for number, shards in ((1, 3), (2, 2)):
-        done = rbstab(*SWEEP, "--part", f"{number}/2")
-        assert done.exit_code == 0, done.output
+        done = success(*SWEEP, "--part", f"{number}/2")
         message = f"{shards} of {shards} shards of part {number}/2 are stored."
         assert message in done.stderr
         assert "run: rbstab sweep results/plan/plan.yaml\n" in done.stderr.replace("\\", "/")
@@ -49,12 +48,11 @@ def test_parts_and_what_finishes_them(rbstab: Invoke) -> None:
 
 @missing_heyoka.NEEDED
 @pytest.mark.usefixtures("plan")
-def test_the_comparison_is_made_when_the_sweep_is_finished(rbstab: Invoke) -> None:
+def test_the_comparison_is_made_when_the_sweep_is_finished() -> None:
     options = ("sweep", "--no-prove", "plan.yaml", "--engine", "heyoka", "--shard-size", "10")
     for number in (1, 2):
-        assert rbstab(*options, "--part", f"{number}/2").exit_code == 0
-    finished = rbstab(*FINISH, "--compare", "6")
-    assert finished.exit_code == 0
+        success(*options, "--part", f"{number}/2")
+    finished = success(*FINISH, "--compare", "6")
     assert "6 members, largest relative difference" in finished.stdout
 
 
@@ -64,7 +62,7 @@ def test_the_comparison_is_made_when_the_sweep_is_finished(rbstab: Invoke) -> No
 )
 @pytest.mark.usefixtures("use_fake_engine")
 def test_the_command_that_resumes_a_sweep_works_as_typed(
-    place: str, sweep: str, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+    place: str, sweep: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rbstab(*SWEEP, "--part", "1/3", "-o", "other place")
     file = Path("other place/plan/members.h5").absolute()
@@ -74,14 +72,14 @@ def test_the_command_that_resumes_a_sweep_works_as_typed(
     refused = rbstab("report", sweep, "--format", "text").stderr
     assert words_of(refused.partition("Resume it: ")[2].splitlines()[0])[1:] == words
     assert not file.exists()
-    assert rbstab(*words, "--no-prove").exit_code == 0
+    success(*words, "--no-prove")
     assert file.exists()
 
 
-def test_exit_codes_of_a_part(rbstab: Invoke, use_fake_engine: Callable[..., None]) -> None:
+def test_exit_codes_of_a_part(use_fake_engine: Callable[..., None]) -> None:
     use_fake_engine(failing=range(20))
     assert rbstab(*SWEEP, "--part", "1/2").exit_code == 3
-    assert rbstab(*SWEEP, "--part", "9/9", "-o", "other").exit_code == 0  # an empty part
+    success(*SWEEP, "--part", "9/9", "-o", "other")  # an empty part
     use_fake_engine(failing=(5,))
     failed = rbstab(*SWEEP, "--part", "2/2", "--fail-fast", "--threads", "1")
     assert failed.exit_code == 3
@@ -92,7 +90,7 @@ def test_exit_codes_of_a_part(rbstab: Invoke, use_fake_engine: Callable[..., Non
 
 
 @pytest.mark.usefixtures("plan")
-def test_a_scheduler_that_does_not_answer(rbstab: Invoke, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rbstab.sweep.execution.dask_cluster.TIME_LIMIT", 0.5)
     refused = rbstab(*SWEEP, "--dask", "tcp://127.0.0.1:9")
     assert refused.exit_code == 2

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cli.conftest import Invoke
+from cli.conftest import success
 from support.made_runs import made_file
 
 from rbstab.report.model.figure import Axis, Band, Cells, Figure, Panel, Points
@@ -20,9 +20,8 @@ def run(folder: Path) -> Path:
     return made_file(folder / "made.h5")
 
 
-def test_the_figures_are_listed(run: Path, rbstab: Invoke) -> None:
-    done = rbstab("plot", "made.h5")
-    assert done.exit_code == 0, done.output
+def test_the_figures_are_listed(run: Path) -> None:
+    done = success("plot", "made.h5")
     names = [line.split()[0] for line in done.stdout.splitlines()[1:] if line.strip()]
     assert "runs-decay" in names
     assert "run-1-energy" in names
@@ -31,22 +30,18 @@ def test_the_figures_are_listed(run: Path, rbstab: Invoke) -> None:
 @pytest.mark.parametrize(
     ("ending", "begin"), [("svg", b"<svg"), ("pdf", b"%PDF"), ("png", b"\x89PNG")]
 )
-def test_a_drawing_is_the_same_each_time(
-    ending: str, begin: bytes, run: Path, rbstab: Invoke
-) -> None:
+def test_a_drawing_is_the_same_each_time(ending: str, begin: bytes, run: Path) -> None:
     """But for the order in which a PDF lists its objects: vl-convert does not fix it."""
     for name in ("a", "b"):
-        done = rbstab("plot", "made.h5", "--figure", "runs-decay", "-o", f"{name}.{ending}")
-        assert done.exit_code == 0, done.output
+        success("plot", "made.h5", "--figure", "runs-decay", "-o", f"{name}.{ending}")
     content = Path(f"a.{ending}").read_bytes()
     assert content.startswith(begin)
     again = Path(f"b.{ending}").read_bytes()
     assert content == again or (ending == "pdf" and len(content) == len(again))
 
 
-def test_the_data_are_those_of_the_run(run: Path, rbstab: Invoke) -> None:
-    done = rbstab("plot", "made.h5", "--figure", "runs-decay", "-o", "a.csv")
-    assert done.exit_code == 0, done.output
+def test_the_data_are_those_of_the_run(run: Path) -> None:
+    success("plot", "made.h5", "--figure", "runs-decay", "-o", "a.csv")
     with Path("a.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["panel"] == "1"]
     stored = open_result(run)
@@ -57,10 +52,9 @@ def test_the_data_are_those_of_the_run(run: Path, rbstab: Invoke) -> None:
     }
 
 
-def test_a_figure_for_one_column_of_a_paper(run: Path, rbstab: Invoke) -> None:
+def test_a_figure_for_one_column_of_a_paper(run: Path) -> None:
     """It is 80 mm wide; its texts have 11 and 12 pixels of 1/96 inch: 8 and 9 points."""
-    done = rbstab("plot", "made.h5", "--figure", "runs-decay", "--column", "-o", "a.svg")
-    assert done.exit_code == 0, done.output
+    success("plot", "made.h5", "--figure", "runs-decay", "--column", "-o", "a.svg")
     content = Path("a.svg").read_text()
     (width,) = re.findall(r'^<svg [^>]*? width="([\d.]+)"', content)
     assert float(width) == pytest.approx(80 / 25.4 * 96, abs=0.01)

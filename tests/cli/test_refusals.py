@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 import pytest
-from cli.conftest import GOOD, STORED, Invoke
+from cli.conftest import GOOD, STORED, rbstab
 from cli.conftest import PLAN_OF_MASSES as PLAN
 from support.made_runs import made_file
 from support.printed_paths import printed
@@ -186,7 +186,7 @@ WITHOUT_EFFECT = {
 WRONG_VALUES = {
     **{
         f"sweep plan.yaml --part '{part}'": "Invalid value for '--part'"
-        for part in ("0/3", "4/3", "1", "x/y", "1/0", "")
+        for part in ("0/3", "4/3", "-1/3", "1", "1/", "/3", "1/3/2", "1.0/2", "x/y", "1/0", "")
     },
     **dict.fromkeys(
         ("show ''", "run good.yaml ''", "list ''", "run good.yaml -o ''"),
@@ -329,9 +329,7 @@ STORAGE = {
 @pytest.mark.parametrize(
     "option", [one for one in command.params if one.name not in (*BESIDE_STATUS, "plan")], ids=str
 )
-def test_a_status_has_no_use_for_the_options_of_a_sweep(
-    option: click.Option, rbstab: Invoke
-) -> None:
+def test_a_status_has_no_use_for_the_options_of_a_sweep(option: click.Option) -> None:
     (name, *_), values = option.opts, {"--set": "a=1", "--engine": "scipy"}
     value = values.get(name, "1/2" if name == "--part" else "1")
     done = rbstab("sweep", "--status", "results/plan", name, *([] if option.is_flag else [value]))
@@ -367,12 +365,11 @@ def contents(folder: Path) -> dict[Path, bytes]:
     ],
 )
 @pytest.mark.usefixtures("no_runs")
-def test_a_command_that_cannot_be_done_says_why_and_changes_nothing(  # noqa: PLR0917 (a table)
+def test_a_command_that_cannot_be_done_says_why_and_changes_nothing(
     line: str,
     code: int,
     message: str,
     place: Path,
-    rbstab: Invoke,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(place)

@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cli.conftest import Invoke
+from cli.conftest import rbstab, success
 from support.made_runs import PEAKS, made_config, made_file
 from support.printed_paths import printed, words_of
+from support.results import flip
 
 
 @pytest.fixture
@@ -30,9 +31,8 @@ def tables(data: dict[str, Any]) -> dict[str, dict[str, Any]]:
     }
 
 
-def test_a_page_by_default(runs: list[str], rbstab: Invoke) -> None:
-    done = rbstab("report", *runs)
-    assert done.exit_code == 0, done.stderr
+def test_a_page_by_default(runs: list[str]) -> None:
+    done = success("report", *runs)
     assert done.stdout == ""
     assert done.stderr == printed("-> results/report.html\n")
     page = Path("results/report.html").read_text().replace("<wbr>", "")
@@ -41,7 +41,7 @@ def test_a_page_by_default(runs: list[str], rbstab: Invoke) -> None:
 
 
 def test_the_folder_of_results_needs_no_words(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+    folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made_file(Path("results/run.h5"))
     opened: list[str] = []
@@ -63,22 +63,20 @@ def test_the_folder_of_results_needs_no_words(
         pytest.param("r.pdf", b"%PDF-", marks=pytest.mark.slow),
     ],
 )
-def test_the_format_by_the_name(name: str, begin: bytes, runs: list[str], rbstab: Invoke) -> None:
-    assert rbstab("report", runs[0], "-o", name, "--title", "Mine").exit_code == 0
+def test_the_format_by_the_name(name: str, begin: bytes, runs: list[str]) -> None:
+    success("report", runs[0], "-o", name, "--title", "Mine")
     assert Path(name).read_bytes().lower().startswith(begin.lower())
 
 
-def test_text_goes_to_stdout_in_80_columns(runs: list[str], rbstab: Invoke) -> None:
-    done = rbstab("report", *runs, "--format", "text")
-    assert done.exit_code == 0
+def test_text_goes_to_stdout_in_80_columns(runs: list[str]) -> None:
+    done = success("report", *runs, "--format", "text")
     assert max(map(len, done.stdout.splitlines())) <= 80
     assert f"{PEAKS[0]:g}" in done.stdout
     assert not Path("results").exists()
 
 
-def test_json(runs: list[str], rbstab: Invoke) -> None:
-    done = rbstab("report", *runs, "--json", "--title", "Mine")
-    assert done.exit_code == 0
+def test_json(runs: list[str]) -> None:
+    done = success("report", *runs, "--json", "--title", "Mine")
     assert not Path("results").exists()
     data = json.loads(done.stdout)
     assert data["title"] == "Mine"
@@ -91,7 +89,7 @@ def test_json(runs: list[str], rbstab: Invoke) -> None:
     assert found["differences"]["rows"] == [["light", 40.0], ["heavy", 50.0]]
 
 
-def test_the_command_makes_the_same_report_again(folder: Path, rbstab: Invoke) -> None:
+def test_the_command_makes_the_same_report_again(folder: Path) -> None:
     made_file(Path("-a b.h5"))
     for arguments in (("--json",), ("--json", "-o", "r.md"), ("--json", "--title", "It's")):
         made = json.loads(rbstab("report", "./-a b.h5", *arguments).stdout)
@@ -102,7 +100,7 @@ def test_the_command_makes_the_same_report_again(folder: Path, rbstab: Invoke) -
         assert again["title"] == made["title"]
 
 
-def test_the_command_names_a_whole_folder_by_a_pattern(folder: Path, rbstab: Invoke) -> None:
+def test_the_command_names_a_whole_folder_by_a_pattern(folder: Path) -> None:
     """The pattern appears only for all files of the folder in their order."""
     parent = Path("my runs")
     parent.mkdir()
@@ -114,14 +112,14 @@ def test_the_command_names_a_whole_folder_by_a_pattern(folder: Path, rbstab: Inv
         assert ("made by rbstab report 'my runs/" in text) != expected
 
 
-def test_a_report_is_replaced_and_nothing_else(runs: list[str], rbstab: Invoke) -> None:
-    assert rbstab("report", *runs, "-o", "r.txt").exit_code == 0
-    assert rbstab("report", runs[0], "-o", "r.txt").exit_code == 0
+def test_a_report_is_replaced_and_nothing_else(runs: list[str]) -> None:
+    success("report", *runs, "-o", "r.txt")
+    success("report", runs[0], "-o", "r.txt")
     shutil.copy("good.yaml", "good.txt")
     done = rbstab("report", *runs, "-o", "good.txt")
     assert done.exit_code == 4
     assert Path("good.txt").read_text() == Path("good.yaml").read_text()
-    assert rbstab("report", *runs, "-o", "good.txt", "--force").exit_code == 0
+    success("report", *runs, "-o", "good.txt", "--force")
 
 
 HOSTILE = "<img src=x onerror=alert(1)> **b** [red]r[/red] | `c` $x$ \x1b[31m \u202e&lt;"
@@ -137,7 +135,7 @@ HOSTILE = "<img src=x onerror=alert(1)> **b** [red]r[/red] | `c` $x$ \x1b[31m \u
         *(pytest.param(name, marks=pytest.mark.heavy) for name in ("r.md", "r.pdf")),
     ],
 )
-def test_foreign_words_are_words(name: str, folder: Path, rbstab: Invoke) -> None:
+def test_foreign_words_are_words(name: str, folder: Path) -> None:
     """A result with hostile markup in every text steers neither a page nor a terminal."""
     words = HOSTILE.replace("\x1b", "").replace("\u202e", "")
     reference = {"source": words, "note": words, "final": {"orientation": [0, 0, 0]}}
@@ -145,8 +143,7 @@ def test_foreign_words_are_words(name: str, folder: Path, rbstab: Invoke) -> Non
     attributes = dict.fromkeys((*names, "<b>of</b> *mine*"), HOSTILE)
     made = made_file(Path("<b>a</b>|`[x](y).h5"), made_config(reference=reference), **attributes)
     output = ["--json"] if name == "r.json" else ["-o", name]
-    done = rbstab("report", str(made), *output, "--title", HOSTILE)
-    assert done.exit_code == 0, done.output
+    done = success("report", str(made), *output, "--title", HOSTILE)
     if name in ("r.html", "r.txt", "r.json"):
         text = done.stdout if name == "r.json" else Path(name).read_text()
         assert not {"\x1b", "\u202e"} & set(text)
@@ -155,10 +152,8 @@ def test_foreign_words_are_words(name: str, folder: Path, rbstab: Invoke) -> Non
 
 
 @pytest.mark.slow
-def test_what_cannot_be_read_is_said_and_the_rest_reported(runs: list[str], rbstab: Invoke) -> None:
-    content = bytearray(Path("light.h5").read_bytes())
-    content[len(content) // 3] ^= 255
-    Path("damaged.h5").write_bytes(bytes(content))
+def test_what_cannot_be_read_is_said_and_the_rest_reported(runs: list[str]) -> None:
+    flip(Path(shutil.copy("light.h5", "damaged.h5")), share=0.3)
     others = ["damaged.h5", "good.yaml", "no.h5"]
     done = rbstab("report", *runs, *others, "--json", "-o", "r.txt")
     assert done.exit_code == 4

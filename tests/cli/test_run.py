@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, Invoke
+from cli.conftest import GOOD, rbstab, success
 from support.printed_paths import printed, words_of
 
 import rbstab as api
@@ -20,10 +20,9 @@ OUTSIDE = ("--set", "controller.variant=permanent", "--set", "initial.angular_ve
 
 @pytest.mark.heavy
 def test_proved_answers_come_last_and_are_proved_once(
-    folder: Path, rbstab: Invoke, refuse: Callable[..., None]
+    folder: Path, refuse: Callable[..., None]
 ) -> None:
-    done = rbstab("run", "good.yaml", *OUTSIDE)
-    assert done.exit_code == 0, done.output
+    done = success("run", "good.yaml", *OUTSIDE)
     head, *_, outcome, desired, this_start, whole_range, pushes, modes = done.stdout.splitlines()
     assert head.split()[:2] == ["file", "outcome"]
     assert outcome.startswith("  Outcome:     still moving at t = 0.1 s: at (")
@@ -49,7 +48,7 @@ def test_proved_answers_come_last_and_are_proved_once(
 
 
 @pytest.mark.slow
-def test_a_run_leaves_a_file_a_table_and_facts(folder: Path, rbstab: Invoke) -> None:
+def test_a_run_leaves_a_file_a_table_and_facts(folder: Path) -> None:
     done = rbstab(*RUN)
     result = api.open_result("results/good.h5")
     assert (done.exit_code, result.status) == (0, "completed")
@@ -78,12 +77,11 @@ def test_a_run_leaves_a_file_a_table_and_facts(folder: Path, rbstab: Invoke) -> 
     assert "  This start:  proved: " in rbstab(*RUN, "--prove").stdout
 
 
-def test_an_equal_run_is_repeated_by_force_only(folder: Path, rbstab: Invoke) -> None:
+def test_an_equal_run_is_repeated_by_force_only(folder: Path) -> None:
     path = Path("results/good.h5")
     rbstab(*RUN)
     before = path.stat()
-    again = rbstab(*RUN, "--json")
-    assert again.exit_code == 0
+    again = success(*RUN, "--json")
     assert "already done" in again.stderr
     assert json.loads(again.stdout)[0]["computed"] is False
     assert (path.stat().st_ino, path.stat().st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
@@ -93,7 +91,7 @@ def test_an_equal_run_is_repeated_by_force_only(folder: Path, rbstab: Invoke) ->
     assert list(Path("results").iterdir()) == [path]
 
 
-def test_a_different_result_is_moved_aside_by_force_only(folder: Path, rbstab: Invoke) -> None:
+def test_a_different_result_is_moved_aside_by_force_only(folder: Path) -> None:
     rbstab(*RUN)
     old, before = api.open_result("results/good.h5"), Path("results/good.h5").read_bytes()
     refused = rbstab(*RUN, "--set", "body.mass=40")
@@ -108,9 +106,7 @@ def test_a_different_result_is_moved_aside_by_force_only(folder: Path, rbstab: I
     assert api.open_result("results/good.h5").run_id != old.run_id
 
 
-def test_a_run_that_fails_or_cannot_be_stored_leaves_its_neighbours(
-    folder: Path, rbstab: Invoke
-) -> None:
+def test_a_run_that_fails_or_cannot_be_stored_leaves_its_neighbours(folder: Path) -> None:
     leaves = GOOD.replace("[1, 2, -1]", "[0, 32, 0]").replace("[400, 400, 320]", "[4, 4, 3]")
     Path("a_leaves.yaml").write_text(leaves)
     done = rbstab("run", "--no-prove", "a_leaves.yaml", "good.yaml")
@@ -126,9 +122,7 @@ def test_a_run_that_fails_or_cannot_be_stored_leaves_its_neighbours(
     assert api.open_result("in the way/other.h5").status == "completed"
 
 
-def test_a_run_without_its_proof_is_kept(
-    folder: Path, rbstab: Invoke, refuse: Callable[..., None]
-) -> None:
+def test_a_run_without_its_proof_is_kept(folder: Path, refuse: Callable[..., None]) -> None:
     refuse("experiment.proof_cache.write_document", error=StoreError("the proof cannot be written"))
     done = rbstab("run", "good.yaml")
     assert done.exit_code == 4
@@ -151,7 +145,7 @@ def warned(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def test_warnings_are_said_once_and_those_of_results_follow_their_answers(
-    warned: list[str], rbstab: Invoke
+    warned: list[str],
 ) -> None:
     done = rbstab("run", "--no-prove", *warned)
     given, *own = [line for line in done.stderr.splitlines() if line.startswith("warning")]
@@ -181,15 +175,14 @@ vary:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
-def test_a_member_is_that_of_its_sweep(engine: str, folder: Path, rbstab: Invoke) -> None:
+def test_a_member_is_that_of_its_sweep(engine: str, folder: Path) -> None:
     """Its engine is that of the sweep, or which the sweep would have."""
     Path("spins.yaml").write_text(SPINS)
     rbstab("run", "--no-prove", "spins.yaml", "--member", "1", "-q", "-o", "before")
     expected = load_plan("spins.yaml", ["integration.engine=heyoka"]).config_of(1)
     assert api.open_result("before/spins-member1.h5").run_id == run_id(expected)
     rbstab("sweep", "--no-prove", "spins.yaml", "--engine", engine, "-q")
-    done = rbstab("run", "--no-prove", "results/spins/plan.yaml", "--member", "3", "--json")
-    assert done.exit_code == 0, done.output
+    done = success("run", "--no-prove", "results/spins/plan.yaml", "--member", "3", "--json")
     assert json.loads(done.stdout)[0]["file"] == "results/spins-member3.h5"
     result, table = api.open_result("results/spins-member3.h5"), api.open_sweep("results/spins")
     # Member 3 has entry 1 of the five spins and entry 1 of the two factors.
@@ -203,10 +196,10 @@ def test_a_member_is_that_of_its_sweep(engine: str, folder: Path, rbstab: Invoke
     assert result["position"][-1] == pytest.approx(table["final_position"][3], rel=1e-8)
 
 
-def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder: Path, rbstab: Invoke) -> None:
+def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder: Path) -> None:
     Path("spins.yaml").write_text(SPINS)
     member = ("run", "--no-prove", "spins.yaml", "--member", "3", "--engine", "scipy")
-    assert rbstab(*member, "--set", "controller.K_r=[10, 20, 30]").exit_code == 0
+    success(*member, "--set", "controller.K_r=[10, 20, 30]")
     stored = Path("results/spins-member3.h5")
     before = stored.read_bytes()
     assert "K_r: [20.0, 40.0, 60.0]" in api.open_result(stored).config
@@ -219,17 +212,14 @@ def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder: Path, rbstab:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("count", "command"), [(1, "show"), (2, "report"), (7, "report")])
-def test_the_next_command_shows_or_reports_the_runs(
-    count: int, command: str, folder: Path, rbstab: Invoke
-) -> None:
+def test_the_next_command_shows_or_reports_the_runs(count: int, command: str, folder: Path) -> None:
     names = [f"a {number}.yaml" for number in range(count)]
     for name in names:
         Path(name).write_text(GOOD)
     done = rbstab("run", "--no-prove", "-o", "my results", *names)
     program, *words = words_of(done.stderr.splitlines()[-1].removeprefix("Next: "))
     assert (program, words[0]) == ("rbstab", command)
-    shown = rbstab(*words, *(["--format", "text"] if command == "report" else []))
-    assert shown.exit_code == 0
+    shown = success(*words, *(["--format", "text"] if command == "report" else []))
     assert count == 1 or f"{count} runs" in shown.stdout
     files = [str(Path("my results", name).with_suffix(".h5")) for name in names]
     assert words[1:] == (files if count < 7 else ["my results"])

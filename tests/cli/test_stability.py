@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from cli.conftest import Invoke
+from cli.conftest import rbstab, success
 from support.leg import leg
 
 from rbstab import open_result
@@ -14,9 +14,8 @@ from rbstab import open_result
 WEAK = "controller.K_r=[40,40,32]"
 
 
-def test_what_is_said_of_a_good_config(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("stability", "good.yaml")
-    assert done.exit_code == 0
+def test_what_is_said_of_a_good_config(folder: Path) -> None:
+    done = success("stability", "good.yaml")
     text = done.stdout
     assert text.startswith("good.yaml: A short run\n")
     assert "1 rest state in the range: 1 stable; proved to be all" in text
@@ -28,7 +27,7 @@ def test_what_is_said_of_a_good_config(folder: Path, rbstab: Invoke) -> None:
     assert len(list((folder / "results" / "proofs").iterdir())) == 1
 
 
-def test_json_has_all_of_it(folder: Path, rbstab: Invoke) -> None:
+def test_json_has_all_of_it(folder: Path) -> None:
     done = rbstab("stability", "good.yaml", "--json", "--along", "controller.K_r=0.5:2:3")
     (facts,) = json.loads(done.stdout)
     assert facts["proved"] is True
@@ -47,12 +46,11 @@ def test_json_has_all_of_it(folder: Path, rbstab: Invoke) -> None:
     assert len(along["points"][0]["eigenvalues"]) == 12
 
 
-def test_a_counterexample_is_named(folder: Path, rbstab: Invoke) -> None:
+def test_a_counterexample_is_named(folder: Path) -> None:
     text = Path("good.yaml").read_text().replace("variant: free", "variant: permanent")
     text = text.replace("initial:", "initial: # spin\n ").replace("# spin\n  {", "{")
     Path("held.yaml").write_text(text.replace("inertia: [10.0, 9.0, 2.0]", "inertia: [10, 8, 3]"))
-    done = rbstab("stability", "held.yaml", "--set", WEAK, "--no-run")
-    assert done.exit_code == 0
+    done = success("stability", "held.yaml", "--set", WEAK, "--no-run")
     assert "3 rest states in the range: 1 stable, 2 unstable; proved to be all" in done.stdout
     assert "Almost every start: proved. Returns: almost every start" in done.stdout
     other = "the unstable rest state 2, Θ = (-1.33, 1.514, -2.447) rad"
@@ -61,7 +59,7 @@ def test_a_counterexample_is_named(folder: Path, rbstab: Invoke) -> None:
     assert "Verdict" not in done.stdout
 
 
-def test_run_prove_makes_the_proof(folder: Path, rbstab: Invoke) -> None:
+def test_run_prove_makes_the_proof(folder: Path) -> None:
     first = rbstab("run", "--no-prove", "good.yaml", "--json")
     assert json.loads(first.stdout)[0]["convergence"]["proved"] is None
     second = rbstab("run", "good.yaml", "--json", "--prove")
@@ -84,16 +82,15 @@ def test_run_prove_makes_the_proof(folder: Path, rbstab: Invoke) -> None:
     assert not Path("other").exists()
 
 
-def test_a_folder_that_takes_no_proof_is_no_error(folder: Path, rbstab: Invoke) -> None:
+def test_a_folder_that_takes_no_proof_is_no_error(folder: Path) -> None:
     Path("results").mkdir()
     Path("results/proofs").write_text("a file")
-    done = rbstab("stability", "good.yaml", "--no-run")
-    assert done.exit_code == 0
+    done = success("stability", "good.yaml", "--no-run")
     assert "the proof is not stored" in done.stderr
     assert "proved to be all" in done.stdout
 
 
-def test_the_run_of_a_violated_argument_is_told(folder: Path, rbstab: Invoke) -> None:
+def test_the_run_of_a_violated_argument_is_told(folder: Path) -> None:
     """Implicit steps this long violate the energy balance of v."""
     text = Path("good.yaml").read_text().replace("variant: free", "variant: sliding")
     law = "K_s: [20000, 20000, 20000]\n  surface: position\n  law: {implicit: 0.01}\n  K_t"
@@ -111,34 +108,31 @@ LAW = "K_s: [20000, 20000, 20000]\n  surface: {slope: 20}\n  law: exact\n  K_t"
 SHORT = ("--no-run", "--search-only")
 
 
-def test_a_gain_without_an_effect_has_one_row(folder: Path, rbstab: Invoke) -> None:
+def test_a_gain_without_an_effect_has_one_row(folder: Path) -> None:
     text = Path("good.yaml").read_text().replace("variant: free", "variant: sliding")
     Path("sliding.yaml").write_text(text.replace("K_t", LAW, 1))
-    done = rbstab("stability", "sliding.yaml", *SHORT, "--along", "controller.K_s=0.5:2:5")
-    assert done.exit_code == 0, done.output
+    done = success("stability", "sliding.yaml", *SHORT, "--along", "controller.K_s=0.5:2:5")
     assert "controller.K_s does not change the linearised system." in done.stdout
     table = done.stdout.partition("Along controller.K_s")[2].partition("Not listed")[0]
     assert len([line for line in table.splitlines() if line.strip()]) == 4
     assert "E decays as exp(-κt), κ = 20 1/s" in done.stdout
 
 
-def test_round_off_is_not_printed_as_an_oscillation(rbstab: Invoke) -> None:
+def test_round_off_is_not_printed_as_an_oscillation() -> None:
     """A damper gives two axes of this body the same two real eigenvalues."""
     config = str(CONFIGS / "examples" / "real_body.yaml")
-    done = rbstab("stability", config, *SHORT, "--along", "controller.K_r=0.5:2:3")
-    assert done.exit_code == 0, done.output
+    done = success("stability", config, *SHORT, "--along", "controller.K_r=0.5:2:3")
     assert "-24.42" in done.stdout
     assert " ± " in done.stdout.partition("Along")[2]
     assert not re.search(r"e-\d+i", done.stdout)
 
 
-def test_the_gain_from_which_on_a_leg_stands_is_named(rbstab: Invoke, tmp_path: Path) -> None:
+def test_the_gain_from_which_on_a_leg_stands_is_named(tmp_path: Path) -> None:
     """Upright is stable for K_r > m g l = 6.386 N m/rad."""
     config = tmp_path / "leg.yaml"
     config.write_text(yaml.safe_dump(leg()))
     along = ("--along", "controller.K_r=0.6:0.7:3")
-    done = rbstab("stability", str(config), *SHORT, *along)
-    assert done.exit_code == 0, done.output
+    done = success("stability", str(config), *SHORT, *along)
     text = " ".join(done.stdout.split())
     assert "K_r[0] [N m/rad]" in text
     values = [10 * 0.6 * (0.7 / 0.6) ** (k / 2) for k in range(3)]
@@ -155,9 +149,7 @@ def test_the_gain_from_which_on_a_leg_stands_is_named(rbstab: Invoke, tmp_path: 
     assert f"{locus['stable'][:1].upper()}{locus['stable'][1:]}." == sentence
 
 
-def test_a_rest_state_that_leans_too_far_is_not_the_desired_one(
-    rbstab: Invoke, tmp_path: Path
-) -> None:
+def test_a_rest_state_that_leans_too_far_is_not_the_desired_one(tmp_path: Path) -> None:
     config = tmp_path / "leg.yaml"
     config.write_text(yaml.safe_dump(leg(desired={"orientation": {"deg": [0, 90, 0]}})))
     done = rbstab("stability", str(config), *SHORT, "--along", "controller.K_r=0.6:0.7:3")
@@ -187,9 +179,8 @@ def falls(folder: Path) -> str:
     return "falls.yaml"
 
 
-def test_global_stability_is_false(falls: str, rbstab: Invoke) -> None:
-    done = rbstab("stability", falls, "--json")
-    assert done.exit_code == 0
+def test_global_stability_is_false(falls: str) -> None:
+    done = success("stability", falls, "--json")
     (facts,) = json.loads(done.stdout)
     assert facts["proved"] is True
     assert facts["states"] == []
@@ -206,8 +197,8 @@ def test_global_stability_is_false(falls: str, rbstab: Invoke) -> None:
     assert facts["certificate"]["verdict"] != "certified"
 
 
-def test_a_run_says_so_too(falls: str, rbstab: Invoke) -> None:
-    assert rbstab("run", falls, "--prove").exit_code == 0
+def test_a_run_says_so_too(falls: str) -> None:
+    success("run", falls, "--prove")
     result = open_result("results/falls.h5")
     verdicts = dict(zip(result["certificate/check"], result["certificate/verdict"], strict=True))
     assert verdicts["global stability"] == "violated"

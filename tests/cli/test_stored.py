@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from cli.conftest import Invoke
+from cli.conftest import rbstab, success
 from support.made_runs import made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
@@ -29,7 +29,7 @@ def results(folder: Path) -> Path:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no name has a line break there")
-def test_list_names_what_cannot_be_read(rbstab: Invoke) -> None:
+def test_list_names_what_cannot_be_read() -> None:
     Path("results/bro\nken.h5").write_text("x")
     done = rbstab("list")
     assert done.exit_code == 4
@@ -45,9 +45,8 @@ def test_ages(seconds: float, text: str) -> None:
     assert age(seconds) == text
 
 
-def test_compare_runs(rbstab: Invoke) -> None:
-    done = rbstab("compare", "results/embedded.h5", "results/free_gravity.h5")
-    assert done.exit_code == 0
+def test_compare_runs() -> None:
+    done = success("compare", "results/embedded.h5", "results/free_gravity.h5")
     lines = [line.split() for line in done.stdout.splitlines()]
     assert lines[0] == ["config", "key", "embedded.h5", "free_gravity.h5"]
     assert ["controller.variant", "embedded", "free"] in lines
@@ -55,7 +54,7 @@ def test_compare_runs(rbstab: Invoke) -> None:
     assert "v(0) and v(end) have no ratio" in done.stderr
 
 
-def test_compare_as_json(rbstab: Invoke) -> None:
+def test_compare_as_json() -> None:
     words = ("compare", "results/finished_map", "results/finished_variants", "--json")
     data = json.loads(rbstab(*words).stdout)
     assert data["kind"] == "sweep"
@@ -75,10 +74,9 @@ def test_compare_as_json(rbstab: Invoke) -> None:
         (".", ["results/embedded.h5 run still moving completed seen"]),
     ],
 )
-def test_show_of_other_kinds(path: str, expected: list[str], rbstab: Invoke) -> None:
+def test_show_of_other_kinds(path: str, expected: list[str]) -> None:
     (found,) = Path("results").glob(path) if "*" in path else [Path("results") / path]
-    done = rbstab("show", str(found))
-    assert done.exit_code == 0, done.output
+    done = success("show", str(found))
     lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
     for text in expected:
         assert any(line.startswith(text) for line in lines), done.stdout
@@ -97,11 +95,11 @@ def test_show_of_other_kinds(path: str, expected: list[str], rbstab: Invoke) -> 
         ("begun_map", "Next: rbstab sweep results/begun_map/plan.yaml\n"),
     ],
 )
-def test_show_names_the_next_command_of_a_sweep(path: str, command: str, rbstab: Invoke) -> None:
+def test_show_names_the_next_command_of_a_sweep(path: str, command: str) -> None:
     assert rbstab("show", f"results/{path}").stderr == printed(command)
 
 
-def test_provenance_has_units_and_no_empty_values(results: Path, rbstab: Invoke) -> None:
+def test_provenance_has_units_and_no_empty_values(results: Path) -> None:
     made_file(results / "made.h5", commit="", wall_time=0.18403063600089808)
     lines = rbstab("show", "results/made.h5").stdout.splitlines()
     rows = {line.split()[0]: line.split()[1:] for line in lines if line.strip()}
@@ -110,9 +108,8 @@ def test_provenance_has_units_and_no_empty_values(results: Path, rbstab: Invoke)
 
 
 @pytest.mark.slow
-def test_a_list_has_a_line_for_each_result(rbstab: Invoke) -> None:
-    done = rbstab("list")
-    assert done.exit_code == 0
+def test_a_list_has_a_line_for_each_result() -> None:
+    done = success("list")
     lines = [line.split() for line in done.stdout.splitlines()]
     assert lines[0] == [
         "name",

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from cli.conftest import GOOD, Invoke
+from cli.conftest import GOOD, success
 
 from rbstab_cli import main
 
@@ -62,10 +62,10 @@ def run_with(monkeypatch: pytest.MonkeyPatch, handlers: None) -> Run:
 
 
 @pytest.fixture
-def unicode_run(folder: Path, rbstab: Invoke) -> Path:
+def unicode_run(folder: Path) -> Path:
     """A working folder with a config and a result whose title is not ASCII."""
     (folder / "unicode.yaml").write_text(UNICODE, encoding="utf-8")
-    assert rbstab("run", "--no-prove", "unicode.yaml", "-q").exit_code == 0
+    success("run", "--no-prove", "unicode.yaml", "-q")
     return folder
 
 
@@ -110,7 +110,7 @@ def test_json_and_yaml_keep_every_character(
     assert json.loads(shown.stdout)[0]["title"] == TITLE
 
 
-def rbstab(*arguments: str) -> list[str]:
+def program(*arguments: str) -> list[str]:
     return [sys.executable, "-m", "rbstab_cli", *arguments]
 
 
@@ -141,7 +141,7 @@ def test_names_that_are_not_ascii_are_printed_in_the_c_locale(
 
     def printed(*arguments: str, code: int = 0) -> str:
         done = subprocess.run(
-            rbstab(*arguments), capture_output=True, env=environment, check=False, cwd=tmp_path
+            program(*arguments), capture_output=True, env=environment, check=False, cwd=tmp_path
         )
         assert done.returncode == code, done.stderr
         # Every byte that is printed is UTF-8.
@@ -171,12 +171,12 @@ def test_a_reader_that_has_ended_ends_the_command_quietly(
 ) -> None:
     if arguments[0] == "report":
         subprocess.run(
-            rbstab("run", "--no-prove", "good.yaml", "-q"), stdout=subprocess.DEVNULL, check=True
+            program("run", "--no-prove", "good.yaml", "-q"), stdout=subprocess.DEVNULL, check=True
         )
         arguments = (*arguments, "results/good.h5")
     reader, writer = os.pipe()
     os.close(reader)
-    done = subprocess.run(rbstab(*arguments), stdout=writer, stderr=subprocess.PIPE, check=False)
+    done = subprocess.run(program(*arguments), stdout=writer, stderr=subprocess.PIPE, check=False)
     os.close(writer)
     assert done.stderr == b""
     assert done.returncode == 141
@@ -190,7 +190,7 @@ FULL = Path("/dev/full")
 def test_output_that_cannot_be_written_is_told(arguments: tuple[str, ...], folder: Path) -> None:
     with FULL.open("w") as full:
         done = subprocess.run(
-            rbstab(*arguments), stdout=full, stderr=subprocess.PIPE, text=True, check=False
+            program(*arguments), stdout=full, stderr=subprocess.PIPE, text=True, check=False
         )
     assert done.returncode == 4
     assert done.stderr == "error: the output cannot be written: No space left on device\n"
@@ -204,7 +204,7 @@ def test_a_command_needs_no_streams(closed: str, folder: Path) -> None:
         "-c",
         f'exec "$@" {closed}',
         "sh",
-        *rbstab("run", "--no-prove", "good.yaml"),
+        *program("run", "--no-prove", "good.yaml"),
     ]
     done = subprocess.run(shell, capture_output=True, text=True, check=False)
     assert done.returncode == 0

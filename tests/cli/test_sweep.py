@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import xarray
+from cli.conftest import rbstab, success
 from support.sweeps import shard_files
 
 from rbstab import load_plan, open_traces, simulate
@@ -27,9 +28,8 @@ SWEEP = ("sweep", "--no-prove", "plan.yaml")
 
 @pytest.mark.usefixtures("plan")
 @pytest.mark.parametrize("name", ["heyoka", "scipy"])
-def test_a_sweep(rbstab, name):
-    done = rbstab(*SWEEP, "--engine", name, "--shard-size", "8")
-    assert done.exit_code == 0, done.output
+def test_a_sweep(name):
+    done = success(*SWEEP, "--engine", name, "--shard-size", "8")
     assert "completed       20  100.00%" in done.stdout
     assert "worst |r| / largest energy " in done.stdout
     assert "-> results/plan/members.h5" in done.stderr.replace("\\", "/")
@@ -45,13 +45,12 @@ def test_a_sweep(rbstab, name):
     assert "20 of 20 members are already done" in again.stderr
 
 
-def test_failures(rbstab, use_fake_engine):
+def test_failures(use_fake_engine):
     use_fake_engine(failing=(3, 4, 9))
     done = rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "5", "--fail-fast", "--threads", "1")
     assert done.exit_code == 3
     assert "member 3 failed; 5 of 20 members are stored" in done.stderr
-    done = rbstab(*SWEEP, "--engine", "scipy")
-    assert done.exit_code == 0
+    done = success(*SWEEP, "--engine", "scipy")
     assert "diverged         3  15.00%" in done.stdout
     use_fake_engine()
     done = rbstab(*SWEEP, "--retry-failed")
@@ -60,12 +59,11 @@ def test_failures(rbstab, use_fake_engine):
     assert rbstab(*SWEEP, "-o", "other", "--engine", "scipy").exit_code == 3
 
 
-def test_status(rbstab, use_fake_engine):
+def test_status(use_fake_engine):
     use_fake_engine(failing=(11,))
     options = ("--engine", "scipy", "--shard-size", "8", "--threads", "1")
     rbstab(*SWEEP, *options, "--fail-fast")
-    shown = rbstab("sweep", "--status", "results/plan")
-    assert shown.exit_code == 0
+    shown = success("sweep", "--status", "results/plan")
     words = [line.split() for line in shown.stdout.splitlines()]
     assert ["done", "16", "(80.0%)"] in words
     assert ["not", "done", "4", "20.00%"] in words
@@ -78,7 +76,7 @@ def test_status(rbstab, use_fake_engine):
     assert ["running", "yes"] in words
 
 
-def test_what_a_sweep_says_of_its_progress(rbstab, use_fake_engine, statuses):
+def test_what_a_sweep_says_of_its_progress(use_fake_engine, statuses):
     use_fake_engine(failing=(0,), delay=1e-3)
     rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "10", "--threads", "1")
     lines = [line for line in statuses if " of 20 members, " in line]
@@ -105,10 +103,9 @@ def test_numbers_in_words():
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("plan")
-def test_motions_are_kept_on_request_and_made_again_if_lost(rbstab):
+def test_motions_are_kept_on_request_and_made_again_if_lost():
     Path("plan.yaml").write_text(f"{PLAN}keep: {{traces: {{every: 3}}}}\n")
-    done = rbstab(*SWEEP, "--engine", "heyoka")
-    assert done.exit_code == 0, done.output
+    success(*SWEEP, "--engine", "heyoka")
     traces = open_traces("results/plan")
     assert traces.members.tolist() == list(range(0, 20, 3))
     single = simulate(load_plan(Path("plan.yaml")).config_of(9))
@@ -119,13 +116,13 @@ def test_motions_are_kept_on_request_and_made_again_if_lost(rbstab):
     found = json.loads(rbstab(*status, "--json").stdout)
     assert (found["damaged_shards"], found["done"]) == ([0], 0)
     assert "of 7 members" in rbstab(*status).stdout
-    assert rbstab(*SWEEP).exit_code == 0
+    success(*SWEEP)
     assert len(open_traces("results/plan")) == 7
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("use_fake_engine")
-def test_a_dry_run_says_what_is_left_and_writes_nothing(rbstab):
+def test_a_dry_run_says_what_is_left_and_writes_nothing():
     options = ("--dry-run", "--engine", "scipy", "--shard-size", "8", "--threads", "2")
     assert "10 x 2 = 20" in rbstab(*SWEEP, *options).stdout
     whole = json.loads(rbstab(*SWEEP, *options, "--json").stdout)
@@ -143,7 +140,7 @@ def test_a_dry_run_says_what_is_left_and_writes_nothing(rbstab):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("use_fake_engine")
-def test_another_sweep_is_moved_aside_by_force_only(rbstab):
+def test_another_sweep_is_moved_aside_by_force_only():
     rbstab(*SWEEP, "--engine", "scipy")
     before = shard_files(Path("results/plan"))
     for changes in (("--set", "body.mass=42"), ("--engine", "heyoka")):
@@ -153,8 +150,7 @@ def test_another_sweep_is_moved_aside_by_force_only(rbstab):
     with locked(Path("results/plan")):
         assert "in use by another process" in rbstab(*SWEEP, "--force").stderr
     assert shard_files(Path("results/plan")) == before
-    forced = rbstab(*SWEEP, "--set", "body.mass=42", "--force")
-    assert forced.exit_code == 0
+    forced = success(*SWEEP, "--set", "body.mass=42", "--force")
     (aside,) = Path("results").glob("plan.*")
     assert f"the previous sweep was moved to {aside}" in forced.stderr
     assert shard_files(aside) == before
@@ -162,15 +158,14 @@ def test_another_sweep_is_moved_aside_by_force_only(rbstab):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("plan")
-def test_without_heyoka_scipy_is_used_unless_heyoka_is_wanted(rbstab, monkeypatch):
+def test_without_heyoka_scipy_is_used_unless_heyoka_is_wanted(monkeypatch):
     def missing(name):
         if name == "heyoka":
             raise EngineMissingError("the engine 'heyoka' cannot be used here")
         return engine(name)
 
     monkeypatch.setattr("rbstab.sweep.members.engines.engine", missing)
-    done = rbstab(*SWEEP)
-    assert done.exit_code == 0
+    done = success(*SWEEP)
     assert done.stderr.count("heyoka is not installed: using scipy") == 1
     refused = rbstab(*SWEEP, "--engine", "heyoka")
     assert refused.exit_code == 2
@@ -178,7 +173,7 @@ def test_without_heyoka_scipy_is_used_unless_heyoka_is_wanted(rbstab, monkeypatc
 
 
 @pytest.mark.usefixtures("use_fake_engine")
-def test_the_next_command_is_named(rbstab):
+def test_the_next_command_is_named():
     done = rbstab(*SWEEP, "--engine", "scipy", "-o", "my results")
     assert done.stderr.endswith(f"Next: rbstab report {shell_word(Path('my results', 'plan'))}\n")
     assert "Next" not in rbstab(*SWEEP, "-o", "my results", "-q").stderr

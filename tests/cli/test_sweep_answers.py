@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cli.conftest import GOOD, Invoke
+from cli.conftest import GOOD, rbstab, success
 from support.printed_paths import printed, words_of
 
 import rbstab as rbstab_package
@@ -44,9 +44,8 @@ class FakeClock:
 
 
 @pytest.mark.usefixtures("plan")
-def test_members_that_start_in_a_region(folder: Path, rbstab: Invoke) -> None:
-    done = rbstab("sweep", "plan.yaml")
-    assert done.exit_code == 0, done.output
+def test_members_that_start_in_a_region(folder: Path) -> None:
+    done = success("sweep", "plan.yaml")
     *_, proved, not_proved = done.stdout.splitlines()
     assert proved == "Convergence: proved for 2 of the members: they start in a certified region."
     assert not_proved.startswith("Convergence: not proved for 1 of the members: they start outside")
@@ -59,11 +58,11 @@ def test_members_that_start_in_a_region(folder: Path, rbstab: Invoke) -> None:
 
 
 @pytest.mark.usefixtures("plan")
-def test_show_names_the_command_that_proves_a_member(folder: Path, rbstab: Invoke) -> None:
+def test_show_names_the_command_that_proves_a_member(folder: Path) -> None:
     """The motion of the last member enters the region, outside of which it starts."""
     Path("good.yaml").write_text(GOOD.replace("duration: 0.1", "duration: 6"))
     place = "other place"
-    assert rbstab("sweep", "plan.yaml", "--engine", "scipy", "-o", place).exit_code == 0
+    success("sweep", "plan.yaml", "--engine", "scipy", "-o", place)
     sweep = str(Path(place, "plan"))
     done = rbstab("show", sweep)
     assert "seen:        1 of 3 members" in done.stdout
@@ -102,15 +101,14 @@ def words(text: str) -> str:
 
 @pytest.mark.slow
 def test_bodies_that_the_budget_does_not_reach_are_named(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+    folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """In the summary, in the JSON and in the report, with the command that goes on."""
     text = PLAN.replace("[1, 2, 60]", "[1]") + "  body.mass: {linspace: [40, 44, 5]}\n"
     Path("bodies.yaml").write_text(text)
     sweep, report = ("sweep", "bodies.yaml", "--threads", "1"), ("report", "results/bodies")
     monkeypatch.setattr(prove_bodies, "BUDGET", 0.0)
-    done = rbstab(*sweep)
-    assert done.exit_code == 0, done.output
+    done = success(*sweep)
     (line,) = [one for one in done.stdout.splitlines() if one.startswith("Convergence")]
     assert line.startswith(
         "Convergence: not proved for 5 of the members: the budget of 0 s reached 0 of 5 distinct "
@@ -140,7 +138,7 @@ def test_bodies_that_the_budget_does_not_reach_are_named(
 
 @pytest.mark.slow
 def test_a_body_that_refutes_is_named_by_all_commands(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+    folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """More bodies than the budget is for: many are proved at once, or a body refutes the claim."""
     monkeypatch.setattr("rbstab.sweep.sweep.FEW", 3)
@@ -150,8 +148,7 @@ def test_a_body_that_refutes_is_named_by_all_commands(
     )
     gains = "{scale: {linspace: [0.1, 0.3, 4]}}"
     Path("weak.yaml").write_text(f"base: heavy.yaml\nvary: {{controller.K_r: {gains}}}\n")
-    done = rbstab("sweep", "weak.yaml", "--threads", "1")
-    assert done.exit_code == 0, done.output
+    done = success("sweep", "weak.yaml", "--threads", "1")
     lines = [line for line in done.stdout.splitlines() if line.startswith("Convergence: ")]
     first, second = (line.removeprefix("Convergence: ").removesuffix(".") for line in lines[:2])
     assert first.startswith("one rest state in the range of the Euler angles, a minimum: proved")
@@ -175,13 +172,10 @@ def test_a_body_that_refutes_is_named_by_all_commands(
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("plan")
-def test_motions_are_proved_member_by_member_on_request(
-    rbstab: Invoke, statuses: list[str]
-) -> None:
+def test_motions_are_proved_member_by_member_on_request(statuses: list[str]) -> None:
     text = PLAN.replace("velocity[1]", "velocity[0]").replace("[1, 2, 60]", "[1, 14, 16, 500]")
     Path("plan.yaml").write_text(f"{text}prove: {{motion: {{steps: 20}}}}\n")
-    done = rbstab("sweep", "plan.yaml", "--shard-size", "2", "--threads", "1")
-    assert done.exit_code == 0, done.output
+    done = success("sweep", "plan.yaml", "--shard-size", "2", "--threads", "1")
     said = "\n".join(statuses)
     assert "2 of 4 members proved, " in said
     assert "3 of 4 members proved, " in said
@@ -194,7 +188,7 @@ def test_motions_are_proved_member_by_member_on_request(
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("plan")
-def test_a_sweep_counts_later_proofs_everywhere(rbstab: Invoke) -> None:
+def test_a_sweep_counts_later_proofs_everywhere() -> None:
     first = rbstab("sweep", "plan.yaml", "--no-prove")
     # Without any proof, there is nothing to say but how many settled.
     assert "onverge" not in first.stdout
@@ -215,9 +209,7 @@ def test_a_sweep_counts_later_proofs_everywhere(rbstab: Invoke) -> None:
 
 
 @pytest.mark.slow
-def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(
-    folder: Path, rbstab: Invoke
-) -> None:
+def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(folder: Path) -> None:
     Path("varied.yaml").write_text(PLAN)
     rbstab("sweep", "varied.yaml", "--no-prove", "-q")
     Path("varied.yaml").rename("plan of yesterday.yaml")

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, PLAN_OF_MASSES, STORED, Invoke, replace_everywhere
+from cli.conftest import GOOD, PLAN_OF_MASSES, STORED, rbstab, replace_everywhere, success
 from support.closed_folders import close
 from support.hang_guard import time_limit
 from support.made_runs import made_file
@@ -83,7 +83,7 @@ def special(folder: Path) -> Iterator[None]:
 @pytest.mark.usefixtures("special")
 @pytest.mark.parametrize("kind", ["pipe", "socket", "device", "folder"])
 @pytest.mark.parametrize("command", READERS)
-def test_what_is_no_file_is_not_read(command: str, kind: str, rbstab: Invoke) -> None:
+def test_what_is_no_file_is_not_read(command: str, kind: str) -> None:
     name, *options = command.split()
     with time_limit(60):
         done = rbstab(name, *options, kind)
@@ -108,11 +108,10 @@ def identity(path: Path) -> tuple[int, int, bytes]:
 @pytest.mark.parametrize("force", ["", "--force"])
 @pytest.mark.parametrize("kind", TARGETS)
 @pytest.mark.parametrize("command", WRITERS)
-def test_a_file_that_cannot_be_written_is_told_before_the_work(  # noqa: PLR0917 (cases and fixtures)
+def test_a_file_that_cannot_be_written_is_told_before_the_work(
     command: str,
     kind: str,
     force: str,
-    rbstab: Invoke,
     request: pytest.FixtureRequest,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -154,9 +153,7 @@ COMMANDS = (
     "place", ["pipe", "socket", "device", "good.yaml/results", "/proc/results"]
 )
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_folder_of_results_is_tried_before_the_work(
-    command: str, place: str, rbstab: Invoke
-) -> None:
+def test_a_folder_of_results_is_tried_before_the_work(command: str, place: str) -> None:
     with time_limit(60):
         done = rbstab(*command.split(), "-o", place)
     assert done.exit_code == 4
@@ -167,9 +164,7 @@ def test_a_folder_of_results_is_tried_before_the_work(
 
 @pytest.mark.usefixtures("special")
 @pytest.mark.parametrize("command", ["run good.yaml", "sweep plan.yaml"])
-def test_the_folder_of_proofs_is_tried_too(
-    command: str, rbstab: Invoke, request: pytest.FixtureRequest
-) -> None:
+def test_the_folder_of_proofs_is_tried_too(command: str, request: pytest.FixtureRequest) -> None:
     Path("results").mkdir()
     Path("results/proofs").write_text("in the way")
     request.getfixturevalue("no_runs")
@@ -183,10 +178,10 @@ def test_the_folder_of_proofs_is_tried_too(
 
 
 def test_what_is_stored_needs_no_folder_that_can_be_written(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+    folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The folder of proofs, or that of results, may be that of another user."""
-    assert rbstab("run", "good.yaml", "-q").exit_code == 0
+    success("run", "good.yaml", "-q")
     Path("again.yaml").write_text(GOOD)
     Path("other.yaml").write_text(GOOD.replace("mass: 41", "mass: 42"))
     closed: list[Path] = [Path("results/proofs")]
@@ -197,7 +192,7 @@ def test_what_is_stored_needs_no_folder_that_can_be_written(
         check_folder(folder)
 
     replace_everywhere(monkeypatch, "rbstab.store.disk.paths.check_folder", fail)
-    assert rbstab("run", "again.yaml").exit_code == 0
+    success("run", "again.yaml")
     refused = rbstab("run", "other.yaml")
     assert refused.exit_code == 4
     assert "cannot be written: tried. Nothing was run" in refused.stderr
@@ -207,9 +202,7 @@ def test_what_is_stored_needs_no_folder_that_can_be_written(
 
 
 @pytest.mark.usefixtures("no_runs")
-def test_with_force_a_closed_folder_is_told(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_with_force_a_closed_folder_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whether results exist is not known where their folder may not be entered."""
     made_file(folder / "results/good.h5")
     close(folder / "results", monkeypatch)
@@ -222,7 +215,7 @@ def test_with_force_a_closed_folder_is_told(
 
 
 @pytest.mark.parametrize("force", ["", "--force"])
-def test_a_pipe_with_the_name_of_a_result_stays(force: str, folder: Path, rbstab: Invoke) -> None:
+def test_a_pipe_with_the_name_of_a_result_stays(force: str, folder: Path) -> None:
     Path("results").mkdir()
     os.mkfifo("results/good.h5")
     with time_limit(60):
@@ -234,14 +227,13 @@ def test_a_pipe_with_the_name_of_a_result_stays(force: str, folder: Path, rbstab
 
 
 @pytest.mark.parametrize("stem", ["x" * 251, "é" * 125], ids=["251", "UTF-8"])
-def test_the_longest_names_are_written(stem: str, folder: Path, rbstab: Invoke) -> None:
+def test_the_longest_names_are_written(stem: str, folder: Path) -> None:
     Path(f"{stem}.yml").write_text(GOOD)
     for force in ((), ("--force",)):
-        done = rbstab("run", "--no-prove", f"{stem}.yml", *force)
-        assert done.exit_code == 0, done.stderr
+        success("run", "--no-prove", f"{stem}.yml", *force)
         assert [path.name for path in Path("results").iterdir()] == [f"{stem}.h5"]
     report = "r" * 250 + ".html"
-    assert rbstab("report", f"results/{stem}.h5", "-o", report).exit_code == 0
+    success("report", f"results/{stem}.h5", "-o", report)
     assert Path(report).is_file()
 
 
@@ -254,9 +246,7 @@ def test_the_longest_names_are_written(stem: str, folder: Path, rbstab: Invoke) 
         "tune LONG.yaml --objective energy --over controller.K_t",
     ],
 )
-def test_a_name_that_the_program_makes_may_be_too_long(
-    command: str, folder: Path, rbstab: Invoke
-) -> None:
+def test_a_name_that_the_program_makes_may_be_too_long(command: str, folder: Path) -> None:
     """Of a result that is moved aside, of that of a member, and of a tuned config."""
     long = "x" * 245
     made = made_file(folder / f"results/{long}.h5").read_bytes()

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cli.conftest import GOOD, Invoke
+from cli.conftest import GOOD, rbstab, success
 from support.paper_runs import paper_config
 
 from rbstab.config.files.dump import as_yaml
@@ -20,10 +20,9 @@ GAINS = ("--over", "controller.L_r,controller.L_t")
 OVER = (*GAINS, "--bounds", "0.5:2")
 
 
-def test_a_better_config_is_written_and_not_overwritten(folder: Path, rbstab: Invoke) -> None:
+def test_a_better_config_is_written_and_not_overwritten(folder: Path) -> None:
     arguments = ("tune", "good.yaml", "--objective", "energy", *OVER)
-    done = rbstab(*arguments)
-    assert done.exit_code == 0
+    done = success(*arguments)
     assert "controller.L_t[2]" in done.stdout
     assert "energy ∫v dt [J s]" in done.stdout
     assert done.stderr.endswith("good.yaml: found a better config -> good_tuned.yaml\n")
@@ -38,12 +37,12 @@ def test_a_better_config_is_written_and_not_overwritten(folder: Path, rbstab: In
     assert again.exit_code == 4
     assert again.stderr == "good_tuned.yaml: already exists. Replace it with --force.\n"
     Path("good_tuned.yaml").write_text("old")
-    assert rbstab(*arguments, "--force").exit_code == 0
+    success(*arguments, "--force")
     assert Path("good_tuned.yaml").read_text() == text
     assert Path("good.yaml").read_text() == GOOD
 
 
-def test_the_factors_are_those_of_the_written_config(folder: Path, rbstab: Invoke) -> None:
+def test_the_factors_are_those_of_the_written_config(folder: Path) -> None:
     done = rbstab("tune", "good.yaml", "--objective", "energy", *OVER, "-o", "t.yaml", "--json")
     facts = json.loads(done.stdout)
     assert facts["file"] == "t.yaml"
@@ -53,15 +52,14 @@ def test_the_factors_are_those_of_the_written_config(folder: Path, rbstab: Invok
     assert load_config("t.yaml").controller.L_r[0] == 60 * factor
 
 
-def test_nothing_better_writes_nothing(folder: Path, rbstab: Invoke) -> None:
+def test_nothing_better_writes_nothing(folder: Path) -> None:
     arguments = ("--objective", "energy", "--over", "controller.L_r", "--bounds", "1:1")
-    done = rbstab("tune", "good.yaml", *arguments)
-    assert done.exit_code == 0
+    done = success("tune", "good.yaml", *arguments)
     assert done.stderr.endswith("good.yaml: no better config was found; nothing is written\n")
     assert not Path("good_tuned.yaml").exists()
 
 
-def test_no_run_that_settles_is_exit_code_3(folder: Path, rbstab: Invoke) -> None:
+def test_no_run_that_settles_is_exit_code_3(folder: Path) -> None:
     done = rbstab("tune", "good.yaml", "--objective", "settling_time", *OVER)
     assert done.exit_code == 3
     assert done.stderr.endswith("no run completed and settled; nothing is written\n")
@@ -84,9 +82,8 @@ def settling_config(folder: Path) -> Path:
     return folder
 
 
-def test_the_tables_name_every_parameter(settling_config: Path, rbstab: Invoke) -> None:
-    done = rbstab("sensitivities", "good.yaml")
-    assert done.exit_code == 0
+def test_the_tables_name_every_parameter(settling_config: Path) -> None:
+    done = success("sensitivities", "good.yaml")
     quantities, relative, per_unit = done.stdout.strip().split("\n\n")
     assert "settling_time [s]" in quantities
     assert "peak_contact_displacement[2] [m]" in quantities
@@ -98,7 +95,7 @@ def test_the_tables_name_every_parameter(settling_config: Path, rbstab: Invoke) 
     assert not Path("results").exists()
 
 
-def test_the_json_holds_all(settling_config: Path, rbstab: Invoke) -> None:
+def test_the_json_holds_all(settling_config: Path) -> None:
     facts = json.loads(rbstab("sensitivities", "good.yaml", "--json").stdout)
     names = [quantity["name"] for quantity in facts["quantities"]]
     assert names[0] == "settling_time"
@@ -111,7 +108,7 @@ def test_the_json_holds_all(settling_config: Path, rbstab: Invoke) -> None:
     assert mass["relative"]["settling_time"] == pytest.approx(expected)
 
 
-def test_a_run_that_does_not_complete_is_said(folder: Path, rbstab: Invoke) -> None:
+def test_a_run_that_does_not_complete_is_said(folder: Path) -> None:
     done = rbstab("sensitivities", "good.yaml", "--set", "integration.step_limit=1")
     assert done.exit_code == 3
     assert done.stderr.startswith("error: step limit: stopped after 1 steps")
@@ -139,9 +136,8 @@ def case1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-def test_the_config_that_it_writes_is_proved(case1: Path, rbstab: Invoke) -> None:
-    done = rbstab("guard", "case1.yaml")
-    assert done.exit_code == 0
+def test_the_config_that_it_writes_is_proved(case1: Path) -> None:
+    done = success("guard", "case1.yaml")
     end = "every start in the range converges: proved -> case1_guarded.yaml\n"
     assert done.stderr.endswith(end)
     written = load_config("case1_guarded.yaml")
@@ -153,11 +149,11 @@ def test_the_config_that_it_writes_is_proved(case1: Path, rbstab: Invoke) -> Non
     again = rbstab("guard", "case1.yaml")
     assert again.exit_code == 4
     assert again.stderr == "case1_guarded.yaml: already exists. Replace it with --force.\n"
-    assert rbstab("guard", "case1.yaml", "--force").exit_code == 0
+    success("guard", "case1.yaml", "--force")
 
 
 @pytest.mark.slow
-def test_the_couple_of_the_barrier_is_that_of_its_potential(case1: Path, rbstab: Invoke) -> None:
+def test_the_couple_of_the_barrier_is_that_of_its_potential(case1: Path) -> None:
     done = rbstab("guard", "case1.yaml", "-o", "g.yaml", "--json")
     facts = json.loads(done.stdout)
     assert facts["file"] == "g.yaml"
@@ -173,12 +169,9 @@ def test_the_couple_of_the_barrier_is_that_of_its_potential(case1: Path, rbstab:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("method", "key"), [("stiff", "stiffness"), ("repelling", "couple")])
-def test_a_soft_guard_keeps_this_start_in_the_range(
-    case1: Path, rbstab: Invoke, method: str, key: str
-) -> None:
+def test_a_soft_guard_keeps_this_start_in_the_range(case1: Path, method: str, key: str) -> None:
     options = ("--method", method, "--soft-angle", "1.1", "--limit", "50000", "--json")
-    done = rbstab("guard", "case1.yaml", *options)
-    assert done.exit_code == 0
+    done = success("guard", "case1.yaml", *options)
     assert done.stderr.endswith(
         "case1.yaml: this start keeps the range: proved -> case1_guarded.yaml\n"
         "case1.yaml: convergence to the rest state at Θ = (0, 0, 0) rad: proved\n"
@@ -194,7 +187,7 @@ def test_a_soft_guard_keeps_this_start_in_the_range(
     assert facts["guarded"]["largest_couple"] <= proved["couple_bound"]
 
 
-def test_a_couple_above_the_limit_is_not_written(case1: Path, rbstab: Invoke) -> None:
+def test_a_couple_above_the_limit_is_not_written(case1: Path) -> None:
     done = rbstab("guard", "case1.yaml", "--method", "repelling", "--limit", "20000", "--json")
     assert done.exit_code == 3
     assert done.stderr.endswith(
@@ -205,7 +198,7 @@ def test_a_couple_above_the_limit_is_not_written(case1: Path, rbstab: Invoke) ->
     assert not Path("case1_guarded.yaml").exists()
 
 
-def test_no_soft_guard_says_why(case1: Path, rbstab: Invoke) -> None:
+def test_no_soft_guard_says_why(case1: Path) -> None:
     case1.write_text(as_yaml(with_elements(strut=STRUT)))
     done = rbstab("guard", "case1.yaml", "--method", "stiff", "--json")
     assert done.exit_code == 3
@@ -215,7 +208,7 @@ def test_no_soft_guard_says_why(case1: Path, rbstab: Invoke) -> None:
 
 
 def test_rest_states_at_other_angles_are_why_no_barrier_is_found(
-    case1: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+    case1: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A shank hangs from its knee by soft springs: it can also rest after a whole turn."""
     monkeypatch.setattr("rbstab.experiment.tuning.guard.LADDER", (0.01, 1.0))

@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from cli.conftest import Invoke
+from cli.conftest import rbstab, success
 from support.closed_folders import close
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
@@ -31,7 +31,7 @@ def results(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return Path("results")
 
 
-def test_a_list_shows_the_results(results: Path, rbstab: Invoke) -> None:
+def test_a_list_shows_the_results(results: Path) -> None:
     done = rbstab("list")
     assert (done.exit_code, done.stderr) == (0, WARNING)
     assert str(results / "embedded.h5") in done.stdout
@@ -40,20 +40,17 @@ def test_a_list_shows_the_results(results: Path, rbstab: Invoke) -> None:
 
 
 @pytest.mark.parametrize("inside", ["", "embedded.h5", "finished_map"])
-def test_a_report_and_show_go_on(inside: str, results: Path, rbstab: Invoke) -> None:
+def test_a_report_and_show_go_on(inside: str, results: Path) -> None:
     for words in (("report", "--format", "text"), ("show",)):
-        done = rbstab(*words, str(results / inside))
-        assert done.exit_code == 0
+        done = success(*words, str(results / inside))
         assert done.stderr.count(WARNING) == 1
         assert done.stdout
 
 
-def test_a_sweep_is_not_called_unproved(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_sweep_is_not_called_unproved(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is not known what the proofs say of its members."""
     Path("plan.yaml").write_text(PLAN)
-    assert rbstab("sweep", "plan.yaml", "--engine", "scipy", "--no-prove").exit_code == 0
+    success("sweep", "plan.yaml", "--engine", "scipy", "--no-prove")
     PROOFS.mkdir()
     with monkeypatch.context() as patched:
         close(folder / PROOFS, patched)
@@ -64,7 +61,7 @@ def test_a_sweep_is_not_called_unproved(
 
 
 def test_another_folder_that_cannot_be_read_is_named(
-    folder: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+    folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It may be a sweep."""
     Path("results/closed").mkdir(parents=True)

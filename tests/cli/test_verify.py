@@ -4,22 +4,21 @@ import json
 from pathlib import Path
 
 import pytest
-from cli.conftest import Invoke
+from cli.conftest import rbstab, success
 from support.printed_paths import printed
 
 from rbstab.store.document import read_document, write_document
 
 
 @pytest.fixture
-def proof(folder: Path, rbstab: Invoke) -> Path:
-    assert rbstab("stability", "good.yaml", "--no-run").exit_code == 0
+def proof(folder: Path) -> Path:
+    success("stability", "good.yaml", "--no-run")
     (path,) = (folder / "results" / "proofs").iterdir()
     return path
 
 
-def test_a_proof_is_verified(proof: Path, rbstab: Invoke) -> None:
-    done = rbstab("verify", str(proof))
-    assert done.exit_code == 0
+def test_a_proof_is_verified(proof: Path) -> None:
+    done = success("verify", str(proof))
     assert done.stdout.startswith(f"{proof}: verified\n")
     assert "The range of eq. 5\n    Rest states: checked. 1 are isolated" in done.stdout
     assert "No other rest state: checked (" in done.stdout
@@ -28,13 +27,12 @@ def test_a_proof_is_verified(proof: Path, rbstab: Invoke) -> None:
     assert "REFUSED" not in done.stdout
     quiet = rbstab("verify", str(proof), "-q")
     assert (quiet.stdout, quiet.stderr, done.stderr) == (done.stdout, "", "")
-    with_config = rbstab("verify", str(proof), "--config", "good.yaml")
-    assert with_config.exit_code == 0
+    with_config = success("verify", str(proof), "--config", "good.yaml")
     assert "as an exact expression" in with_config.stdout
     assert "not compared with a config" not in with_config.stdout
 
 
-def test_a_larger_bound_with_a_new_digest_is_refused(proof: Path, rbstab: Invoke) -> None:
+def test_a_larger_bound_with_a_new_digest_is_refused(proof: Path) -> None:
     data = read_document(proof)
     data["region"]["energy_bound"] *= 1.01
     write_document(proof, data)
@@ -45,7 +43,7 @@ def test_a_larger_bound_with_a_new_digest_is_refused(proof: Path, rbstab: Invoke
 
 
 def test_a_check_that_takes_too_long_is_no_refusal(
-    proof: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+    proof: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     wrong = proof.with_name(f"{'0' * 32}.json")
     data = read_document(proof)
@@ -61,7 +59,7 @@ def test_a_check_that_takes_too_long_is_no_refusal(
     assert rbstab("verify", str(proof), str(wrong)).exit_code == 4
 
 
-def test_an_edit_without_a_new_digest_is_damage(proof: Path, rbstab: Invoke) -> None:
+def test_an_edit_without_a_new_digest_is_damage(proof: Path) -> None:
     text = proof.read_text()
     proof.write_text(text.replace('"lower_bound": 4', '"lower_bound": 5', 1))
     assert proof.read_text() != text
@@ -70,28 +68,26 @@ def test_an_edit_without_a_new_digest_is_damage(proof: Path, rbstab: Invoke) -> 
     assert "is damaged" in done.stderr
 
 
-def test_another_config_is_refused(proof: Path, rbstab: Invoke) -> None:
+def test_another_config_is_refused(proof: Path) -> None:
     changes = ("--set", "body.contact_point=[0.15, 0.10, -0.43]")
     done = rbstab("verify", str(proof), "--config", "good.yaml", *changes)
     assert done.exit_code == 4
     assert "it was made for another one" in done.stdout
 
 
-def test_all_proofs_of_a_folder_are_checked(proof: Path, rbstab: Invoke) -> None:
+def test_all_proofs_of_a_folder_are_checked(proof: Path) -> None:
     changes = ("--set", "body.contact_point=[0.15, 0.10, -0.43]")
-    assert rbstab("stability", "good.yaml", "--no-run", *changes).exit_code == 0
+    success("stability", "good.yaml", "--no-run", *changes)
     (other,) = set(proof.parent.iterdir()) - {proof}
     (proof.parent / "within-0.json").write_text("{}")
     for folder in (proof.parent.parent, proof.parent):
-        done = rbstab("verify", str(folder))
-        assert done.exit_code == 0
+        done = success("verify", str(folder))
         for path in (proof, other):
             assert f"{folder / path.relative_to(folder)}: verified\n" in done.stdout
         counts = "2 of 2 proofs verified; 1 within tolerances cannot be checked\n"
         assert done.stdout.endswith(f"{folder}: {counts}")
     # That of one config is found by the config.
-    done = rbstab("verify", "results", "--config", "good.yaml", *changes, "--json")
-    assert done.exit_code == 0
+    done = success("verify", "results", "--config", "good.yaml", *changes, "--json")
     assert [one["id"] for one in json.loads(done.stdout)] == [other.stem]
     # A wrong proof does not stop the others, and neither does a damaged one.
     data = read_document(proof)
@@ -106,20 +102,19 @@ def test_all_proofs_of_a_folder_are_checked(proof: Path, rbstab: Invoke) -> None
     assert printed("results/proofs/0.json is damaged") in done.stderr
 
 
-def test_a_file_that_claims_nothing_is_not_counted(proof: Path, rbstab: Invoke) -> None:
+def test_a_file_that_claims_nothing_is_not_counted(proof: Path) -> None:
     load = "quantity: force, point: [0, 0, 0], direction: [1, 0, 0], amplitude: 1"
     element = f"{{kind: input, {load}, signal: {{kind: sine, frequency: 1}}}}"
     text = Path("good.yaml").read_text().replace("title:", "schema_version: 2\ntitle:")
     Path("guarded.yaml").write_text(f"{text}elements: {{load: {element}}}\n")
-    assert rbstab("run", "guarded.yaml", "--prove").exit_code == 0
-    done = rbstab("verify", "results")
-    assert done.exit_code == 0
+    success("run", "guarded.yaml", "--prove")
+    done = success("verify", "results")
     assert ".json: claims nothing: an input supplies power" in done.stdout
     assert done.stdout.splitlines()[-1] == "results: 1 of 1 proofs verified; 1 file claims nothing"
 
 
 def test_a_second_opinion_that_is_not_decided_is_no_refusal(
-    proof: Path, rbstab: Invoke, monkeypatch: pytest.MonkeyPatch
+    proof: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("rbstab.experiment.verification.second.opinion.LATEST", 0.01)
     done = rbstab("verify", str(proof), "--config", "good.yaml", "--second")
@@ -128,10 +123,9 @@ def test_a_second_opinion_that_is_not_decided_is_no_refusal(
     assert "REFUSED" not in done.stdout
 
 
-def test_a_certificate_has_the_boxes_that_are_counted(proof: Path, rbstab: Invoke) -> None:
+def test_a_certificate_has_the_boxes_that_are_counted(proof: Path) -> None:
     words = ("verify", str(proof), "--certificate", "boxes.json")
-    done = rbstab(*words, "--json")
-    assert done.exit_code == 0
+    done = success(*words, "--json")
     data, certificate = json.loads(done.stdout), json.loads(Path("boxes.json").read_text())
     assert data["verified"] is True
     assert data["id"] == certificate["id"] == proof.stem
@@ -145,13 +139,12 @@ def test_a_certificate_has_the_boxes_that_are_counted(proof: Path, rbstab: Invok
 
 
 @pytest.mark.heavy
-def test_a_second_opinion_confirms_and_refutes(folder: Path, rbstab: Invoke) -> None:
+def test_a_second_opinion_confirms_and_refutes(folder: Path) -> None:
     config = str(Path(__file__).parents[2] / "configs/examples/stability/fast.yaml")
-    assert rbstab("stability", config, "--no-run").exit_code == 0
+    success("stability", config, "--no-run")
     (proof,) = (folder / "results/proofs").iterdir()
     second = ("verify", str(proof), "--config", config, "--second")
-    done = rbstab(*second)
-    assert done.exit_code == 0
+    done = success(*second)
     assert "  Codac: the range of eq. 5\n    Rest states: checked." in done.stdout
     assert "codac is asked about lists of rest states and certified regions only" in done.stdout
     data = read_document(proof)

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, Invoke
+from cli.conftest import GOOD, rbstab, success
 
 HELD = GOOD.replace("A short run", "A held body").replace("variant: free", "variant: permanent")
 
@@ -16,10 +16,9 @@ def held(folder: Path) -> Path:
     return folder
 
 
-def test_the_proof_is_printed_first_and_stored(held: Path, rbstab: Invoke) -> None:
+def test_the_proof_is_printed_first_and_stored(held: Path) -> None:
     arguments = ("stability", "held.yaml", "--no-run", "--within", "controller=±20%")
-    done = rbstab(*arguments, "--within", "body.contact_point=±0.01")
-    assert done.exit_code == 0
+    done = success(*arguments, "--within", "body.contact_point=±0.01")
     title, _, first, second, *rest = done.stdout.splitlines()
     assert title == "held.yaml: A held body"
     within = "For every body within controller ±20 %, body.contact_point ±0.01: "
@@ -39,7 +38,7 @@ def test_the_proof_is_printed_first_and_stored(held: Path, rbstab: Invoke) -> No
 
 
 @pytest.mark.slow
-def test_largest_is_bracketed(held: Path, rbstab: Invoke) -> None:
+def test_largest_is_bracketed(held: Path) -> None:
     """K_r alone: there is a second rest state at 0.3 of it, so the answer is below 70 %."""
     key = "controller.K_r"
     arguments = ("stability", "held.yaml", "--no-run", "--json", "--time-limit", "600")
@@ -55,7 +54,7 @@ def test_largest_is_bracketed(held: Path, rbstab: Invoke) -> None:
     assert facts["within"]["statements"][0].startswith(head)
 
 
-def test_a_sliding_connector_is_not_decided(held: Path, rbstab: Invoke) -> None:
+def test_a_sliding_connector_is_not_decided(held: Path) -> None:
     text = HELD.replace("variant: permanent", "variant: sliding\n  K_s: [60, 60, 40]")
     (held / "sliding.yaml").write_text(text.replace("K_s", "surface: position\n  K_s"))
     done = rbstab("stability", "sliding.yaml", "--no-run", "--within", "controller.K_r=±1%")
@@ -64,11 +63,10 @@ def test_a_sliding_connector_is_not_decided(held: Path, rbstab: Invoke) -> None:
     )
 
 
-def test_a_limit_of_time_ends_the_proof_and_is_told(held: Path, rbstab: Invoke) -> None:
+def test_a_limit_of_time_ends_the_proof_and_is_told(held: Path) -> None:
     """Nothing that ended early is kept as the answer: with more time, it is proved."""
     within = ("stability", "held.yaml", "--no-run", "--within", "controller.K_r=±1%")
-    done = rbstab(*within, "--time-limit", "1e-9")
-    assert done.exit_code == 0
+    done = success(*within, "--time-limit", "1e-9")
     first = done.stdout.splitlines()[2]
     assert "not decided (the time limit was reached: 1 of 1 parts are not proved)" in first
     assert "one rest state, a minimum, proved" in rbstab(*within).stdout
@@ -89,10 +87,9 @@ FAST = ("--set", "initial.angular_velocity=[12,0,0]")
 SPIN = "initial.angular_velocity[0]=±0.01"
 
 
-def test_every_start_is_proved_and_the_proof_is_stored(folder: Path, rbstab: Invoke) -> None:
+def test_every_start_is_proved_and_the_proof_is_stored(folder: Path) -> None:
     arguments = ("stability", "good.yaml", *FAST, "--no-run", "--within", SPIN)
-    first = rbstab(*arguments)
-    assert first.exit_code == 0, first.output
+    first = success(*arguments)
     (line,) = [one for one in first.stdout.splitlines() if "For every start within" in one]
     assert "initial.angular_velocity[0] ±0.01: the motion converges to rest state 1, proved" in line
     assert "inside the certified region from t = " in line

@@ -67,12 +67,6 @@ def test_the_example_is_the_file() -> None:
     assert kinds == set(KINDS)
 
 
-def test_the_plan_and_the_second_example_say_what_the_page_says() -> None:
-    proved = rbstab.load_config(ROOT / "configs/examples/elements_proved.yaml")
-    assert {element.kind for element in proved.elements.values()} == {"visco-elastic", "attitude"}
-    assert proved.controller.variant == "free"
-
-
 @pytest.mark.parametrize(
     ("kind", "method"), [(k, m) for k, methods in KINDS.items() for m in methods]
 )

@@ -212,17 +212,14 @@ def test_laws_side_by_side(tables):
             assert row[3:5] == list(new[3:5])
 
 
-def test_every_figure_is_there_and_no_other():
+def test_every_figure_is_there_and_no_other(figures):
     used = re.findall(r"!\[([^\]]+)\]\(figures/(\w+\.png)\)", PAGE)
+    files = {path.name: path for path in FIGURES.glob("sliding_*.png")}
     assert len(used) == PAGE.count("![")
     assert all(len(text) > 40 for text, _ in used)
-    assert {name for _, name in used} == {path.name for path in FIGURES.glob("sliding_*.png")}
-    assert all(path.stat().st_size < 100_000 for path in FIGURES.glob("*.png"))
-
-
-def test_a_figure_is_made_for_each_file(figures):
-    names = {f"sliding_{name}.png" for name in figures.FIGURES}
-    assert names == {path.name for path in FIGURES.glob("sliding_*.png")}
+    assert {name for _, name in used} == set(files)
+    assert {f"sliding_{name}.png" for name in figures.FIGURES} == set(files)
+    assert all(path.stat().st_size < 100_000 for path in files.values())
 
 
 def test_the_blocks_of_yaml_are_valid(tables):

@@ -64,6 +64,14 @@ def check(attempt: Attempt, path: Path, context: object) -> None:
     assert attempt.memory <= 4 * path.stat().st_size + 300e6, (context, attempt)
 
 
+def attempts(reader, path, count, way, named):
+    """Damage a file without its seal in many ways, and yield each seed with what is read then."""
+    good = path.read_bytes()
+    for seed in seeds_of(count):
+        path.write_bytes(damaged(good, seed))
+        yield seed, reader.attempt(way, named)
+
+
 def read_damaged(reader, way, named, path, count):
     """Damage a file in many ways, and check that reading gives its old content or an error.
 
@@ -129,9 +137,7 @@ def test_shards(reader, folder, count, name):
     whole = reader.attempt("inventory", folder)
     assert whole.outcome == "read"
     good = path.read_bytes()
-    for seed in seeds_of(count):
-        path.write_bytes(damaged(good, seed))
-        found = reader.attempt("inventory", folder)
+    for seed, found in attempts(reader, path, count, "inventory", folder):
         check(found, path, seed)
         assert found.outcome == "read", found
         assert (found.text == whole.text) == (path.read_bytes() == good), seed
@@ -143,10 +149,7 @@ def test_shards(reader, folder, count, name):
 def test_manifest(reader, folder, count):
     path = folder / "manifest.json"
     expected = reader.attempt("inventory", folder)
-    good = path.read_bytes()
-    for seed in seeds_of(count):
-        path.write_bytes(damaged(good, seed))
-        found = reader.attempt("inventory", folder)
+    for seed, found in attempts(reader, path, count, "inventory", folder):
         check(found, path, seed)
         assert found.outcome != "read" or found.text == expected.text, seed
 
@@ -156,10 +159,7 @@ def test_plan(reader, folder, count):
     """The manifest has the identity of the plan."""
     path = folder / "plan.yaml"
     table = reader.attempt("sweep", folder).text
-    good = path.read_bytes()
-    for seed in seeds_of(count):
-        path.write_bytes(damaged(good, seed))
-        found = reader.attempt("show_command", folder)
+    for seed, found in attempts(reader, path, count, "show_command", folder):
         assert found.outcome in ("exit 0", "exit 4"), (seed, found)
         assert found.seconds < TIME_LIMIT, (seed, found)
         assert reader.attempt("sweep", folder).text == table
@@ -172,9 +172,6 @@ def test_proof(reader, tmp_path, count):
     expected = reader.attempt("proof", run)
     assert expected.outcome == "read"
     assert expected.text != "None"
-    good = path.read_bytes()
-    for seed in seeds_of(count):
-        path.write_bytes(damaged(good, seed))
-        found = reader.attempt("proof", run)
+    for seed, found in attempts(reader, path, count, "proof", run):
         check(found, path, seed)
         assert found.text in ("None", expected.text), seed

@@ -9,7 +9,7 @@ import random
 import time
 
 import pytest
-from support.disturbed_commands import CASES, Undisturbed, partial_files
+from support.disturbed_commands import CASES, Undisturbed, daily_and_long, partial_files
 from support.forked_commands import Command, Ended
 from support.full_disks import PLENTY, SmallDisk, small_disk
 
@@ -93,19 +93,8 @@ class Trials:
             assert "No space left on device" in line or "GB are free" in line
 
 
-def run_trials(done, disk, numbers):
-    trials = Trials(done, disk)
+@pytest.mark.parametrize(("name", "numbers"), daily_and_long(dict.fromkeys(CASES, (2, 50))))
+def test_a_disk_that_is_filled_meanwhile(name, numbers, disk, undisturbed):
+    trials = Trials(undisturbed(name), disk)
     for number in numbers:
         trials.run(number)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", CASES)
-def test_a_disk_that_is_filled_meanwhile(name, disk, undisturbed):
-    run_trials(undisturbed(name), disk, range(2))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", CASES)
-def test_a_disk_that_is_filled_at_fifty_moments(name, disk, undisturbed):
-    run_trials(undisturbed(name), disk, range(2, 50))

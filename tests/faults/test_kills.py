@@ -11,7 +11,7 @@ import time
 import psutil
 import pytest
 from support.clusters import LocalProcesses
-from support.disturbed_commands import SWEEP, Trials
+from support.disturbed_commands import SWEEP, Trials, daily_and_long
 from support.forked_commands import CommandServer
 
 pytestmark = pytest.mark.skipif(
@@ -29,10 +29,7 @@ KILLS = {
 }
 """Kills of each command: in every run of the tests, and in the long one."""
 
-WORKER_KILLS = (2, 15)
 SWEEP_ON_CLUSTER = tuple(word for word in SWEEP if word not in ("--threads", "3"))
-CLUSTER_KILLS = (1, 8)
-"""Kills of a worker, and then of the scheduler."""
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +38,9 @@ def server(tmp_path_factory):
         yield found
 
 
-def kill_at_random(done, server, folder, numbers):
-    trials = Trials(done, server, folder)
+@pytest.mark.parametrize(("name", "numbers"), daily_and_long(KILLS))
+def test_killed_at_a_random_moment(name, numbers, undisturbed, server, tmp_path):
+    trials = Trials(undisturbed(name), server, tmp_path)
     for number in numbers:
         command, rng = trials.start(number)
         trials.wait(command, rng)
@@ -54,9 +52,10 @@ def kill_at_random(done, server, folder, numbers):
         trials.repeat(command.folder)
 
 
-def kill_a_worker(done, server, folder, numbers):
-    """Kill a worker of a sweep: the command goes on, and its results are right."""
-    trials = Trials(done, server, folder)
+@pytest.mark.parametrize(("name", "numbers"), daily_and_long({"sweep": (2, 15)}))
+def test_a_killed_worker_of_a_sweep(name, numbers, undisturbed, server, tmp_path):
+    """The command goes on, and its results are right."""
+    trials = Trials(undisturbed(name), server, tmp_path)
     for number in numbers:
         command, rng = trials.start(number)
         command.until_workers(1)
@@ -69,11 +68,12 @@ def kill_a_worker(done, server, folder, numbers):
         trials.repeat(command.folder)
 
 
-def kill_in_a_cluster(done, server, folder, numbers):
-    """Kill a worker of a cluster, then the scheduler; then sweep without the cluster."""
-    trials = Trials(done, server, folder)
+@pytest.mark.parametrize(("name", "numbers"), daily_and_long({"sweep": (1, 8)}))
+def test_a_killed_worker_and_a_killed_scheduler(name, numbers, undisturbed, server, tmp_path):
+    """Afterwards the sweep is finished without the cluster."""
+    trials = Trials(undisturbed(name), server, tmp_path)
     for number in numbers:
-        cluster_folder = folder / f"cluster {number}"
+        cluster_folder = tmp_path / f"cluster {number}"
         cluster_folder.mkdir()
         with LocalProcesses(cluster_folder) as cluster:
             killed, _ = cluster.worker(), cluster.worker()
@@ -90,35 +90,3 @@ def kill_in_a_cluster(done, server, folder, numbers):
             assert ended.code in (0, 4), ended
             assert ended.code == 0 or "does not answer any more" in ended.stderr
         trials.repeat(command.folder)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", KILLS)
-def test_killed_at_a_random_moment(name, undisturbed, server, tmp_path):
-    kill_at_random(undisturbed(name), server, tmp_path, range(KILLS[name][0]))
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", KILLS)
-def test_killed_at_many_random_moments(name, undisturbed, server, tmp_path):
-    kill_at_random(undisturbed(name), server, tmp_path, range(*KILLS[name]))
-
-
-@pytest.mark.slow
-def test_a_killed_worker_of_a_sweep(undisturbed, server, tmp_path):
-    kill_a_worker(undisturbed("sweep"), server, tmp_path, range(WORKER_KILLS[0]))
-
-
-@pytest.mark.long
-def test_many_killed_workers_of_sweeps(undisturbed, server, tmp_path):
-    kill_a_worker(undisturbed("sweep"), server, tmp_path, range(*WORKER_KILLS))
-
-
-@pytest.mark.slow
-def test_a_killed_worker_and_a_killed_scheduler(undisturbed, server, tmp_path):
-    kill_in_a_cluster(undisturbed("sweep"), server, tmp_path, range(CLUSTER_KILLS[0]))
-
-
-@pytest.mark.long
-def test_many_killed_workers_and_schedulers(undisturbed, server, tmp_path):
-    kill_in_a_cluster(undisturbed("sweep"), server, tmp_path, range(*CLUSTER_KILLS))

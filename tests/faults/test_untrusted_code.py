@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, Invoke, invoke
+from cli.conftest import GOOD, rbstab, success
 from support.user_code import traitor
 
 import rbstab as package
@@ -47,8 +47,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     allowed = ("--allow-python", "-q", "--engine", "scipy")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        assert invoke("run", "traitor.yaml", "--prove", *allowed).exit_code == 0
-        assert invoke("sweep", "plan.yaml", "--threads", "1", *allowed).exit_code == 0
+        assert rbstab("run", "traitor.yaml", "--prove", *allowed).exit_code == 0
+        assert rbstab("sweep", "plan.yaml", "--threads", "1", *allowed).exit_code == 0
     assert (folder / "ran").exists()
     return folder
 
@@ -67,12 +67,6 @@ def marker(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return made / "ran"
 
 
-@pytest.fixture
-def rbstab() -> Invoke:
-    """A function that calls the command line in this process."""
-    return invoke
-
-
 READING = [
     ("show", "results/traitor.h5"),
     ("show", "results/traitor.h5", "--config"),
@@ -86,9 +80,8 @@ READING = [
 
 
 @pytest.mark.parametrize("arguments", READING, ids=" ".join)
-def test_reading_runs_no_code(marker: Path, rbstab: Invoke, arguments: tuple[str, ...]) -> None:
-    done = rbstab(*arguments)
-    assert done.exit_code == 0, done.output
+def test_reading_runs_no_code(marker: Path, arguments: tuple[str, ...]) -> None:
+    success(*arguments)
     assert not marker.exists()
 
 
@@ -108,7 +101,7 @@ RUNNING = [
 
 
 @pytest.mark.parametrize("arguments", RUNNING, ids=" ".join)
-def test_running_needs_the_option(marker: Path, rbstab: Invoke, arguments: tuple[str, ...]) -> None:
+def test_running_needs_the_option(marker: Path, arguments: tuple[str, ...]) -> None:
     done = rbstab(*arguments)
     assert done.exit_code == 2
     assert "--allow-python" in done.stderr
@@ -116,7 +109,7 @@ def test_running_needs_the_option(marker: Path, rbstab: Invoke, arguments: tuple
     assert not marker.exists()
 
 
-def test_verify_runs_no_code(marker: Path, rbstab: Invoke) -> None:
+def test_verify_runs_no_code(marker: Path) -> None:
     """One of the proofs is that of the config. What would need its code is not checked."""
     proofs = list(Path("results/proofs").glob("*.json"))
     assert len(proofs) > 1  # those of the run and of the members
@@ -130,15 +123,14 @@ def test_verify_runs_no_code(marker: Path, rbstab: Invoke) -> None:
     assert "may not run without --allow-python" in found[0]
 
 
-def test_the_stored_config_as_a_config(marker: Path, rbstab: Invoke) -> None:
+def test_the_stored_config_as_a_config(marker: Path) -> None:
     """It has the text of the file in it, and needs permission all the same."""
     text = rbstab("show", "results/traitor.h5", "--config").stdout
     Path("stored.yaml").write_text(text)
     Path("mine.py").unlink()
     assert rbstab("run", "stored.yaml").exit_code == 2
     assert not marker.exists()
-    done = rbstab("run", "stored.yaml", "--allow-python", "--json", "-q")
-    assert done.exit_code == 0
+    done = success("run", "stored.yaml", "--allow-python", "--json", "-q")
     again, first = json.loads(done.stdout), package.open_result("results/traitor.h5")
     assert again[0]["run_id"] == first.run_id
     assert marker.exists()
@@ -167,26 +159,23 @@ def test_python(marker: Path) -> None:
     assert marker.exists()
 
 
-def test_a_sweep_is_resumed_with_permission_only(marker: Path, rbstab: Invoke) -> None:
+def test_a_sweep_is_resumed_with_permission_only(marker: Path) -> None:
     for shard in Path("results/plan/shards").iterdir():
         shard.unlink()
     Path("results/plan/members.h5").unlink()
     assert rbstab("sweep", "plan.yaml", "--engine", "scipy").exit_code == 2
     assert not marker.exists()
-    done = rbstab(
-        "sweep", "plan.yaml", "--engine", "scipy", "--allow-python", "-q", "--threads", "1"
-    )
-    assert done.exit_code == 0
+    success("sweep", "plan.yaml", "--engine", "scipy", "--allow-python", "-q", "--threads", "1")
     assert marker.exists()
 
 
-def test_a_report_elsewhere(marker: Path, rbstab: Invoke) -> None:
+def test_a_report_elsewhere(marker: Path) -> None:
     """Without the file and without the config, as somebody else gets a result."""
     Path("else").mkdir()
     shutil.copy("results/traitor.h5", "else/theirs.h5")
     for name in ("mine.py", "traitor.yaml"):
         Path(name).unlink()
-    assert rbstab("report", "else/theirs.h5", "-o", "else/theirs.html").exit_code == 0
+    success("report", "else/theirs.h5", "-o", "else/theirs.html")
     page = Path("else/theirs.html").read_text().replace("<wbr>", "")
     assert "elements.mine.parameters.k [N/m]" in page
     assert "whose code a report never runs" in page

@@ -9,7 +9,7 @@ from typing import Any
 
 import h5py
 import pytest
-from support.results import sealed
+from support.results import flip, sealed
 from support.stored_proofs import say_proved, store_proof_of
 
 from rbstab.listing.folder import Entry, entries_of, proofs_in
@@ -88,9 +88,7 @@ def test_a_run_whose_answer_cannot_be_found_is_listed(folder: Path) -> None:
 def test_a_changed_byte_of_a_sealed_run_is_found(folder: Path, share: float) -> None:
     file = folder / "sealed.h5"
     write_result(file, open_result(folder / "range_left.h5"))
-    data = bytearray(file.read_bytes())
-    data[int(share * len(data))] ^= 1
-    file.write_bytes(data)
+    flip(file, share)
     assert "is damaged" in by_name(folder)["sealed.h5"].problem
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from support.results import flip
 from support.stored_proofs import store_proof_of
 
 import rbstab
@@ -104,9 +105,7 @@ def test_a_members_file_alone_is_no_sweep() -> None:
 
 @pytest.mark.parametrize("function", [rbstab.open_result, rbstab.open_sweep, rbstab.open_proof])
 def test_damaged_and_missing_files_keep_their_errors(place: Path, function: object) -> None:
-    content = bytearray(Path("run.h5").read_bytes())
-    content[len(content) // 2] ^= 255
-    Path("run.h5").write_bytes(bytes(content))
+    flip(Path("run.h5"))
     with pytest.raises(StoreError, match=r"run\.h5 is damaged"):
         function("run.h5")  # type: ignore[operator]
     with pytest.raises(StoreError, match="cannot be read: No such file"):

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import h5py
+import pytest
 import yaml
 
 from rbstab.store.disk.atomic import PARTIAL_SUFFIX
@@ -165,6 +166,25 @@ class Undisturbed:
         # A result that was moved aside when the command was killed may be there twice.
         for name in found.keys() - self.after.keys():
             assert found[name] in self.before.values(), name
+
+
+def daily_and_long(counts: "dict[str, tuple[int, int]]") -> list[Any]:
+    """Return cases of a command with its numbers of trials: some for every day, more in the long
+    suite.
+
+    Args:
+        counts: By command, the ends of both ranges of numbers.
+    """
+    return [
+        *(
+            pytest.param(name, range(daily), marks=pytest.mark.slow)
+            for name, (daily, _) in counts.items()
+        ),
+        *(
+            pytest.param(name, range(*both), marks=pytest.mark.long)
+            for name, both in counts.items()
+        ),
+    ]
 
 
 class Trials:

@@ -2,6 +2,7 @@
 
 import hashlib
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -70,3 +71,11 @@ def assert_equal(found: Result, expected: Result) -> None:
     kinds = {name: type(value) for name, value in found.attributes.items()}
     assert kinds == {name: type(value) for name, value in expected.attributes.items()}
     assert found.config == expected.config
+
+
+def flip(path: Path, share: float = 0.5) -> Path:
+    """Change a bit of a file, at this share of its size."""
+    content = bytearray(path.read_bytes())
+    content[int(share * len(content))] ^= 1
+    path.write_bytes(content)
+    return path

@@ -43,6 +43,25 @@ class Listener(EventRecorder):
         return sorted(event.number for event in self.of(ShardDone))
 
 
+HARMS = ("flip", "cut", "empty", "swap", "seal", "longer")
+
+
+def harmed(content: bytes, other: bytes, harm: str) -> bytes:
+    """Return what is left of the content of a file; `other` is that of another file."""
+
+    def flipped(at: int) -> bytes:
+        return content[:at] + bytes([content[at] ^ 1]) + content[at:][1:]
+
+    return {
+        "flip": flipped(len(content) - 500),
+        "cut": content[:-100],
+        "empty": b"",
+        "swap": other,
+        "seal": flipped(len(content) - 10),
+        "longer": content[:50] + b"0" + content[50:],
+    }[harm]
+
+
 def run_sweep(path, plan=None, listener=None, factory=FakeEngine, **changes: Any):
     """Run a sweep with a fake engine.
 

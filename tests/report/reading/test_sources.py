@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.configs import VISCO_ELASTIC, plain
 from support.made_runs import made_file, made_result
-from support.results import result
+from support.results import flip, result
 from support.sweeps import SHORT, FakeEngine, plan_of
 
 from rbstab.report.reading.sources import MAX_LABEL_LENGTH, read_sources, unique_labels
@@ -115,42 +115,36 @@ def test_a_result_without_the_arrays_of_a_run(good, tmp_path):
     assert reason(path, good) == "is damaged: it has no array angular_velocity"
 
 
+def reason_with(variables, good, tmp_path):
+    """Return the reason why a run with these arrays is not read."""
+    made, path = made_result(), tmp_path / "a.h5"
+    write_result(path, type(made)(variables, made.attributes, made.config))
+    return reason(path, good)
+
+
 @pytest.mark.parametrize(
-    ("name", "data"),
+    ("name", "dimensions", "data"),
     [
-        ("lyapunov", np.zeros(400)),
-        ("contact_displacement", np.zeros((401, 2))),
-        ("energy", np.zeros(401)),
-        ("orientation", np.array([["x"] * 3] * 401, dtype=object)),
-        ("energy_at_rest", np.zeros(401)),
+        ("lyapunov", ("other",), np.zeros(400)),
+        ("contact_displacement", ("time", "other"), np.zeros((401, 2))),
+        ("energy", ("time",), np.zeros(401)),
+        ("orientation", ("time", "axis"), np.array([["x"] * 3] * 401, dtype=object)),
+        ("energy_at_rest", ("time",), np.zeros(401)),
     ],
 )
-def test_arrays_of_other_shapes_and_kinds(name, data, good, tmp_path):
-    made = made_result()
-    dimensions = {0: (), 1: ("time",), 2: ("time", "axis")}[data.ndim]
-    coordinates = {"axis": 2} if data.shape[1:] == (2,) else {"time": 400}
-    if data.shape[0] == 400:
-        dimensions = ("other",)
-        coordinates = {"other": 400}
-    if data.shape[1:] == (2,):
-        dimensions = ("time", "other")
-        coordinates = {"other": 2}
-    variables = dict(made.variables)
-    for other, length in coordinates.items():
-        if other == "other":
-            whole = np.arange(length)
-            variables[other] = variables["axis"]._replace(dimensions=(other,), data=whole)
+def test_arrays_of_other_shapes_and_kinds(name, dimensions, data, good, tmp_path):
+    variables = dict(made_result().variables)
+    whole = np.arange(data.shape[-1])
+    variables["other"] = variables["axis"]._replace(dimensions=("other",), data=whole)
     variables[name] = variables[name]._replace(dimensions=dimensions, data=data)
-    path = tmp_path / "a.h5"
-    write_result(path, type(made)(variables, made.attributes, made.config))
-    assert reason(path, good) == f"is damaged: its array {name} has a wrong type or shape"
+    expected = f"is damaged: its array {name} has a wrong type or shape"
+    assert reason_with(variables, good, tmp_path) == expected
 
 
 @pytest.mark.parametrize("name", ["verdict", "value", "quantity"])
 @pytest.mark.parametrize("how", ["shorter", "other kind"])
 def test_a_certificate_whose_columns_do_not_belong_together(name, how, good, tmp_path):
-    made = made_result()
-    variables = dict(made.variables)
+    variables = dict(made_result().variables)
     column = variables[f"certificate/{name}"]
     if how == "shorter":
         variables["certificate/few"] = column._replace(dimensions=("few",), data=np.arange(3))
@@ -160,17 +154,14 @@ def test_a_certificate_whose_columns_do_not_belong_together(name, how, good, tmp
         data = column.data.astype(str).astype(object) if is_number else np.zeros(len(column.data))
         changed = column._replace(data=data)
     variables[f"certificate/{name}"] = changed
-    path = tmp_path / "a.h5"
-    write_result(path, type(made)(variables, made.attributes, made.config))
-    assert reason(path, good) == "is damaged: its certificate has columns of wrong types or lengths"
+    expected = "is damaged: its certificate has columns of wrong types or lengths"
+    assert reason_with(variables, good, tmp_path) == expected
 
 
 @pytest.mark.parametrize("name", ["members.h5", "shards/00000001.h5"])
 def test_a_damaged_sweep(name, good, tmp_path, sweep):
     copy = Path(shutil.copytree(sweep, tmp_path / "copy"))
-    content = bytearray((copy / name).read_bytes())
-    content[len(content) // 2] ^= 1
-    (copy / name).write_bytes(content)
+    flip(copy / name)
     assert reason(copy, good).startswith(f"{copy / name} is damaged: its content does not match")
 
 

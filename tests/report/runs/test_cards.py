@@ -27,10 +27,14 @@ from rbstab.report.runs.facts import FACTS
 from rbstab.store.result import write_result
 
 
-def cards_of(*paths):
-    *_, cards = answer_blocks(facts(*paths))
+def block_of(entries):
+    *_, cards = answer_blocks(entries)
     assert isinstance(cards, Cards)
-    return cards.cards
+    return cards
+
+
+def cards_of(*paths):
+    return block_of(facts(*paths)).cards
 
 
 def test_each_run_has_a_card_unless_there_are_many(tmp_path):
@@ -123,11 +127,8 @@ def test_a_card_shows_the_margin_to_the_region(tmp_path):
     numbers = dict(cards_of(path)[0].facts)
     assert numbers["v(0)"] == f"{V_START:.4g} J"
     assert numbers["start above the rest state of c*"] == f"{start:.4g} J"
-    *_, cards = answer_blocks(facts(path))
-    assert isinstance(cards, Cards)
-    assert "v(0)/c*" in dict(cards.words)
-    (_, without) = answer_blocks(facts(made_file(tmp_path / "other" / "unproved.h5")))
-    assert isinstance(without, Cards)
+    assert "v(0)/c*" in dict(block_of(facts(path)).words)
+    without = block_of(facts(made_file(tmp_path / "other" / "unproved.h5")))
     assert "c*" not in without.note
     assert list(dict(without.words))[-3:] == ["v(0)", "peak |E|", "peak |θ2|"]
 
@@ -172,8 +173,7 @@ def test_a_peak_that_the_samples_do_not_show_is_explained(tmp_path):
     """The error of the largest |E| is not known."""
     fast = with_data(made_result(), "peak_distance_error", np.array(np.nan))
     write_result(tmp_path / "fast.h5", fast)
-    *_, cards = answer_blocks(facts(tmp_path / "fast.h5"))
-    assert isinstance(cards, Cards)
+    cards = block_of(facts(tmp_path / "fast.h5"))
     assert dict(cards.cards[0].facts)["peak |E|"].startswith("≥ ")
     assert "≥" in dict(cards.words)["peak |E|"]
     (entry,) = facts(made_file(tmp_path / "a.h5"))
@@ -202,6 +202,4 @@ def test_both_numbers_of_the_margin_count_from_one_rest_state(
         region=RegionCheck(inside, 100.0, 200.0),
         convergence=Convergence(True, rest_state=rest_state, bound=40.0),
     )
-    *_, cards = answer_blocks([entry])
-    assert isinstance(cards, Cards)
-    assert dict(cards.cards[0].facts).get("v(0)/c*") == margin
+    assert dict(block_of([entry]).cards[0].facts).get("v(0)/c*") == margin

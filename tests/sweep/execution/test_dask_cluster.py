@@ -118,6 +118,14 @@ def test_a_sweep_waits_for_workers(tmp_path):
     assert warnings(listener) == ["the cluster has no workers; waiting for workers"]
 
 
+def preloaded(processes, folder, text):
+    """Start a worker that runs a program first, and wait for it."""
+    (folder / "preload.py").write_text(text)
+    processes.worker("--preload", str(folder / "preload.py"))
+    with Client(processes.address, set_as_default=False) as client:
+        client.wait_for_workers(1)
+
+
 WRONG_VERSION = """
 import importlib.metadata as metadata
 known = metadata.version
@@ -135,11 +143,8 @@ NO_PROGRAM = "import sys\nsys.modules['rbstab'] = None\n"
     ids=["version", "program"],
 )
 def test_workers_that_differ_are_refused(tmp_path, preload, error, message):
-    (tmp_path / "preload.py").write_text(preload)
     with LocalProcesses(tmp_path) as processes:
-        processes.worker("--preload", str(tmp_path / "preload.py"))
-        with Client(processes.address, set_as_default=False) as client:
-            client.wait_for_workers(1)
+        preloaded(processes, tmp_path, preload)
         with pytest.raises(error, match=message):
             sweep_on_cluster(processes, tmp_path / "a")
     assert not (tmp_path / "a").exists()
@@ -157,16 +162,14 @@ def test_a_worker_that_joins_late_is_refused_too(tmp_path):
 
 def test_another_processor_is_told_once(tmp_path):
     (tmp_path / "cpuinfo").write_text("processor : 0\nmodel name : Abacus 9\n")
-    (tmp_path / "preload.py").write_text(
+    other = (
         "import pathlib\n"
         "from rbstab.sweep.execution import machine_properties\n"
         f"machine_properties.CPU_INFO = pathlib.Path({str(tmp_path / 'cpuinfo')!r})\n"
     )
     listener = Listener()
     with LocalProcesses(tmp_path) as processes:
-        processes.worker("--preload", str(tmp_path / "preload.py"))
-        with Client(processes.address, set_as_default=False) as client:
-            client.wait_for_workers(1)
+        preloaded(processes, tmp_path, other)
         assert sweep_on_cluster(processes, tmp_path / "a", listener=listener).finished
     name = "some shards were computed on another kind of processor: Abacus 9"
     assert warnings(listener) == [name]

@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from support.sweeping import Listener, digest_of, run_sweep
+from support.sweeping import HARMS, Listener, digest_of, harmed, run_sweep
 from support.sweeps import FakeEngine, plan_of, shard_files
 
 from rbstab.sweep.execution.events import ShardDone, Started, Warned
@@ -28,26 +28,18 @@ def test_nothing_done_is_redone(tmp_path):
     assert (after.st_ino, after.st_mtime_ns) == (before.st_ino, before.st_mtime_ns)
 
 
-@pytest.mark.parametrize("harm", ["flip", "cut", "empty", "swap", "remove", "other"])
+@pytest.mark.parametrize("harm", [*HARMS, "remove", "other"])
 def test_a_damaged_shard_is_made_again(tmp_path, harm):
     run_sweep(tmp_path / "a")
     before, digest = shard_files(tmp_path / "a"), digest_of(tmp_path / "a")
     shard = tmp_path / "a" / "shards" / "00000004.h5"
-    content = shard.read_bytes()
     if harm == "remove":
         shard.unlink()
     elif harm == "other":
         run_sweep(tmp_path / "b", plan_of(base="configs/paper/case2_visco_elastic.yaml"))
         shard.write_bytes((tmp_path / "b" / "shards" / "00000004.h5").read_bytes())
     else:
-        shard.write_bytes(
-            {
-                "flip": content[:1000] + bytes([content[1000] ^ 1]) + content[1001:],
-                "cut": content[:-100],
-                "empty": b"",
-                "swap": before["00000003.h5"],
-            }[harm]
-        )
+        shard.write_bytes(harmed(shard.read_bytes(), before["00000003.h5"], harm))
     listener = Listener()
     assert run_sweep(tmp_path / "a", listener=listener).finished
     assert listener.computed == [4]

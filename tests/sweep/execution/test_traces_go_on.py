@@ -3,7 +3,7 @@
 import functools
 
 import pytest
-from support.sweeping import Listener, digest_of, run_sweep
+from support.sweeping import HARMS, Listener, digest_of, harmed, run_sweep
 from support.sweeps import FakeEngine, plan_with_traces, shard_files
 
 import rbstab
@@ -16,26 +16,16 @@ from rbstab.sweep.folder.sweep_folder import read_folder
 from rbstab.sweep.folder.sweep_table import read_sweep
 
 
-@pytest.mark.parametrize("harm", ["cut", "empty", "swap", "remove", "seal", "longer", "flip"])
+@pytest.mark.parametrize("harm", [*HARMS, "remove"])
 def test_traces_that_are_lost_are_made_again(tmp_path, harm):
     path = tmp_path / "a"
     run_sweep(path, plan_with_traces())
     before, shards = shard_files(path, "traces"), shard_files(path)
     file = path / "traces" / "00000004.h5"
-    content = file.read_bytes()
     if harm == "remove":
         file.unlink()
     else:
-        file.write_bytes(
-            {
-                "cut": content[:-100],
-                "empty": b"",
-                "swap": before["00000003.h5"],
-                "seal": content[:-10] + bytes([content[-10] ^ 1]) + content[-9:],
-                "longer": content[:50] + b"0" + content[50:],
-                "flip": content[:-500] + bytes([content[-500] ^ 1]) + content[-499:],
-            }[harm]
-        )
+        file.write_bytes(harmed(file.read_bytes(), before["00000003.h5"], harm))
     listener = Listener()
     assert run_sweep(path, plan_with_traces(), listener).finished
     assert listener.computed == [4]

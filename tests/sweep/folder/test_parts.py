@@ -34,9 +34,6 @@ def test_parts_have_all_shards_once_and_equally_many(parts, shards):
 def test_what_names_a_part():
     assert parse_part("3/8") == Part(3, 8)
     assert str(parse_part("08/8")) == "8/8"
-    for wrong in ("0/8", "9/8", "-1/8", "1/0", "1", "1/", "/8", "1/8/2", "a/b", "", "1.0/2"):
-        with pytest.raises(ValueError, match="part"):
-            parse_part(wrong)
 
 
 def test_the_parts_of_a_sweep_one_after_the_other(tmp_path):

@@ -7,7 +7,6 @@ import pytest
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
-from rbstab.config.schema import VARIANTS
 from rbstab.sweep.plan.load import load_plan
 
 ROOT = Path(__file__).parents[3] / "configs"
@@ -64,15 +63,3 @@ def test_robustness_covers_thirty_per_cent_of_everything():
         assert 0.7 < factors.min() < 0.7001
         assert 1.2999 < factors.max() < 1.3
         assert factors.mean() == pytest.approx(1.0, abs=1e-4)
-
-
-def test_all_variants_from_the_same_states():
-    plan = load_plan(PLANS["variants"])
-    values = plan.values(0, 5000)
-    assert plan.variants == tuple(VARIANTS)
-    assert plan.dimensions == {"controller.variant": 5, "point": 1000}
-    for key, column in values.items():
-        if key != "controller.variant":
-            assert (column.reshape(5, 1000) == column[:1000]).all()
-    for number, variant in enumerate(VARIANTS):
-        assert plan.config_of(1000 * number + 5).controller.variant == variant

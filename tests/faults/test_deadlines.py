@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.configs import BY_VARIANT, plain
-from support.problems import ENGINES
+from support.problems import each_engine
 
 from rbstab.analysis import configuration
 from rbstab.config.build import problem_of
@@ -119,7 +119,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> WorkClock:
     return counting
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("hard", HARD)
 def test_the_motion_ends_at_the_deadline(clock, variant, engine, hard):
@@ -161,7 +161,7 @@ def test_one_step_that_spans_all_samples_ends_at_the_deadline(clock):
     assert run.detail.endswith(f" at t = {run.times[-1]:.9g} s")
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 @pytest.mark.parametrize("K_s", [1e9, 1e300])
 @pytest.mark.parametrize("law", LAWS)
 def test_a_huge_sliding_force_ends_at_the_deadline(clock, law, engine, K_s):
@@ -184,7 +184,7 @@ def test_the_smooth_flow_between_two_switches_obeys_the_step_limit(law):
     assert run.steps == 3
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 @pytest.mark.parametrize("law", ["s = E", "s = F + κE", "implicit E"])
 def test_the_second_run_shares_the_deadline(clock, law, engine):
     """If it is cut short, the trusted time is unknown; the motion is the same."""
@@ -213,7 +213,7 @@ def test_the_second_run_shares_the_deadline(clock, law, engine):
     assert enough.trusted_until == whole.trusted_until
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 @pytest.mark.parametrize("variant", ["permanent", "visco-elastic", "s = F + κE", "implicit E"])
 def test_recording_the_samples_is_part_of_the_limit(clock, variant, engine):
     """The motion ends early enough to record its samples; none of them is dropped."""
@@ -280,7 +280,7 @@ HUGE_FORCE = ["controller.K_s=[1e9,1e9,1e9]", "integration.duration=1e4"]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 @pytest.mark.parametrize(
     ("variant", "changes"),
     [(variant, HARD["many samples"]) for variant in VARIANTS] + [(law, HUGE_FORCE) for law in LAWS],

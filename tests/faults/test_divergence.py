@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.configs import BY_VARIANT, VISCO_ELASTIC, plain
 from support.hang_guard import within
-from support.problems import ENGINES
+from support.problems import each_engine
 from support.results import assert_equal
 
 from rbstab.config.errors import ConfigError
@@ -25,7 +25,7 @@ OVERFLOWS = {
 }
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 @pytest.mark.parametrize("case", OVERFLOWS)
 def test_overflow_ends_with_a_status_and_is_stored(tmp_path, case, engine):
     changes, expected = OVERFLOWS[case]
@@ -42,7 +42,7 @@ def test_overflow_ends_with_a_status_and_is_stored(tmp_path, case, engine):
     assert stored.run_id == run_id(config)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 def test_the_start_is_kept(tmp_path, engine):
     """If no step is possible, the one sample is the initial state of the config."""
     spin = [1e200, -1e200, 1.0]
@@ -79,7 +79,7 @@ def test_limits_are_stored_as_statuses(tmp_path, case, variant):
     assert (np.diff(stored["time"]) > 0).all()
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 def test_nothing_is_printed(tmp_path, engine, capfd):
     """The status reports an overflow; no library prints a warning or a message."""
     changes = ["initial.angular_velocity=[1e200, 1e200, 1]", f"integration.engine={engine}"]
@@ -87,7 +87,7 @@ def test_nothing_is_printed(tmp_path, engine, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 @pytest.mark.parametrize(
     "changes",
     [

@@ -9,7 +9,7 @@ import json
 import random
 import re
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -41,83 +41,59 @@ VALUES = (*WORDS.split(), *(text.strip() for text in DISTRIBUTIONS.split("|")))
 
 LINE = re.compile(r"(?P<source>.+?):(?P<line>\d+):(?P<column>\d+): .+")
 
-Mutation = Callable[[random.Random, list[str]], None]
+
+def _new_value(rng: random.Random, line: str) -> str:
+    return f"{line.split(':', maxsplit=1)[0]}: {rng.choice(VALUES)}"
 
 
-def _at(rng: random.Random, lines: list[str]) -> int:
-    return rng.randrange(len(lines))
-
-
-def _new_value(rng: random.Random, lines: list[str]) -> None:
-    k = _at(rng, lines)
-    lines[k] = f"{lines[k].split(':')[0]}: {rng.choice(VALUES)}"
-
-
-def _new_entry(rng: random.Random, lines: list[str]) -> None:
+def _new_entry(rng: random.Random, line: str) -> str:
     """Replace one number or word within a line."""
-    k = _at(rng, lines)
-    words = list(re.finditer(r"[^\s\[\]{},:]+", lines[k]))
-    if words:
-        word = rng.choice(words)
-        lines[k] = lines[k][: word.start()] + rng.choice(VALUES) + lines[k][word.end() :]
+    words = list(re.finditer(r"[^\s\[\]{},:]+", line))
+    if not words:
+        return line
+    word = rng.choice(words)
+    return line[: word.start()] + rng.choice(VALUES) + line[word.end() :]
 
 
-def _repeat_line(rng: random.Random, lines: list[str]) -> None:
-    lines.insert(rng.randrange(len(lines) + 1), lines[_at(rng, lines)])
+def _indent(rng: random.Random, line: str) -> str:
+    return rng.choice(["", " ", "  ", "    ", "\t", "- ", "? ", "# "]) + line.lstrip()
 
 
-def _drop_line(rng: random.Random, lines: list[str]) -> None:
-    del lines[_at(rng, lines)]
-
-
-def _indent(rng: random.Random, lines: list[str]) -> None:
-    k = _at(rng, lines)
-    lines[k] = rng.choice(["", " ", "  ", "    ", "\t", "- ", "? ", "# "]) + lines[k].lstrip()
-
-
-def _insert(rng: random.Random, lines: list[str]) -> None:
-    k = _at(rng, lines)
-    place = rng.randrange(len(lines[k]) + 1)
+def _insert(rng: random.Random, line: str) -> str:
+    place = rng.randrange(len(line) + 1)
     piece = rng.choice([*VALUES, " ", "\t", "\0", "\x1b", "\ufeff", "\u2028", "\x85", "x" * 3000])
-    lines[k] = lines[k][:place] + piece + lines[k][place:]
+    return line[:place] + piece + line[place:]
 
 
-def _cut(rng: random.Random, lines: list[str]) -> None:
-    k = _at(rng, lines)
-    start = rng.randrange(len(lines[k]) + 1)
-    lines[k] = lines[k][:start] + lines[k][start + rng.randrange(1, 9) :]
+def _cut(rng: random.Random, line: str) -> str:
+    start = rng.randrange(len(line) + 1)
+    return line[:start] + line[start + rng.randrange(1, 9) :]
 
 
-def _swap_lines(rng: random.Random, lines: list[str]) -> None:
-    i, k = _at(rng, lines), _at(rng, lines)
-    lines[i], lines[k] = lines[k], lines[i]
-
-
-def _nest(rng: random.Random, lines: list[str]) -> None:
-    k = _at(rng, lines)
+def _nest(rng: random.Random, line: str) -> str:
     depth = rng.choice([2, 15, 16, 17, 500])
-    lines[k] = f"{lines[k].split(':')[0]}: {'[' * depth}1{']' * depth}"
+    return f"{line.split(':', maxsplit=1)[0]}: {'[' * depth}1{']' * depth}"
 
 
-def _alias(rng: random.Random, lines: list[str]) -> None:
-    i, k = _at(rng, lines), _at(rng, lines)
-    lines[i] = lines[i].replace(": ", ": &one ", 1)
-    lines[k] = f"{lines[k].split(':')[0]}: *one"
+EDITS = (_new_value, _new_entry, _new_entry, _indent, _insert, _cut, _nest)
+"""What may be done with one line; with two lines, there are four changes more."""
 
 
-MUTATIONS: tuple[Mutation, ...] = (
-    _new_value,
-    _new_entry,
-    _new_entry,
-    _repeat_line,
-    _drop_line,
-    _indent,
-    _insert,
-    _cut,
-    _swap_lines,
-    _nest,
-    _alias,
-)
+def _change(rng: random.Random, lines: list[str]) -> None:
+    """Change some lines at random."""
+    i, k = (rng.randrange(len(lines)) for _ in range(2))
+    kind = rng.randrange(len(EDITS) + 4) - len(EDITS)
+    if kind < 0:
+        lines[k] = EDITS[kind](rng, lines[k])
+    elif kind == 0:
+        lines.insert(i, lines[k])
+    elif kind == 1:
+        del lines[k]
+    elif kind == 2:
+        lines[i], lines[k] = lines[k], lines[i]
+    else:
+        lines[i] = lines[i].replace(": ", ": &one ", 1)
+        lines[k] = f"{lines[k].split(':')[0]}: *one"
 
 
 def _encoded(rng: random.Random, lines: list[str]) -> bytes:
@@ -138,7 +114,7 @@ def _case(number: int) -> tuple[Path, bytes]:
     lines = path.read_text(encoding="utf-8").splitlines()
     for _ in range(rng.choice([1, 1, 1, 2, 3, 6])):
         if lines:
-            rng.choice(MUTATIONS)(rng, lines)
+            _change(rng, lines)
     return path, _encoded(rng, lines)
 
 

@@ -14,7 +14,7 @@ import yaml
 from flint import acb, ctx
 from support.configs import BY_VARIANT, plain
 from support.hang_guard import within
-from support.problems import ENGINES
+from support.problems import ENGINES, each_engine
 
 from rbstab.analysis.lyapunov import DIGITS
 from rbstab.analysis.settling import value_round_off
@@ -272,7 +272,7 @@ def largest_difference(result: Any, expected: Any, count: int) -> float:
     return float(max(differences))
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 @pytest.mark.parametrize("case", [marked(case) for case in KNOWN])
 def test_oscillators_of_any_size_follow_the_theory(case, engine):
     changes, inaccurate = KNOWN[case]

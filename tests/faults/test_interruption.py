@@ -5,7 +5,7 @@ import os
 
 import pytest
 from support.configs import VISCO_ELASTIC, plain
-from support.problems import ENGINES
+from support.problems import each_engine
 
 from rbstab.config.load import load_config
 from rbstab.experiment.run_to_file import run_to_file
@@ -34,7 +34,7 @@ class Interrupted:
             raise self.error
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 @pytest.mark.parametrize("calls", [1, 3])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit, ZeroDivisionError])
 def test_an_interrupted_run_leaves_no_file(tmp_path, engine, calls, error):
@@ -46,7 +46,7 @@ def test_an_interrupted_run_leaves_no_file(tmp_path, engine, calls, error):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 def test_an_interrupted_run_leaves_the_engine_in_order(engine):
     """heyoka's integrator is reused: the next run must not continue the interrupted one."""
     expected = simulate(config_of(engine))

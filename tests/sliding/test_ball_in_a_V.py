@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.problems import ENGINES
+from support.problems import each_engine
 from support.sliding import audit, ball_in_a_V, solve_sliding
 
 M, K = 2.0, 30.0
@@ -20,7 +20,7 @@ def crossings(x, load, count):
     return np.array(times)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 def test_every_axis_crosses_when_its_parabolas_say(engine):
     x, load = np.array([0.3, 0.2, 0.5]), np.array([0.0, 5.0, -10.0])
     times = np.linspace(0, 4.9, 11)
@@ -35,7 +35,7 @@ def test_every_axis_crosses_when_its_parabolas_say(engine):
     assert audit(run) < 1e-10
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 def test_through_a_boundary_layer(engine):
     """From outside, a parabola leads to the layer, and a part of an oscillation through it."""
     width, x0 = 0.01, 0.05

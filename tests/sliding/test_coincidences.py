@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.problems import ENGINES
+from support.problems import each_engine
 from support.sliding import audit, ball_in_a_V, pushed_ball, solve_sliding
 
 from rbstab.integrate.status import RunStatus
@@ -22,7 +22,7 @@ def limited_solve(engine, problem):
     return run
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 @pytest.mark.parametrize("sides", [(1, 1, 1), (1, -1, 1), (-1, -1, 1)])
 def test_three_axes_cross_at_every_instant(engine, sides):
     """From x = ±0.3 at rest each axis falls, then makes flights of twice the time of the fall."""
@@ -43,7 +43,7 @@ def test_three_axes_cross_at_every_instant(engine, sides):
     assert audit(run) < 1e-10
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 def test_a_parabola_that_touches_the_position(engine):
     """One axis touches x = 0 up to round-off, one misses it, and one dips below by 1e-8.
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.problems import ENGINES
+from support.problems import each_engine
 from support.sliding import ball_in_a_V, paper_problem, solve_sliding
 
 from rbstab.integrate.switching import connector_switches
@@ -45,7 +45,7 @@ def test_a_switch_takes_as_many_steps_at_the_end_as_at_the_beginning():
     assert last < 1.1
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 def test_looks_at_which_axes_may_stick_become_rare(engine, monkeypatch):
     """Between two checks pass 32 switches, or 1/64 of all so far: 64 ln 2 per doubling."""
     looks: list[int] = []
@@ -67,7 +67,7 @@ def test_looks_at_which_axes_may_stick_become_rare(engine, monkeypatch):
     assert len(looks) == pytest.approx(1 + even + growing, rel=0.05)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 def test_what_is_stored_is_capped_and_what_is_counted_is_not(engine):
     problem = paper_problem(2000, duration=0.4, samples=3, stored_switches=5)
     run = solve_sliding(engine, alone(problem))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.problems import ENGINES
+from support.problems import each_engine
 from support.sliding import paper_problem, solve_sliding
 
 from rbstab.integrate.run import Run
@@ -13,7 +13,7 @@ from rbstab.integrate.status import RunStatus
 LAWS = {"s = E": {}, "implicit": {"step": 1e-3}}
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 @pytest.mark.parametrize("law", LAWS)
 def test_the_motion_is_the_same_without_it(engine, law, monkeypatch):
     problem = paper_problem(2000, duration=0.1, samples=3, **LAWS[law])
@@ -42,7 +42,7 @@ def test_the_motion_is_the_same_without_it(engine, law, monkeypatch):
     assert np.isfinite(diagnosed.switches.chatter_energy).all()
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 def test_the_steps_of_a_run_are_not_counted_against_the_second_one(engine):
     problem = paper_problem(2000, duration=0.2, samples=5)
     free = solve_sliding(engine, problem)

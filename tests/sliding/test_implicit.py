@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
-from support.problems import ENGINES
+from support.problems import each_engine
 from support.sliding import SLOPE_REFERENCE, audit, ball_in_a_V, paper_problem, solve_sliding
 
 from rbstab.integrate.implicit import with_sides
@@ -20,7 +20,7 @@ def ball(x, times, step):
     return ball_in_a_V(M, K, np.zeros(3), np.zeros(3), np.full(3, x), np.zeros(3), times, step=step)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 def test_each_step_of_a_flight_loses_the_same_energy(engine):
     """F⁺ = F - hk and E⁺ = E + hF⁺ lose ½h²k² of ½F² + kE, per unit of mass."""
     h, k = 1e-3, K / M
@@ -108,7 +108,7 @@ def test_steps_are_shortened_to_meet_the_samples():
     assert run.times == pytest.approx(np.linspace(0, 0.1, 11), abs=1e-15)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 def test_limits_and_failures_are_statuses(engine):
     limited = solve_sliding(engine, paper_problem(20000, step=1e-3, switch_limit=3))
     assert limited.status is RunStatus.SWITCH_LIMIT

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.problems import ENGINES
+from support.problems import each_engine
 from support.sliding import (
     by_modes,
     connector,
@@ -18,7 +18,7 @@ from rbstab.systems.connector import with_connector
 from rbstab.systems.filippov import after_events
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@each_engine
 @pytest.mark.parametrize(("excess", "status"), [(1e-6, "range left"), (-1e-6, "completed")])
 def test_a_dip_below_the_bound_between_two_steps_is_noticed(engine, excess, status):
     """θ2 = (Ω/ω)exp(-t/2)sin ωt has its peak at tan ωt = 2ω, while the axes bounce."""

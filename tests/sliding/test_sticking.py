@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.problems import each_engine
 from support.sliding import (
     by_modes,
     connector,
@@ -113,7 +114,7 @@ def test_an_axis_that_is_held_must_bear_what_others_put_on_it(held):
     assert found is None or len(found.axes) < 2
 
 
-@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+@each_engine
 def test_a_point_at_rest_on_its_anchor_stays_there(engine):
     """A ball starts on the surface with E = F = 0, under loads within the connector's bounds."""
     still = np.zeros(3)
@@ -127,7 +128,7 @@ def test_a_point_at_rest_on_its_anchor_stays_there(engine):
     assert run.switches.modes[-1].tolist() == [0, 0, 0]
 
 
-@pytest.mark.parametrize("engine", ["heyoka", "scipy"])
+@each_engine
 def test_a_point_at_rest_that_cannot_be_held_leaves_at_once(engine):
     """Two loads exceed K = 30 N: on these axes x = ½ (load ∓ K) t² / m."""
     still, times = np.zeros(3), np.array([0.0, 0.1, 0.2])

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import pytest
 
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
@@ -16,6 +17,8 @@ from rbstab.systems.system import System
 from support.systems import Array
 
 ENGINES = ("scipy", "heyoka")
+
+each_engine = pytest.mark.parametrize("engine", ENGINES)
 
 METHODS = [
     ("scipy", "DOP853"),

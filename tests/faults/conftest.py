@@ -1,9 +1,10 @@
-"""Commands that nothing disturbs, which the tests of kills and of full disks compare with."""
+"""Undisturbed commands, which tests of kills and full disks compare with, and started processes."""
 
 import functools
 from collections.abc import Callable, Iterator
 
 import pytest
+from faults.hostile.reader import Reader
 from support.disturbed_commands import Undisturbed
 from support.forked_commands import CommandServer
 
@@ -18,3 +19,20 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[
             return Undisturbed(name, server, tmp_path_factory.mktemp("undisturbed"))
 
         yield run
+
+
+@pytest.fixture(scope="module")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CommandServer]:
+    """A server that starts commands."""
+    with CommandServer(tmp_path_factory.mktemp("server")) as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def reader() -> Iterator[Reader]:
+    """A process that reads hostile files."""
+    started = Reader()
+    try:
+        yield started
+    finally:
+        started.close()

@@ -16,7 +16,6 @@ from faults.hostile.damage import (
     damaged_and_sealed,
     is_sealed_again,
 )
-from faults.hostile.reader import reading
 from support.stored_proofs import store_proof_of
 from support.sweeping import run_sweep
 from support.sweeps import plan_with_traces
@@ -30,12 +29,6 @@ TIME_LIMIT = 40.0
 
 DAILY, LONG = 14, 275
 """Trials for each of seven kinds of files; all pairs of damage and seal need 24."""
-
-
-@pytest.fixture(scope="module")
-def reader():
-    with reading() as started:
-        yield started
 
 
 @pytest.fixture(scope="module")

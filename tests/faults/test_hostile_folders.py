@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from faults.hostile.reader import reading
 from support.configs import VISCO_ELASTIC, plain
 from support.results import sealed
 from support.sweeping import Listener, run_sweep
@@ -65,12 +64,6 @@ def unfinished(tmp_path_factory):
 @pytest.fixture
 def folder(unfinished, tmp_path):
     return Path(shutil.copytree(unfinished, tmp_path / "fake"))
-
-
-@pytest.fixture(scope="module")
-def reader():
-    with reading() as started:
-        yield started
 
 
 def change(folder, key, value):

@@ -12,7 +12,6 @@ import psutil
 import pytest
 from support.clusters import LocalProcesses
 from support.disturbed_commands import SWEEP, Trials, daily_and_long
-from support.forked_commands import CommandServer
 
 pytestmark = pytest.mark.skipif(
     not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here"
@@ -30,12 +29,6 @@ KILLS = {
 """Kills of each command: in every run of the tests, and in the long one."""
 
 SWEEP_ON_CLUSTER = tuple(word for word in SWEEP if word not in ("--threads", "3"))
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory):
-    with CommandServer(tmp_path_factory.mktemp("server")) as found:
-        yield found
 
 
 @pytest.mark.parametrize(("name", "numbers"), daily_and_long(KILLS))

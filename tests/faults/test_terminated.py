@@ -12,7 +12,7 @@ import time
 import pytest
 from cli.conftest import GOOD
 from support.disturbed_commands import Trials, partial_files
-from support.forked_commands import CommandServer, wait_until
+from support.forked_commands import wait_until
 
 pytestmark = [
     pytest.mark.slow,
@@ -20,12 +20,6 @@ pytestmark = [
 ]
 
 TERMINATED = 143
-
-
-@pytest.fixture(scope="module")
-def server(tmp_path_factory):
-    with CommandServer(tmp_path_factory.mktemp("server")) as found:
-        yield found
 
 
 @pytest.mark.parametrize(

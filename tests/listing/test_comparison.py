@@ -145,7 +145,6 @@ def test_a_run_with_a_word_of_no_version(usual: Path, tmp_path: Path) -> None:
         ("runs/embedded.h5", "sweeps/finished_map", "is a run and .*finished_map is a sweep"),
         ("runs/embedded.h5", "runs/missing.h5", "cannot be read"),
         ("sweeps/begun_map", "sweeps/finished_map", "is not finished"),
-        ("runs", "sweeps/finished_map", r"runs has \d+ results\. Name one of them: .*embedded\.h5"),
     ],
 )
 def test_what_cannot_be_compared(first: str, second: str, reason: str) -> None:
@@ -166,6 +165,15 @@ def test_a_folder_stands_for_the_only_result_in_it(tmp_path: Path) -> None:
         (tmp_path / name).parent.mkdir(parents=True)
         shutil.copy(file, tmp_path / name)
     assert compare(tmp_path / "one", tmp_path / "other") == compare(file, file)
+
+
+def test_of_two_results_in_a_folder_one_must_be_named(usual: Path, tmp_path: Path) -> None:
+    pair = tmp_path / "pair"
+    pair.mkdir()
+    for name in ("a.h5", "b.h5"):
+        shutil.copy(usual, pair / name)
+    with pytest.raises(StoreError, match=r"pair has 2 results\. Name one of them: .*a\.h5.*b\.h5"):
+        compare(pair, usual)
 
 
 def test_a_peak_of_samples_alone_is_a_lower_bound(

@@ -4,8 +4,6 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
@@ -71,13 +69,3 @@ class Reader:
             text=True,
         )
         return self._process
-
-
-@contextmanager
-def reading() -> Iterator[Reader]:
-    """Return a context with a reader, which is ended with it."""
-    reader = Reader()
-    try:
-        yield reader
-    finally:
-        reader.close()

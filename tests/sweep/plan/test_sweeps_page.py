@@ -1,4 +1,4 @@
-"""Protects `docs/sweeps.md`: its plans, error messages and Python code work as shown."""
+"""Protects `docs/sweeps.md`: its plans and error messages are as shown."""
 
 import re
 from pathlib import Path

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.paper_runs import paper_config
 from support.sweeping import run_sweep
+from sweep.proofs.plans import K_R, SPIN, plan_of
 
 import rbstab
 from rbstab.config.numbers import value_at
@@ -19,25 +19,15 @@ from rbstab.experiment.robust.bodies import bodies_id
 from rbstab.experiment.robust.record import BodiesRecord, bounds_of
 from rbstab.store.document import read_model
 from rbstab.sweep.members.engines import factory_for
-from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs.boxes import PART_LIMIT, BoxProof, _Boxes, prove_boxes
 from rbstab.sweep.proofs.convergence import ProvedConvergence
 from rbstab.sweep.sweep import prove_members
 
-SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
-K_R, L_R = "controller.K_r", "controller.L_r"
-SPIN = "initial.angular_velocity[0]"
+L_R = "controller.L_r"
 LONG = 600.0
 """s; a slow machine needs more than the default."""
 
 WEAK = {"scale": {"geomspace": [0.02, 1.0, 9]}}
-
-
-def plan_of(vary, variant="permanent", **changes):
-    initial = {"angular_velocity": [0, 0, 0]}
-    base = paper_config(variant, initial=initial, **SHORT)
-    base |= changes
-    return load_plan({"base": base, "vary": vary})
 
 
 def covered(found: list[BoxProof], members: int) -> np.ndarray:

@@ -8,6 +8,7 @@ import pytest
 from support.paper_runs import paper_config
 from support.sweeping import run_sweep
 from support.valleys import TWO_VALLEYS
+from sweep.proofs.plans import K_R, SPIN, plan_of
 
 import rbstab
 from rbstab.experiment.proof import prove
@@ -23,14 +24,6 @@ from rbstab.sweep.proofs.columns import NOT_ONE_STATE, ONE_STATE, STATES_UNDECID
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, one_state_code
 from rbstab.sweep.proofs.one_state import OneState, one_state_of
 from rbstab.sweep.sweep import prove_members
-
-SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
-K_R, SPIN = "controller.K_r", "initial.angular_velocity[0]"
-
-
-def plan_of(vary: dict[str, Any], variant: str = "permanent", **changes: Any) -> Plan:
-    base = paper_config(variant, initial={"angular_velocity": [0, 0, 0]}, **SHORT)
-    return load_plan({"base": base | changes, "vary": vary})
 
 
 def swept(folder: Path, plan: Plan, **options: Any) -> OneState:

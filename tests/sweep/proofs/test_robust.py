@@ -1,12 +1,11 @@
 """Members whose body lies inside the box of a stored proof for all bodies within tolerances."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from support.config_elements import TIE, config_data
 from support.paper_runs import paper_config
 from support.sweeping import run_sweep
+from sweep.proofs.plans import SHORT, SPIN
 
 import rbstab
 from rbstab.config.tolerances import tolerances_of
@@ -16,9 +15,6 @@ from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs import robust
 from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
 from rbstab.sweep.proofs.robust import START_COLUMNS, RobustProofs
-
-SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
-SPIN = "initial.angular_velocity[0]"
 
 
 @pytest.fixture(scope="module")

@@ -58,7 +58,7 @@ def section(path: Path) -> str:
     allowed = ", with `--allow-python`" if "kind: python" in text else ""
     return f"""### {title}
 
-![{title}](pictures/gallery/{path.stem}.png)
+![Motion of {path.stem}](pictures/gallery/{path.stem}.png)
 
 {words} [{path.name}](../{inside}){allowed}
 """

@@ -52,7 +52,7 @@ FROM_NOTHING = (
 PREPARED: dict[str, tuple[str, ...]] = {
     "docs/elements.md": (
         "cp configs/paper/case1_permanent.yaml my_config.yaml",
-        "rbstab run configs/examples/elements.yaml configs/examples/joint.yaml -q --no-prove",
+        "rbstab run configs/examples/elements.yaml -q --no-prove",
     ),
     "docs/reports.md": (
         "rbstab run configs/paper/case1_permanent.yaml -q --no-prove",

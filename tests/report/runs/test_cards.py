@@ -43,9 +43,7 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     sentence, cards = answer_blocks(facts(*paths))
     assert sentence == (
         f"{MAX_CARDS} runs. Rests elsewhere: {MAX_CARDS}. Desired: upright (default), within 10°. "
-        f"Comes to rest from its start: seen ({MAX_CARDS}). "
-        "All motions that stay in the range, and keep a distance from θ2 = ±π/2: "
-        f"not decided ({MAX_CARDS})."
+        f"This start: seen ({MAX_CARDS}). Whole range: not decided ({MAX_CARDS})."
     )
     assert isinstance(cards, Cards)
     assert [card.title for card in cards.cards] == [str(k) for k in range(MAX_CARDS)]
@@ -102,7 +100,7 @@ def test_the_summary_counts_all_answers(tmp_path):
         for answer in (open_question, almost, every, almost)
     ]
     assert answer_sentence(several).endswith(
-        "from θ2 = ±π/2: almost every start rests elsewhere: proved (2); returns: proved (1); "
+        " Whole range: almost every start rests elsewhere: proved (2); returns: proved (1); "
         "not decided (1)."
     )
 

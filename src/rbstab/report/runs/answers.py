@@ -26,7 +26,12 @@ QUESTIONS = {
 }
 """What a run is asked after its outcome; the names are those of `RunAnswer.answers`."""
 
-ALL_MOTIONS = "All motions that stay in the range, and keep a distance from θ2 = ±π/2"
+WHOLE_RANGE = (
+    "whole range",
+    "all motions that stay in the range of the Euler angles, and keep a distance from θ2 = ±π/2; "
+    "where the energy depends on no Euler angles, all motions",
+)
+"""The word in the sentence and on cards, and what it means."""
 
 NUMBERS = ("at rest from", "peak |E|")
 """The numbers on the card of each run."""
@@ -46,7 +51,9 @@ def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
     else:
         cards = _cards_of_several(facts, sketches)
     names = {name for card in cards for name, _ in card.facts}
-    words = ((f.name, f.words) for f in FACTS.values() if f.name in names and f.words)
+    words = [(f.name, f.words) for f in FACTS.values() if f.name in names and f.words]
+    if len(facts) > 1:
+        words.append(WHOLE_RANGE)
     return (*sentences, Cards("answers", tuple(cards), (*words_with_meanings(), *words)))
 
 
@@ -60,8 +67,8 @@ def answer_sentence(facts: Sequence[RunFacts]) -> str:
     proved = f"; of {kept}, it is also proved that all motions stay in it" if kept else ""
     return (
         f"{counted(len(facts), 'run')}. {_capital(outcomes)}.{_common_desire(facts)} "
-        f"Comes to rest from its start: {_counts(entry.answer.this_start for entry in facts)}. "
-        f"{ALL_MOTIONS}: {_counts(entry.answer.whole_range for entry in facts)}{proved}."
+        f"This start: {_counts(entry.answer.this_start for entry in facts)}. "
+        f"Whole range: {_counts(entry.answer.whole_range for entry in facts)}{proved}."
     )
 
 

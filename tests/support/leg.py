@@ -6,18 +6,6 @@ from typing import Any
 
 BODY = {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]}
 
-_LINE = {"kind": "ligament", "toe_strain": 0.03, "damping": 20}
-
-LIGAMENTS = {
-    "medial": _LINE
-    | {"point": [0.0, -0.03, -0.13], "anchor": [0, -0.04, -0.21]}
-    | {"stiffness": 3000, "slack_length": 0.082},
-    "lateral": _LINE
-    | {"point": [-0.02, 0.04, -0.156], "anchor": [0, 0.04, -0.21]}
-    | {"stiffness": 2400, "slack_length": 0.058},
-}
-"""Two ligaments of the knee."""
-
 WEIGHT_MOMENT = 3.5 * 9.81 * 0.186
 """m g l, N m/rad: the leg stands upright if its spring is stiffer than this, 6.386."""
 

@@ -7,6 +7,7 @@ from scipy.optimize import root
 
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
+from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.spring import Spring
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
@@ -14,9 +15,13 @@ from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.body import Body
 from rbstab.systems.coordinates import CentreCoordinates
 from rbstab.systems.system import System
-from support.held_springs import DAMPING, K_R, K_T, WEIGHT, R
 from support.pose import attitude
 
+R = np.array([0.15, 0.10, -0.42])
+K_T = np.diag([4100.0, 4100.0, 3280.0])
+K_R = np.diag([400.0, 400.0, 320.0])
+DAMPING = np.diag([60.0, 60.0, 42.0])
+WEIGHT = np.array([0.0, 0.0, -410.0])
 K_C = np.array([[9000.0, 500.0, 0.0], [500.0, 8000.0, -300.0], [0.0, -300.0, 7000.0]])
 K_D = np.diag([20000.0, 15000.0, 30000.0])
 
@@ -28,13 +33,20 @@ def spring_of(point=(0.1, 0.2, 0.3), anchor=(0.5, 0.1, 0.9), stiffness=900.0, re
     return Spring(name="spring", **ends, **constants)
 
 
-def tied_system(springs, soft=1.0, K_c=K_C, K_d=None, *others):
+def ligament_of():
+    """Return a ligament that is taut at Θ = 0."""
+    ends = {"point": np.array([0.1, 0.2, 0.3]), "anchor": np.array([0.5, 0.1, 0.5])}
+    law = {"stiffness": 400.0, "slack_length": 0.3, "toe_strain": 0.05, "damping": 5.0}
+    return Ligament(name="ligament", **ends, **law)
+
+
+def tied_system(springs, soft=1.0, K_d=None, *others):
     """Return the paper's body, tied at its contact point, with springs and `soft` times K_r."""
     connector: ViscoElasticConnector | EmbeddedConnector
     if K_d is None:
-        connector = ViscoElasticConnector(K_c, DAMPING)
+        connector = ViscoElasticConnector(K_C, DAMPING)
     else:
-        connector = EmbeddedConnector(K_c, DAMPING, K_d, DAMPING)
+        connector = EmbeddedConnector(K_C, DAMPING, K_d, DAMPING)
     elements = (
         Gravity(WEIGHT),
         TranslationalStabilizer(K_T, DAMPING),
@@ -47,16 +59,12 @@ def tied_system(springs, soft=1.0, K_c=K_C, K_d=None, *others):
     return System(body, elements, CentreCoordinates(), np.zeros(3))
 
 
-def energy_of(springs, Theta, X, *, soft=1.0, K_c=K_C, K_d=None, barrier=0.0):
-    """Return the least stored energy of `tied_system` over D, without the program.
-
-    barrier is the stiffness of a barrier on θ2, N m.
-    """
-    series = K_c if K_d is None else np.linalg.inv(np.linalg.inv(K_c) + np.linalg.inv(K_d))
+def energy_of(springs, Theta, X, *, soft=1.0, K_d=None):
+    """Return the least stored energy of `tied_system` over D, without the program."""
+    series = K_C if K_d is None else np.linalg.inv(np.linalg.inv(K_C) + np.linalg.inv(K_d))
     A = attitude(Theta)
     E = X + A @ R - R
     found = 0.5 * X @ K_T @ X - WEIGHT @ X + 0.5 * soft * Theta @ K_R @ Theta + 0.5 * E @ series @ E
-    found += 0.5 * barrier * (np.sin(Theta[1]) / np.cos(Theta[1])) ** 2
     for one in springs:
         length = np.linalg.norm(X + A @ one.point - one.anchor)
         found += 0.5 * one.stiffness * (length - one.rest_length) ** 2

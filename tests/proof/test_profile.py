@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
+from support.bodies import least_energy
 
 from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of, system_of
@@ -54,13 +54,8 @@ def test_no_start_of_scipy_ends_lower(config):
     rng = np.random.default_rng(5)
     pitch = PITCH[1:] if 1 in energy.closed else PITCH
     for angle, least in zip(pitch, least_along_pitch(energy, pitch, end), strict=True):
-        found = []
-        for _ in range(6):
-            q = np.zeros(at_rest.size)
-            q[:3] = rng.uniform(-5, 5), angle, rng.uniform(-5, 5)
-            fixed = [(angle, angle) if k == 1 else (None, None) for k in range(at_rest.size)]
-            found.append(minimize(at_rest.energy, q, jac=at_rest.gradient, bounds=fixed).fun)
-        assert least == pytest.approx(min(found), rel=1e-5, abs=1e-5)
+        found = least_energy(at_rest, 1, angle, rng, 6)
+        assert least == pytest.approx(found, rel=1e-5, abs=1e-5)
 
 
 def test_a_barrier_is_added():

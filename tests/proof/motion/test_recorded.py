@@ -5,10 +5,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.user_code import CREEPING_TIE, MAXWELL, ROPE, SPRING, TIE, element_text, mine
+from support.user_code import (
+    CREEPING_TIE,
+    MAXWELL,
+    ROPE,
+    SPRING,
+    TIE,
+    element_text,
+    loaded_with,
+    mine,
+)
 
 from rbstab.config.build import problem_of
-from rbstab.config.load import load_config
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.proof.motion.equations import Equations
 from rbstab.proof.motion.models import evaluated
@@ -54,16 +62,7 @@ def folder(tmp_path, monkeypatch):
 
 def loaded(folder, text, parameters, variant="visco-elastic"):
     (folder / "mine.py").write_text(text)
-    gains = ["K_t", "L_t", "K_r", "L_r"]
-    gains += [] if variant == "permanent" else ["K_c", "L_c"]
-    data = {
-        "schema_version": 2,
-        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.2, 0.3]},
-        "controller": {"variant": variant, **{key: [4, 4, 3] for key in gains}},
-        "elements": {"one": mine(**parameters)},
-        "integration": {"duration": 1.0},
-    }
-    return load_config(data, allow_python=True)
+    return loaded_with({"one": mine(**parameters)}, variant)
 
 
 @pytest.mark.parametrize("variant", ["visco-elastic", "permanent"])

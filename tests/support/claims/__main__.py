@@ -8,7 +8,6 @@ import sys
 import click
 
 from support.claims import table
-from support.claims.bodies import bodies
 from support.claims.compare import gained, lost, lost_within
 from support.claims.evidence import doubts
 from support.claims.program import Claims, claims_of
@@ -28,11 +27,10 @@ def main() -> None:
 @main.command()
 @NAMES
 def make(names: tuple[str, ...]) -> None:
-    """Write the configs and the claims of the present program about them; others are kept.
+    """Write the claims of the present program about the configs; others are kept.
 
     The times of proofs are those of this machine; `ask` adds proofs that are asked for.
     """
-    table.write(table.BODIES, bodies())
     stored = table.read(table.TABLE) if table.TABLE.exists() else {}
     for name in table.names():
         if _is_meant(name, names) or name not in stored:

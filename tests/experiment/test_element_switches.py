@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
-from support.leg import BODY
+from support.leg import held_leg
 
 from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of, system_of
@@ -27,15 +27,8 @@ NARROW = 1e-9
 def leg(slack_length):
     """A leg that is held at its knee, with a rope above it that is 0.5 m long while it stands."""
     rope = {"kind": "ligament", "point": [0, 0, 0.3], "anchor": [0, 0, 0.8], "stiffness": 30}
-    return load_config(
-        {
-            "schema_version": 2,
-            "body": BODY,
-            "controller": {"variant": "permanent", "K_r": [5, 5, 2.5], "L_r": [0.8, 0.8, 0.3]},
-            "elements": {"rope": rope | {"slack_length": slack_length, "toe_strain": 0.03}},
-            "integration": {"duration": 1},
-        }
-    )
+    rope |= {"slack_length": slack_length, "toe_strain": 0.03}
+    return load_config(held_leg(elements={"rope": rope}))
 
 
 def may_be(config, Theta, radius=NARROW, energy=None):

@@ -13,6 +13,7 @@ from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
+from support.bodies import least_energy
 from support.claims.compare import RANGES
 from support.claims.program import Claims
 from support.systems import Array
@@ -233,20 +234,11 @@ class _Search:
         ends[1] = self.pitch - 1e-9
         for axis in axes:
             for sign in (-1.0, 1.0):
-                least = min(self._lowest_on(axis, sign * ends[axis], ends) for _ in range(3))
+                starts = 90 if self.at_rest.size == 3 else 20
+                at = sign * ends[axis]
+                least = least_energy(self.at_rest, axis, at, self.rng, starts, end=ends)
                 if least < bound - 1e-6 * max(1.0, abs(bound)):
                     yield f"U is {least:.6g} J on the border of θ{axis + 1}, below c*"
-
-    def _lowest_on(self, axis: int, value: float, ends: Array) -> float:
-        samples = []
-        for _ in range(30 if self.at_rest.size == 3 else 6):
-            q = self.start(ends)
-            q[axis] = value
-            samples.append(q)
-        q = min(samples, key=self.energy)
-        limits = [(-one, one) for one in ends] + [(None, None)] * (len(q) - 3)
-        limits[axis] = (value, value)
-        return float(minimize(self.energy, q, jac=self.slope, bounds=limits, method="L-BFGS-B").fun)
 
     def _of_sum(self, claims: Claims) -> Iterator[tuple[str, str]]:
         """Count the states: Σ (-1)^index is Euler's number of the space where θ2 is kept."""

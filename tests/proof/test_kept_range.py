@@ -5,16 +5,16 @@ the proofs computes, and the energy of the guard in closed form.
 """
 
 import math
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import root
 from support.bodies import least_energy
+from support.proofs import energy_of_config as exact
 
 from rbstab.analysis.configuration import configurations
-from rbstab.config.build import problem_of, system_of
+from rbstab.config.build import problem_of
 from rbstab.config.load import load_config, plain_data
 from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
 from rbstab.proof.exact.expr import expr, variable
@@ -26,7 +26,7 @@ from rbstab.proof.kept_range import (
     guard_energy,
     nothing_rests_beyond,
 )
-from rbstab.proof.model import Energy, energy_of
+from rbstab.proof.model import Energy
 
 PAPER = Path(__file__).parents[2] / "configs" / "paper"
 CASES = ["case1_permanent", "case2_visco_elastic"]
@@ -36,10 +36,6 @@ def case(name="case1_permanent", soft=1.0):
     data = plain_data(load_config(PAPER / f"{name}.yaml"))
     data["controller"]["K_r"] = [soft * gain for gain in data["controller"]["K_r"]]
     return load_config(data)
-
-
-def exact(config) -> Energy:
-    return energy_of(problem_of(config).system, partial(system_of, config))
 
 
 def border_of(energy) -> Border:

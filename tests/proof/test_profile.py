@@ -1,17 +1,16 @@
 """Protects the energy along θ2 that reports draw: no point with this θ2 has less."""
 
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.bodies import least_energy
+from support.proofs import energy_of_config as exact
 
 from rbstab.analysis.configuration import configurations
-from rbstab.config.build import problem_of, system_of
+from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.proof.confine import confined
-from rbstab.proof.model import Energy, energy_of
 from rbstab.proof.profile import least_along_pitch, without_barriers
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -19,10 +18,6 @@ PITCH = np.array([-np.pi / 2, -1.3, -0.4, 0.0, 0.8, 1.5])
 
 
 END = np.array([np.pi, np.pi / 2, np.pi])
-
-
-def exact(config) -> Energy:
-    return energy_of(problem_of(config).system, partial(system_of, config))
 
 
 def end_of(energy):

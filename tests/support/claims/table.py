@@ -7,7 +7,6 @@ from typing import Any
 
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
-from support.claims.program import Claims
 
 ROOT = Path(__file__).resolve().parents[3]
 FOLDER = ROOT / "tests/claims"
@@ -18,8 +17,6 @@ BODIES = FOLDER / "bodies.json"
 Some have one rest state, and some have several. They were drawn once. The files of elements are
 relative to the root.
 """
-
-Table = dict[str, Claims]
 
 
 def names() -> list[str]:

@@ -104,7 +104,7 @@ SATURATING = element_text(
         return self.c * (f @ f) / sqrt(0.2 + f @ f) + self.k * (f @ tanh(f))
     """,
     'POINT, Gain("c", "N", "c", shape="number"), Gain("k", "N", "k", shape="number")',
-).replace("import power", "import power, sqrt")
+)
 
 
 def moving(element):

@@ -184,6 +184,16 @@ def test_no_cells_prove_more_than_the_pass(two_wells):
     assert min(levels) >= saddle - 1e-4
 
 
+def test_a_component_with_V_equal_to_the_level_on_a_face_ends():
+    """V = x² on a range that ends at 1: a component of {V < 1} does not reach the face."""
+    end = np.array([1.0, 1.0, 1.0])
+    cells = cells_of(X * X + BOWL, [around(0.0, 0.0, 0.0)], Box(-end, end)).up_to(0, 1 - 1e-9)
+    reached = cells.flood(0).end
+    assert 1 - 1e-9 <= reached.level <= 1
+    assert cells.border in reached.edge
+    assert len(cells.up_to(0, 1 + 1e-3).ways(0, 1 + 1e-3).ends)
+
+
 def test_each_face_counts():
     """A well that slopes down to one face alone leaves by this one."""
     for axis, sign in ((0, -1), (0, 1), (1, -1), (1, 1), (2, -1), (2, 1)):

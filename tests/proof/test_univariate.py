@@ -35,17 +35,21 @@ def over(kind, extra, low, high):
 @pytest.mark.parametrize(("kind", "extra"), KINDS)
 def test_at_a_point_they_are_those_numbers(kind, extra):
     """To some ulps, also of (3x² - 1) d³/3 of the arc tangent, which is zero at 1/√3."""
+    wide = over(kind, extra, 0.3, 2.5)
     for x in (0.3, 1.0, 3**-0.5, 2.5):
-        for found, value in zip(over(kind, extra, x, x), exact(kind, extra, x), strict=True):
+        at = over(kind, extra, x, x)
+        for found, of_all, value in zip(at, wide, exact(kind, extra, x), strict=True):
             assert contains(found, 0, value)
+            assert contains(of_all, 0, value)
             assert found.hi[0] - found.lo[0] < 1e-12 * max(1.0, abs(float(value)))
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_what_ends_is_known_and_what_has_no_bound_is_not():
-    """x² has no third coefficient, exactly; a root has no slope at zero."""
+    """x² has no third coefficient, exactly; a root has no slope at zero, a logarithm no value."""
     square = over("power", 2, -np.inf, 2.0)
     assert (square[3].lo[0], square[3].hi[0]) == (0.0, 0.0)
     root = over("sqrt", None, 0.0, 4.0)
     assert root[0].lo[0] == 0.0
-    assert all(one.lo[0] == -np.inf and one.hi[0] == np.inf for one in root[1:])
+    without = [*root[1:], *over("log", None, 0.0, 4.0)]
+    assert all(one.lo[0] == -np.inf and one.hi[0] == np.inf for one in without)

@@ -41,7 +41,7 @@ ALL_FUNCTIONS = element_text(
     def dissipated(self, motion, own):
         return 1 / 3 * (motion.V @ motion.V)
     """,
-).replace("import power", "import Wrench, atan, cos, cosh, log, power, sin, sinh, sqrt, tan")
+)
 
 KINDS: dict[str, tuple[str, dict[str, Any]]] = {
     "tie": (TIE, AT | {"K_c": K, "L_c": [1.0, 2.0, 3.0]}),

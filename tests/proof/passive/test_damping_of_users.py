@@ -12,9 +12,9 @@ K = [[3.0, 1.0, 0.0], [1.0, 2.0, 0.5], [0.0, 0.5, 4.0]]
 AT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 1.1]}
 
 
-def damper(wrench, power, names="exp"):
+def damper(wrench, power):
     """Return the text of an element that only damps."""
-    text = element_text(
+    return element_text(
         f"""
         def wrench(self, motion, own):
             return {wrench}
@@ -24,7 +24,6 @@ def damper(wrench, power, names="exp"):
         """,
         'Gain("L", "1", "damping", positive=False)',
     )
-    return text.replace("import power", f"import {names}, power")
 
 
 BRAKE = damper("couple_on_body(-self.L @ motion.Omega)", "motion.Omega @ self.L @ motion.Omega")
@@ -33,7 +32,6 @@ BRAKE = damper("couple_on_body(-self.L @ motion.Omega)", "motion.Omega @ self.L 
 QUADRATIC = damper(
     "force_at_centre(-sqrt(0.1 + motion.V @ motion.V) * motion.V)",
     "sqrt(0.1 + motion.V @ motion.V) * (motion.V @ motion.V)",
-    "sqrt",
 )
 
 

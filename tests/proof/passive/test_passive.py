@@ -31,7 +31,7 @@ def statements(wrench, stored, dissipated="0.0"):
         """,
         'POINT, ANCHOR, Gain("k", "N/m", "k", shape="number"), '
         'Gain("c", "N s/m", "c", shape="number", positive=False)',
-    ).replace("import power", "import atan, cos, cosh, log, power, sin, sinh, sqrt, tan")
+    )
 
 
 def found(folder, text, **parameters):

@@ -73,7 +73,7 @@ def test_an_error_late_in_a_run_is_one_line(
         program.main()
     assert ended.value.code == 2
     error = capsys.readouterr().err
-    assert error == "error: mine.py: line 12: RuntimeError: late\n"
+    assert error == "error: mine.py: line 14: RuntimeError: late\n"
 
 
 HELD = CONFIG.replace("variant: free", "variant: permanent")

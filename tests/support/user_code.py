@@ -9,6 +9,8 @@ from rbstab.config.schema import Config
 from rbstab.elements.user_code.template import TEMPLATE
 
 HEAD = """\
+# Tests name the lines below these.
+
 import numpy as np
 
 from rbstab.elements import *

@@ -166,7 +166,7 @@ def test_all_problems_have_their_places(code):
         ("#" * (MAX_SOURCE + 1), f"which cannot be read: it has more than {MAX_SOURCE} characters"),
         (SPRING.replace('Gain("k"', "Gain(K"), "Mine: line"),
         (SPRING + "\nraise ValueError('no')\n", "cannot be run: line"),
-        (SPRING.replace("-self.k", "-self.kk"), "fails at the start: line 11: AttributeError"),
+        (SPRING.replace("-self.k", "-self.kk"), "fails at the start: line 13: AttributeError"),
         (SPRING.replace("force_at_centre(", "list("), "wrench returns a list (expected a Wrench"),
         (SPRING.replace("(motion.X @ motion.X)", "motion.X"), "stored returns an array of shape"),
         (SPRING.replace("* motion.X)", "* motion.X[:2])"), "force of wrench is an array of shape"),

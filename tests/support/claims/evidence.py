@@ -16,6 +16,7 @@ from rbstab.config.schema import Config
 from support.bodies import least_energy
 from support.claims.compare import RANGES
 from support.claims.program import Claims
+from support.differences import hessian
 from support.systems import Array
 
 HELD_STARTS, STARTS = 60, 20
@@ -101,16 +102,6 @@ class _Search:
         steps = STEP * np.eye(len(q))
         return np.array([(self.energy(q + h) - self.energy(q - h)) / (2 * STEP) for h in steps])
 
-    def hessian(self, q: Array) -> Array:
-        h = 1e-4 * np.eye(len(q))
-        n = range(len(q))
-        found = np.zeros((len(q), len(q)))
-        for i in n:
-            for j in n[: i + 1]:
-                four = [self.energy(q + a * h[i] + b * h[j]) for a in (1, -1) for b in (1, -1)]
-                found[i, j] = found[j, i] = (four[0] - four[1] - four[2] + four[3]) / 4e-8
-        return found
-
     def start(self, end: Array) -> Array:
         """Return a random configuration with its lowest energy at these angles."""
         Theta = self.rng.uniform(-1, 1, 3) * end
@@ -148,7 +139,7 @@ class _Search:
             scale = max(1.0, abs(state["energy"]))
             if abs(self.energy(q) - state["energy"]) > 1e-5 * scale:
                 yield f"U is {self.energy(q):.6g} J at {state['at']}"
-            curvature = self.hessian(q)
+            curvature = hessian(self.energy, q)
             values = np.linalg.eigvalsh(curvature)
             sure = np.abs(values).min() > 1e-4 * np.abs(values).max()
             if sure and state["index"] is not None and np.sum(values < 0) != state["index"]:
@@ -192,7 +183,7 @@ class _Search:
         """Return whether U is smooth at q, with a slope of zero and no degenerate curvature."""
         U, steps = self.energy(q), 1e-6 * np.eye(len(q))
         sides = [(self.energy(q + h) - U, self.energy(q - h) - U) for h in steps[free]]
-        values = np.linalg.eigvalsh(self.hessian(q)[np.ix_(free, free)])
+        values = np.linalg.eigvalsh(hessian(self.energy, q)[np.ix_(free, free)])
         least, most = np.abs(values).min(), np.abs(values).max()
         if least < 1e-6 * most:
             return False

@@ -6,18 +6,6 @@ from typing import Any
 
 BODY = {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]}
 
-_LINE = {"kind": "ligament", "toe_strain": 0.03, "damping": 20}
-
-LIGAMENTS = {
-    "medial": _LINE
-    | {"point": [0.0, -0.03, -0.13], "anchor": [0, -0.04, -0.21]}
-    | {"stiffness": 3000, "slack_length": 0.082},
-    "lateral": _LINE
-    | {"point": [-0.02, 0.04, -0.156], "anchor": [0, 0.04, -0.21]}
-    | {"stiffness": 2400, "slack_length": 0.058},
-}
-"""Two ligaments of the knee."""
-
 WEIGHT_MOMENT = 3.5 * 9.81 * 0.186
 """m g l, N m/rad: the leg stands upright if its spring is stiffer than this, 6.386."""
 
@@ -61,3 +49,15 @@ def held(**initial: Any) -> dict[str, Any]:
         "initial": initial,
         "integration": {"duration": 4, "samples": 201},
     }
+
+
+def held_leg(K_r: Any = (5, 5, 2.5), elements: Any = None, **sections: Any) -> dict[str, Any]:
+    """Return the config of a leg that stands on its knee, which holds it."""
+    return {
+        "schema_version": 2,
+        "body": BODY,
+        "gravity": [0, 0, -9.81],
+        "controller": {"variant": "permanent", "L_r": [0.8, 0.8, 0.3], "K_r": list(K_r)},
+        "elements": elements or {},
+        "integration": {"duration": 5},
+    } | sections

@@ -70,3 +70,12 @@ def assert_equal(found: Result, expected: Result) -> None:
     kinds = {name: type(value) for name, value in found.attributes.items()}
     assert kinds == {name: type(value) for name, value in expected.attributes.items()}
     assert found.config == expected.config
+
+
+def cut(result: Result, samples: int) -> Result:
+    """Return a result that ended early, after so many samples."""
+    variables = {
+        name: v._replace(data=v.data[:samples]) if v.dimensions[:1] == ("time",) else v
+        for name, v in result.variables.items()
+    }
+    return replace(result, variables=variables)

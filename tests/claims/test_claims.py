@@ -4,7 +4,6 @@ import copy
 
 import pytest
 from support.claims import table
-from support.claims.bodies import bodies
 from support.claims.compare import gained, lost, lost_within
 from support.claims.evidence import doubts
 from support.claims.program import claims_of
@@ -27,7 +26,6 @@ QUICK = (
 
 def test_the_table_has_all_configs():
     assert list(STORED) == table.names()
-    assert table.read(table.BODIES) == bodies()
 
 
 @pytest.mark.parametrize("name", QUICK)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from support.leg import BODY
+from support.leg import held_leg as leg
 
 import rbstab
 from rbstab.experiment.answers.state_words import almost_sentence
@@ -13,21 +14,6 @@ from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
 from rbstab.experiment.stored_proof.data import SUPPLIES
 from rbstab.experiment.stored_proof.proof import Proof
-
-GAINS = {"L_r": [0.8, 0.8, 0.3]}
-
-
-def leg(K_r, elements=None, **more):
-    """A leg that stands on its knee, which holds it, and whose weight is 34.3 N."""
-    return {
-        "schema_version": 2,
-        "body": BODY,
-        "gravity": [0, 0, -9.81],
-        "controller": {"variant": "permanent", **GAINS, "K_r": K_r},
-        "elements": elements or {},
-        "integration": {"duration": 5},
-        **more,
-    }
 
 
 def ligament(**of):

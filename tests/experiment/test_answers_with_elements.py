@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.config_elements import CONTROLLER, config_data
+from support.config_elements import BAND, CONTROLLER, HELD, config_data
 from support.user_code import element_text, loaded_with, mine
 
 from rbstab.config.build import problem_of
@@ -19,11 +19,9 @@ from rbstab.experiment.stored_proof.starts import reached_state, start_state
 from rbstab.experiment.tuning.guard import guard as guarded
 from rbstab.experiment.tuning.soft_guard import NotDecidedError, unguarded
 
-HELD = CONTROLLER | {"variant": "permanent"}
 TIED = CONTROLLER | {"variant": "visco-elastic", "K_c": [9000.0] * 3, "L_c": [90.0] * 3}
 SPRING: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.6, 0.01, 0.9]}
 SPRING |= {"stiffness": 300.0, "rest_length": 0.5}
-BAND: dict[str, Any] = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
 BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
 BARRIER = {"kind": "guard", "method": "barrier", "stiffness": 30.0}
 STOP = {"kind": "guard", "method": "stop", "angle": 1.2, "restitution": 0.5}
@@ -106,7 +104,7 @@ SATURATING = element_text(
         return self.c * (f @ f) / sqrt(0.2 + f @ f) + self.k * (f @ tanh(f))
     """,
     'POINT, Gain("c", "N", "c", shape="number"), Gain("k", "N", "k", shape="number")',
-).replace("import power", "import power, sqrt")
+)
 
 
 def moving(element):

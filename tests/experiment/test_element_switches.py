@@ -3,7 +3,6 @@
 The places are found by SciPy with the stored energy of the system itself.
 """
 
-from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize
-from support.leg import BODY
+from support.leg import held_leg
+from support.proofs import energy_of_config
 
 from rbstab.analysis.configuration import configurations
-from rbstab.config.build import problem_of, system_of
+from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.elements.ligament import Ligament
 from rbstab.experiment.stored_proof.switches import may_switch
-from rbstab.proof.model import energy_of
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 NARROW = 1e-9
@@ -27,15 +26,8 @@ NARROW = 1e-9
 def leg(slack_length):
     """A leg that is held at its knee, with a rope above it that is 0.5 m long while it stands."""
     rope = {"kind": "ligament", "point": [0, 0, 0.3], "anchor": [0, 0, 0.8], "stiffness": 30}
-    return load_config(
-        {
-            "schema_version": 2,
-            "body": BODY,
-            "controller": {"variant": "permanent", "K_r": [5, 5, 2.5], "L_r": [0.8, 0.8, 0.3]},
-            "elements": {"rope": rope | {"slack_length": slack_length, "toe_strain": 0.03}},
-            "integration": {"duration": 1},
-        }
-    )
+    rope |= {"slack_length": slack_length, "toe_strain": 0.03}
+    return load_config(held_leg(elements={"rope": rope}))
 
 
 def may_be(config, Theta, radius=NARROW, energy=None):
@@ -76,8 +68,7 @@ def strain(config, Theta):
 
 def test_the_ligament_of_a_tied_body(tied):
     """Along a way of attitudes it goes taut: before and behind this place it is not just taut."""
-    system = problem_of(tied).system
-    energy = SimpleNamespace(energy=energy_of(system, partial(system_of, tied)))
+    energy = SimpleNamespace(energy=energy_of_config(tied))
     begin, way = np.array([0.1, -0.2, 0.05]), np.array([0.0, 1.0, 0.1])
     at = brentq(lambda s: strain(tied, begin + s * way), 0.0, 0.5, xtol=1e-12)
     for s, expected in ((at, True), (at - 0.01, False), (at + 0.01, False)):

@@ -59,20 +59,6 @@ def test_samples_are_those_of_the_equations(name):
             np.testing.assert_allclose(found[key][row], value, rtol=0, atol=1e-12 * scale)
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_columns_of_a_member_do_not_depend_on_what_else_is_observed(name):
-    """Bit for bit: they are the same whether its motion is kept or not."""
-    given = problem(name)
-    trajectory = engine("heyoka")(given)
-    whole = record._observed(given.system, trajectory, None, only_outcome=False)
-    some = record._observed(given.system, trajectory, None, only_outcome=True)
-    shared = set(whole) & set(some)
-    assert {"orientation", "contact_displacement", "energy"} <= shared
-    assert set(some) == shared
-    for key in shared:
-        assert np.array_equal(whole[key], some[key]), key
-
-
 def test_samples_after_the_deadline_are_left_out():
     given = problem("paper/case1_permanent")
     trajectory = engine("heyoka")(given)

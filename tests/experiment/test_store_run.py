@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support import results
 from support.configs import plain
 
 from rbstab.config.load import load_config
@@ -27,12 +28,8 @@ def whole():
 
 def cut(result, samples):
     """Return a result that hit its time limit after some samples."""
-    variables = {
-        name: v._replace(data=v.data[:samples]) if v.dimensions[:1] == ("time",) else v
-        for name, v in result.variables.items()
-    }
-    attributes = result.attributes | {"status": "time limit"}
-    return replace(result, variables=variables, attributes=attributes)
+    short = results.cut(result, samples)
+    return replace(short, attributes=result.attributes | {"status": "time limit"})
 
 
 def store(path, result, **options):

@@ -9,7 +9,6 @@ from scipy.integrate import solve_ivp
 from support.paper_runs import paper_config
 
 import rbstab
-from rbstab.analysis.extrema import ABSOLUTE
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.build import problem_of
 from rbstab.experiment.answers.result import Result
@@ -93,25 +92,6 @@ def test_steps_of_heyoka_do_not_depend_on_samples():
     few, some, many = (run(samples, SPINS[0], "heyoka") for samples in COUNTS)
     for name in ("peak_contact_displacement", "peak_distance", "largest_pitch", "settling_time"):
         assert few[name].tobytes() == some[name].tobytes() == many[name].tobytes()
-
-
-@each_engine
-@pytest.mark.parametrize("name", ["paper/case2_stiff", "examples/mounts"])
-def test_fast_motions_need_no_more_samples(name, engine):
-    path = ROOT / "configs" / f"{name}.yaml"
-    few, many = (
-        rbstab.simulate(
-            rbstab.load_config(
-                path, [f"integration.samples={count}", f"integration.engine={engine}"]
-            )
-        )
-        for count in (41, 401)
-    )
-    assert summary_of(few).resolved
-    for one in ("peak_contact_displacement", "peak_distance", "largest_pitch"):
-        allowed = 1e-7 * np.abs(many[one]).max() + ABSOLUTE
-        error = few[f"{one}_error"] + many[f"{one}_error"]
-        assert (np.abs(few[one] - many[one]) <= error + allowed).all(), one
 
 
 def test_without_steps_extremes_are_those_of_samples(monkeypatch):

@@ -113,9 +113,9 @@ CODES: dict[str, tuple[str, dict[str, Any], str]] = {
         switches.NOT_OF_ANGLES,
     ),
     "a mode in an exponential": (
-        STIFF_GUARD.replace("import power", "import exp, power")
-        .replace(SQUARE, "2.0 * exp(self.mode[0] * above)")
-        .replace(MODES, f"{MODES}\n        above = self.mode[0] * exp(self.mode[0] * above)"),
+        STIFF_GUARD.replace(SQUARE, "2.0 * exp(self.mode[0] * above)").replace(
+            MODES, f"{MODES}\n        above = self.mode[0] * exp(self.mode[0] * above)"
+        ),
         SOFT,
         switches.NOT_CONTINUOUS,
     ),
@@ -194,14 +194,14 @@ POLE = element_text(
         return self.k * atan(1 / (30.0 * (motion.Theta[1] - self.s)))
     """,
     'Gain("k", "J", "k", shape="number"), Gain("s", "rad", "s", shape="number")',
-).replace("import power", "import atan, power")
+)
 """Its wrench is smooth, but its energy jumps by kπ at θ2 = s."""
 
 MAGNET = SPRING.replace(
     "-self.k * motion.X", "-self.k * exp(-(motion.X @ motion.X)) * motion.X"
 ).replace("0.5 * self.k * (motion.X @ motion.X)", "-0.5 * self.k * exp(-(motion.X @ motion.X))")
 
-UNSEEN = SPRING.replace("import power", "import power, sin") + (
+UNSEEN = SPRING + (
     "\n    def dissipated(self, motion, own):\n        return 1e-9 * sin(motion.Theta[0])\n"
 )
 
@@ -356,7 +356,7 @@ def test_a_formula_of_an_angle_itself_has_no_wider_range():
 
         def stored(self, motion, own):
             return self.k * log(cosh(motion.Theta[0]))
-        """).replace("import power", "import cosh, log, power")
+        """)
     proof = prove(with_code(text, k=3.0))
     assert proof.proved
     assert proof.unwrapped is None

@@ -28,16 +28,6 @@ def energy(k=(1, 1, 1), p=0, couple=0, stop=None):
     return Energy(K + couple * X * Y + p, stop=stop)
 
 
-def test_an_energy_is_taken_apart_exactly():
-    p = X.sin() * Y.cos() + Y**2 * HALF + (Z.cos() + 2).sqrt()
-    U = HALF * (3 * X * X + 5 * Z * Z) + 2 * X * Z + 7 * X * Y - 4 * Z * Y + 9 * X + p
-    parts = parts_of(U)
-    assert parts is not None
-    assert parts.H == [[3, 2], [2, 5]]
-    assert parts.b == [7 * Y + 9, -4 * Y]
-    assert parts.rest == p
-
-
 @pytest.mark.parametrize("U", [X**3, X * Z.sin(), X * X * Y, X.exp(), 1 / X, X * X / Z, X / Y])
 def test_other_energies_are_not_confined(U):
     assert parts_of(U) is None

@@ -5,15 +5,16 @@ the proofs computes, and the energy of the guard in closed form.
 """
 
 import math
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize, root
+from scipy.optimize import root
+from support.bodies import least_energy
+from support.proofs import energy_of_config as exact
 
 from rbstab.analysis.configuration import configurations
-from rbstab.config.build import problem_of, system_of
+from rbstab.config.build import problem_of
 from rbstab.config.load import load_config, plain_data
 from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
 from rbstab.proof.exact.expr import expr, variable
@@ -25,7 +26,7 @@ from rbstab.proof.kept_range import (
     guard_energy,
     nothing_rests_beyond,
 )
-from rbstab.proof.model import Energy, energy_of
+from rbstab.proof.model import Energy
 
 PAPER = Path(__file__).parents[2] / "configs" / "paper"
 CASES = ["case1_permanent", "case2_visco_elastic"]
@@ -35,10 +36,6 @@ def case(name="case1_permanent", soft=1.0):
     data = plain_data(load_config(PAPER / f"{name}.yaml"))
     data["controller"]["K_r"] = [soft * gain for gain in data["controller"]["K_r"]]
     return load_config(data)
-
-
-def exact(config) -> Energy:
-    return energy_of(problem_of(config).system, partial(system_of, config))
 
 
 def border_of(energy) -> Border:
@@ -53,27 +50,12 @@ def plane(stiffness=(0.0, 0.0, 0.0), linear=(0.0, 0.0, 0.0)):
     return Energy(sum((0.5 * k * x * x + q * x for x, k, q in terms), expr(0)))
 
 
-def lowest_on_border(config, starts):
-    """Return the least energy on θ2 = ±π/2 that scipy finds, over all θ1, θ3 and x."""
-    at_rest = configurations(problem_of(config).system)
-    rng = np.random.default_rng(0)
-    found = []
-    for start in range(starts):
-        q = np.zeros(at_rest.size)
-        q[[0, 2]] = rng.uniform(-9, 9, 2)
-        q[1] = (-1) ** start * np.pi / 2
-        free = [(q[1], q[1]) if k == 1 else (None, None) for k in range(at_rest.size)]
-        tight = {"ftol": 0.0, "gtol": 0.0}
-        done = minimize(at_rest.energy, q, jac=at_rest.gradient, bounds=free, options=tight)
-        found.append(done.fun)
-    return min(found)
-
-
 @pytest.mark.parametrize("name", CASES)
 def test_no_point_of_the_border_is_lower_and_one_is_as_low(name):
     config = case(name)
     border = border_of(exact(config))
-    least = lowest_on_border(config, 8)
+    at_rest, rng = configurations(problem_of(config).system), np.random.default_rng(0)
+    least = min(least_energy(at_rest, 1, sign * np.pi / 2, rng, 4) for sign in (-1, 1))
     assert border.energy <= least
     assert border.energy == pytest.approx(least, rel=1e-7)
 

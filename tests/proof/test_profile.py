@@ -1,17 +1,16 @@
 """Protects the energy along θ2 that reports draw: no point with this θ2 has less."""
 
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
+from support.bodies import least_energy
+from support.proofs import energy_of_config as exact
 
 from rbstab.analysis.configuration import configurations
-from rbstab.config.build import problem_of, system_of
+from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.proof.confine import confined
-from rbstab.proof.model import Energy, energy_of
 from rbstab.proof.profile import least_along_pitch, without_barriers
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -19,10 +18,6 @@ PITCH = np.array([-np.pi / 2, -1.3, -0.4, 0.0, 0.8, 1.5])
 
 
 END = np.array([np.pi, np.pi / 2, np.pi])
-
-
-def exact(config) -> Energy:
-    return energy_of(problem_of(config).system, partial(system_of, config))
 
 
 def end_of(energy):
@@ -54,13 +49,8 @@ def test_no_start_of_scipy_ends_lower(config):
     rng = np.random.default_rng(5)
     pitch = PITCH[1:] if 1 in energy.closed else PITCH
     for angle, least in zip(pitch, least_along_pitch(energy, pitch, end), strict=True):
-        found = []
-        for _ in range(6):
-            q = np.zeros(at_rest.size)
-            q[:3] = rng.uniform(-5, 5), angle, rng.uniform(-5, 5)
-            fixed = [(angle, angle) if k == 1 else (None, None) for k in range(at_rest.size)]
-            found.append(minimize(at_rest.energy, q, jac=at_rest.gradient, bounds=fixed).fun)
-        assert least == pytest.approx(min(found), rel=1e-5, abs=1e-5)
+        found = least_energy(at_rest, 1, angle, rng, 6)
+        assert least == pytest.approx(found, rel=1e-5, abs=1e-5)
 
 
 def test_a_barrier_is_added():

@@ -8,19 +8,16 @@ import pytest
 from scipy.optimize import root
 from support.bodies import (
     CASES,
-    HELD,
     STRUT,
     box_of,
     config_of,
-    guard,
+    least_energy,
     least_over_x,
-    lowest_on_border,
     member,
-    rest_states_by_scipy,
     some_bodies,
     with_element,
 )
-from support.config_elements import config_data
+from support.config_elements import HELD, config_data, guard
 from support.rest import inverted_pendulum
 
 import rbstab
@@ -31,7 +28,6 @@ from rbstab.proof.robust.bodies import BodiesOutcome, prove_bodies
 from rbstab.proof.robust.energies import energies_of
 from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.numbers import Members, Part
-from rbstab.proof.robust.part import PartProof
 
 
 @pytest.mark.parametrize(("config", "texts"), CASES)
@@ -45,12 +41,29 @@ def test_random_bodies_are_as_proved(config, texts):
     for numbers in some_bodies(part, rng, 4):
         system = member(members, numbers)
         at_rest = configurations(system)
-        (Theta,) = rest_states_by_scipy(system, rng, starts=4)
+        (Theta,) = rest_states_by_scipy(at_rest, rng, 4)
         assert np.linalg.eigvalsh(hessian(at_rest, Theta)).min() > 0
         points = np.vstack([Theta, border(system)])
         lowest, *others = (at_rest.energy(least_over_x(at_rest, x)) for x in points)
         least = min(least, float(np.nanmin(others)) - lowest)
     assert 0.4 * least <= proof.level <= least + 1e-8 * abs(least)
+
+
+def rest_states_by_scipy(at_rest, rng, starts):
+    """Return the Θ of the rest states in the range that scipy finds from random configurations."""
+    found = list[np.ndarray]()
+    for start in range(starts):
+        q = np.zeros(at_rest.size)
+        if start:
+            q[:3] = rng.uniform(-1, 1, size=3) * [3.1, 1.5, 3.1]
+        solution = root(at_rest.gradient, q, method="hybr", tol=1e-12)
+        Theta = solution.x[:3]
+        inside = np.all(np.abs(Theta) < [np.pi, np.pi / 2, np.pi])
+        at_zero = np.abs(at_rest.gradient(solution.x)).max() < 1e-6
+        new = all(np.abs(Theta - other).max() > 1e-5 for other in found)
+        if inside and at_zero and new:
+            found.append(Theta)
+    return found
 
 
 def border(system):
@@ -80,7 +93,10 @@ def test_the_level_of_many_bodies_and_of_one():
     assert proof.outcome is BodiesOutcome.PROVED
     assert 641 <= proof.level < 1.1 * 641
     members, part = box_of(config, "controller=±0.000001%")
-    lowest = lowest_on_border(member(members, part.middle), np.random.default_rng(1))
+    at_rest, rng = configurations(member(members, part.middle)), np.random.default_rng(1)
+    end = np.array([np.pi, np.pi / 2, np.pi])
+    faces = [(axis, sign * end[axis]) for axis in range(3) for sign in (-1, 1)]
+    lowest = min(least_energy(at_rest, axis, angle, rng, 3, end=end) for axis, angle in faces)
     assert 0.995 * lowest < prove_bodies(members, part).level <= lowest
 
 
@@ -220,29 +236,3 @@ def test_what_is_proved_by_a_limit_of_time_is_told(monkeypatch):
     limited = prove_bodies(members, part, part_limit=2)
     assert (limited.outcome, limited.level) == (BodiesOutcome.PART_LIMIT, 0.0)
     assert "the claim is proved for 50 % of the tolerances" in limited.reason
-
-
-@pytest.mark.parametrize(
-    ("config", "texts", "spreads", "expected"),
-    [
-        # All bodies of a held point have the same energy, and so have those of halves.
-        (config_of("permanent"), ["body.inertia=±10%", "controller.L_r=±10%"], [], None),
-        # K_r[0] is a hundred times as uncertain as K_r[1], where no slope is known.
-        (
-            config_of("permanent", scale=0.2),
-            ["controller.K_r[0]=±20%", "controller.K_r[1]=±0.2%"],
-            [2.0, 0.5, 1.0],
-            0,
-        ),
-    ],
-)
-def test_a_box_is_halved_along_the_number_that_disturbs_most(
-    monkeypatch, config, texts, spreads, expected
-):
-    undecided = PartProof(False, 0.0, 1, np.array([spreads or [0.0] * 3]))
-    monkeypatch.setattr(bodies, "prove_part", lambda *_: undecided)
-    monkeypatch.setattr(bodies, "counterexample", lambda *_: None)
-    proof = prove_bodies(*box_of(config, *texts), part_limit=2)
-    assert proof.axis == expected
-    undivided = (BodiesOutcome.UNDECIDED, 1)
-    assert ((proof.outcome, proof.parts) == undivided) == (expected is None)

@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from support.bodies import CASES, box_of, config_of, least_over_x, member, some_bodies
+from support.bodies import CASES, HEAVY, box_of, config_of, least_over_x, member, some_bodies
 
 from rbstab.analysis.configuration import configurations
 from rbstab.proof.exact.expr import variable
@@ -14,12 +14,6 @@ from rbstab.proof.robust.family import Family
 from rbstab.proof.robust.majorants import lower_bound
 from rbstab.proof.robust.numbers import FIRST
 from rbstab.proof.robust.weights import REMAINDERS, weighted
-
-FULL = {
-    "K_t": [[4100, 600, 0], [600, 4100, -300], [0, -300, 3280]],
-    "K_r": [[400, 50, 20], [50, 400, 0], [20, 0, 320]],
-}
-HEAVY = [1.0, -2.0, -9.81]
 
 
 def slopes(at_rest, points):

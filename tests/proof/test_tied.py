@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 from support.balls import value
-from support.ligaments import ligament_of
 from support.pose import attitude
 from support.tied_springs import (
-    K_C,
     K_D,
     energy_of,
     found_by_scipy,
+    ligament_of,
     slope_of,
     spring_of,
     tied_system,
@@ -40,7 +39,7 @@ FREE = (3, 4, 5)
 
 def body_of(springs, soft=1.0, *others, K_d=None):
     """Return the body, with the doubles of its system as exact numbers."""
-    system = tied_system(springs, soft, K_C, K_d, *others)
+    system = tied_system(springs, soft, K_d, *others)
     return Body(system, lambda convert: map_parameters(system, lambda _, x: convert(x)))
 
 

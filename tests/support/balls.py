@@ -8,6 +8,7 @@ from fractions import Fraction
 from math import isnan
 from typing import Any
 
+import numpy as np
 from flint import arb, arb_mat, arb_series, ctx, fmpq
 
 from rbstab.proof.enclosures.intervals import Intervals
@@ -24,6 +25,12 @@ def ball(x: Any) -> Any:
     if isinstance(x, Fraction):
         return arb(fmpq(x.numerator, x.denominator))
     return x if isinstance(x, arb) else arb(x)
+
+
+def arbs(numbers: Any) -> Any:
+    """Return an array of doubles as exact balls of radius 0."""
+    flat = [arb(number) for number in np.ravel(numbers).tolist()]
+    return np.array([*flat, None], dtype=object)[:-1].reshape(np.shape(numbers))
 
 
 def series(e: Expr, given: Mapping[int, Any], length: int) -> Any:

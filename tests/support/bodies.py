@@ -5,17 +5,17 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize, root
+from scipy.optimize import minimize
 
 import rbstab
-from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.configuration import Configurations
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust.bodies import members_of
 from rbstab.proof.robust.numbers import Members, Part
 from rbstab.systems.system import System
-from support.config_elements import CONTROLLER, config_data
+from support.config_elements import BAND, CONTROLLER, HELD, config_data, guard
 from support.paper_runs import paper_config
 from support.systems import Array
 
@@ -36,16 +36,9 @@ FULL = {
     "K_t": [[4100, 600, 0], [600, 4100, -300], [0, -300, 3280]],
     "K_r": [[400, 50, 20], [50, 400, 0], [20, 0, 320]],
 }
-HELD = CONTROLLER | {"variant": "permanent"}
 STRUT: dict[str, Any] = {"kind": "spring", "point": [0.02, 0.0, 0.3], "anchor": [0.3, 0.01, 1.0]}
 STRUT |= {"stiffness": 900.0, "rest_length": 0.5}
-BAND: dict[str, Any] = {"kind": "ligament", "point": [0.1, 0.2, 0.3], "anchor": [0.5, 0.1, 0.5]}
 BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
-
-
-def guard(method: str, **numbers: float) -> dict[str, Any]:
-    """Return a guard."""
-    return {"kind": "guard", "method": method, **numbers}
 
 
 def with_element(element: dict[str, Any], controller: dict[str, Any] = HELD) -> Config:
@@ -117,54 +110,26 @@ def least_over_x(at_rest: Configurations, Theta: Array) -> Array:
     return q
 
 
-def rest_states_by_scipy(system: System, rng: np.random.Generator, starts: int = 12) -> list[Array]:
-    """Return the Θ of the rest states in the range that scipy finds from random configurations."""
-    at_rest = configurations(system)
-    found: list[Array] = []
-    for start in range(starts):
+def least_energy(
+    at_rest: Configurations,
+    axis: int,
+    angle: float,
+    rng: np.random.Generator,
+    starts: int,
+    *,
+    end: float | Array = np.inf,
+) -> float:
+    """Return the least energy with one angle fixed, from random starts; the others within ±end."""
+    high = np.full(at_rest.size, np.inf)
+    high[:3] = end
+    low = -high
+    low[axis] = high[axis] = angle
+    found, tight = [], {"ftol": 0.0, "gtol": 0.0}
+    for _ in range(starts):
         q = np.zeros(at_rest.size)
-        if start:
-            q[:3] = rng.uniform(-1, 1, size=3) * [3.1, 1.5, 3.1]
-        solution = root(at_rest.gradient, q, method="hybr", tol=1e-12)
-        Theta = solution.x[:3]
-        inside = np.all(np.abs(Theta) < [np.pi, np.pi / 2, np.pi])
-        at_zero = np.abs(at_rest.gradient(solution.x)).max() < 1e-6
-        new = all(np.abs(Theta - other).max() > 1e-5 for other in found)
-        if inside and at_zero and new:
-            found.append(Theta)
-    return found
-
-
-def lowest_on_border(system: System, rng: np.random.Generator, starts: int = 3) -> float:
-    """Return the least energy on the border of the range that scipy finds."""
-    at_rest = configurations(system)
-    least = np.inf
-    for axis in range(3):
-        for sign in (-1.0, 1.0):
-            end = sign * np.array([np.pi, np.pi / 2, np.pi])[axis]
-            for _ in range(starts):
-                least = min(least, _least_with(at_rest, axis, end, rng))
-    return float(least)
-
-
-def _least_with(at_rest: Configurations, axis: int, end: float, rng: np.random.Generator) -> float:
-    """Return the least energy with one angle fixed, from one random start."""
-    free = [index for index in range(at_rest.size) if index != axis]
-    limits: list[tuple[float | None, float | None]] = [(None, None)] * at_rest.size
-    limits[:3] = [(-np.pi, np.pi), (-np.pi / 2, np.pi / 2), (-np.pi, np.pi)]
-
-    def whole(part: Array) -> Array:
-        q = np.zeros(at_rest.size)
-        q[axis], q[free] = end, part
-        return q
-
-    start = np.zeros(at_rest.size)
-    start[:3] = rng.uniform(-1, 1, size=3) * [3.1, 1.5, 3.1]
-    found = minimize(
-        lambda part: float(at_rest.energy(whole(part))),
-        start[free],
-        jac=lambda part: at_rest.gradient(whole(part))[free],
-        bounds=[limits[index] for index in free],
-        method="L-BFGS-B",
-    )
-    return float(found.fun)
+        q[:3] = rng.uniform(-5, 5, 3)
+        bounds = np.stack([low, high], axis=1)
+        start = np.clip(q, low, high)
+        done = minimize(at_rest.energy, start, jac=at_rest.gradient, bounds=bounds, options=tight)
+        found.append(float(done.fun))
+    return min(found)

@@ -29,6 +29,16 @@ RANGE: dict[str, Any] = {
 }
 ONE_OF_EACH = {"range": RANGE, "strut": STRUT, "tie": TIE, "upright": UPRIGHT}
 
+BAND: dict[str, Any] = {
+    "kind": "ligament",
+    "point": [0.1, 0.2, 0.3],
+    "anchor": [0.5, 0.1, 0.5],
+    "stiffness": 100.0,
+    "slack_length": 0.3,
+    "toe_strain": 0.2,
+    "damping": 8.0,
+}
+
 CONTROLLER: dict[str, Any] = {
     "variant": "free",
     "K_t": [4100.0, 4100.0, 3280.0],
@@ -36,6 +46,14 @@ CONTROLLER: dict[str, Any] = {
     "K_r": [400.0, 400.0, 320.0],
     "L_r": [60.0, 60.0, 42.0],
 }
+
+HELD = CONTROLLER | {"variant": "permanent"}
+
+
+def guard(method: str, **numbers: float) -> dict[str, Any]:
+    """Return a guard."""
+    return {"kind": "guard", "method": method, **numbers}
+
 
 YAML = """\
 schema_version: 2
@@ -105,9 +123,9 @@ def random_elements(rng: np.random.Generator, count: int) -> dict[str, Any]:
     def upright() -> Any:
         return {"kind": "attitude", "K": matrix(40), "L": matrix(4)}
 
-    def guard() -> Any:
+    def barrier() -> Any:
         sizes = {"stiffness": number(1, 30), "outer_stiffness": number(0, 5)}
-        return {"kind": "guard", "method": "barrier", **sizes}
+        return guard("barrier", **sizes)
 
-    made = rng.choice(np.array([strut, tie, upright, guard], dtype=object), size=count)
+    made = rng.choice(np.array([strut, tie, upright, barrier], dtype=object), size=count)
     return {f"e{index}": make() for index, make in enumerate(made)}

@@ -42,6 +42,19 @@ def jacobian(function, x, step=1e-2):
     return np.stack(columns, axis=-1)
 
 
+def hessian(function, x, step=1e-4):
+    """Return ∂²f/∂x², shape (n, n), by differences of second order."""
+    h = step * np.eye(len(x))
+    rows = [
+        [
+            function(x + a + b) - function(x + a - b) - function(x - a + b) + function(x - a - b)
+            for b in h
+        ]
+        for a in h
+    ]
+    return np.array(rows) / (4 * step**2)
+
+
 def relative_error(actual, expected, scale=None):
     """Return the largest difference over the largest expected entry, or over a given scale."""
     actual, expected = np.asarray(actual), np.asarray(expected)

@@ -4,13 +4,9 @@ Gragg's midpoint rule and extrapolation in the step (Bulirsch and Stoer), in 220
 use Taylor models in doubles. Both take the equations from the project.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
 from flint import arb, ctx
 
-from rbstab.analysis.exact import decimal_balls
-from rbstab.config.build import start_of, system_of
 from rbstab.systems.modes import guards_at, with_modes
 
 BITS = 220
@@ -24,17 +20,6 @@ def middles(values):
     for index, value in enumerate(values):
         found[index] = (value if isinstance(value, arb) else arb(value)).mid()
     return found
-
-
-def motion_of(config, step: float, steps: int) -> Iterator[tuple[float, list[arb], float]]:
-    """Yield time, state, and the last change by the extrapolation, after each step."""
-    with ctx.workprec(BITS):
-        system = system_of(config, decimal_balls)
-        y = middles(start_of(config, system, decimal_balls))
-    for k in range(1, steps + 1):
-        with ctx.workprec(BITS):
-            y, change = _extrapolated(system.rates, y, arb(step))
-        yield k * step, y, change
 
 
 def state_after(system, y, step: float):

@@ -33,6 +33,7 @@ def terms(draw, numbers=(0, 1, 2)):
         "cos": x.cos(),
         "exp": (x * Fraction(1, 4)).exp(),
         "atan": x.atan(),
+        "log": (x * x + 1).log(),
         "root": (x * x + 1 + first.sin() * Fraction(1, 2)).sqrt(),
         "quotient": (x + 1) / (1 + x.sin() * x.sin() + last**2),
         "power": x ** draw(st.integers(2, 3)),

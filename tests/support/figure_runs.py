@@ -12,6 +12,7 @@ from rbstab.config.schema import Config
 from rbstab.report.model.figure import Line, Panel
 from rbstab.report.reading.sources import Run
 from rbstab.store.result import Result
+from support import results
 from support.paper_runs import paper_config
 
 SAMPLES = 61
@@ -76,14 +77,7 @@ def without_config(run: Run) -> Run:
 
 def cut(run: Run, samples: int) -> Run:
     """Return the same run, ended early after so many samples."""
-    return with_arrays(
-        run,
-        **{
-            name: variable.data[:samples]
-            for name, variable in run.result.variables.items()
-            if variable.dimensions[:1] == ("time",)
-        },
-    )
+    return replace(run, result=results.cut(run.result, samples))
 
 
 def lines_of(panel: Panel) -> list[Line]:

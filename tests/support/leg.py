@@ -49,3 +49,15 @@ def held(**initial: Any) -> dict[str, Any]:
         "initial": initial,
         "integration": {"duration": 4, "samples": 201},
     }
+
+
+def held_leg(K_r: Any = (5, 5, 2.5), elements: Any = None, **sections: Any) -> dict[str, Any]:
+    """Return the config of a leg that stands on its knee, which holds it."""
+    return {
+        "schema_version": 2,
+        "body": BODY,
+        "gravity": [0, 0, -9.81],
+        "controller": {"variant": "permanent", "L_r": [0.8, 0.8, 0.3], "K_r": list(K_r)},
+        "elements": elements or {},
+        "integration": {"duration": 5},
+    } | sections

@@ -2,19 +2,22 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from rbstab.analysis.rest_state import RestState, rest_state_at
+from rbstab.config.build import problem_of, system_of
+from rbstab.config.schema import Config
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.tied import bounds_of
 from rbstab.proof.entries import ProvedState
 from rbstab.proof.exact.expr import Expr, expr, variable
 from rbstab.proof.limits import MOST
-from rbstab.proof.model import Energy, ExactSystem
+from rbstab.proof.model import Energy, ExactSystem, energy_of
 from rbstab.proof.record import energy_record
 from rbstab.proof.regions.regions import Regions
 from rbstab.proof.rest_points import RestStates
@@ -31,6 +34,11 @@ def body_of(system: System, exact_system: ExactSystem | None = None) -> Body:
     return Body(
         system, exact_system or (lambda kind: map_parameters(without, lambda _, x: kind(x)))
     )
+
+
+def energy_of_config(config: Config) -> Energy:
+    """Return the exact energy of a body, by the numbers of its config."""
+    return energy_of(problem_of(config).system, partial(system_of, config))
 
 
 _BODIES: WeakKeyDictionary[RestStates, Body] = WeakKeyDictionary()

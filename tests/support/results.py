@@ -79,3 +79,12 @@ def flip(path: Path, share: float = 0.5) -> Path:
     content[int(share * len(content))] ^= 1
     path.write_bytes(content)
     return path
+
+
+def cut(result: Result, samples: int) -> Result:
+    """Return a result that ended early, after so many samples."""
+    variables = {
+        name: v._replace(data=v.data[:samples]) if v.dimensions[:1] == ("time",) else v
+        for name, v in result.variables.items()
+    }
+    return replace(result, variables=variables)

@@ -17,6 +17,7 @@ from rbstab.proof.rotations.energy import RotationEnergy, rotation_energy
 from rbstab.proof.rotations.states import RestRotation
 from rbstab.proof.zeros import Zero
 from rbstab.systems.system import System
+from support.differences import hessian
 
 BODY = {"mass": 2, "inertia": [0.02, 0.03, 0.025], "contact_point": [0, 0, 0]}
 
@@ -106,12 +107,10 @@ def stationary_points(energy, count, seed):
     return found
 
 
-def negative_directions(energy, A, h=1e-3):
+def negative_directions(energy, A):
     """The number of negative eigenvalues of the Hessian along turns, by differences."""
 
     def at(x):
         return energy(A @ Rotation.from_rotvec(x).as_matrix())
 
-    e = h * np.eye(3)
-    rows = [[at(a + b) - at(a - b) - at(b - a) + at(-a - b) for b in e] for a in e]
-    return int((np.linalg.eigvalsh(np.array(rows)) < 0).sum())
+    return int((np.linalg.eigvalsh(hessian(at, np.zeros(3), 1e-3)) < 0).sum())

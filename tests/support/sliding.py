@@ -60,15 +60,9 @@ def ball_in_a_V(mass, K_s, load, damping, X, V, times, layer=None, **switching):
 
     mẍ = -K_s sgn x + load - damping ẋ, by axis.
     """
-    body = Body(mass, np.eye(3), np.zeros(3))
-    elements = (
-        Gravity(np.array(load)),
-        TranslationalStabilizer(np.zeros((3, 3)), np.diag(damping)),
-        RotationalStabilizer(np.eye(3), np.eye(3)),
-    )
-    Z = np.concatenate([np.zeros(6), X, V])
-    options = Switching(layered=layer is not None, **switching)
-    return problem(body, elements, connector(K_s, None, layer), Z, times, options)
+    force, free = np.full(3, K_s), np.zeros((3, 3))
+    switching |= {"layer": layer, "damping": np.diag(damping)}
+    return pushed_ball(mass, force, load, free, X, V, times, **switching)
 
 
 def turning_balls(times, rate=0.0, angle=0.0):
@@ -80,7 +74,7 @@ def turning_balls(times, rate=0.0, angle=0.0):
 
 
 def pushed_ball(  # noqa: PLR0917
-    mass, K_s, load, coupling, X, V, times, slope=None, layer=None, **switching
+    mass, K_s, load, coupling, X, V, times, slope=None, layer=None, damping=None, **switching
 ):
     """Return the same ball with a force linear in its position: mẍ = Λ + load - coupling x.
 
@@ -88,9 +82,10 @@ def pushed_ball(  # noqa: PLR0917
     the motion of another, which is unaffected, so the load is a known function of time.
     """
     body = Body(mass, np.eye(3), np.zeros(3))
+    damping = np.zeros((3, 3)) if damping is None else damping
     elements = (
         Gravity(np.array(load, dtype=float)),
-        TranslationalStabilizer(np.array(coupling, dtype=float), np.zeros((3, 3))),
+        TranslationalStabilizer(np.array(coupling, dtype=float), damping),
         RotationalStabilizer(np.eye(3), np.eye(3)),
     )
     Z = np.concatenate([np.zeros(6), X, V])

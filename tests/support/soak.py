@@ -11,9 +11,11 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import psutil
 import yaml
 
@@ -53,42 +55,30 @@ class Memory:
     def __init__(self, name: str, pid: int) -> None:
         self.name = name
         self.process = psutil.Process(pid)
-        self.at_first = 0
-        """The largest memory in the first part, bytes."""
-        self.later = 0
-        """The largest memory after it, bytes."""
-        self.finishing = 0
-        """The largest memory when all shards are there, bytes: the members file is written."""
+        self.samples: list[tuple[float, int]] = []
+        """The share of the members that was done, and the memory, bytes."""
 
     def sample(self, share: float) -> None:
-        """Read the memory; the process may have ended.
+        """Read the memory; the process may have ended."""
+        with suppress(psutil.NoSuchProcess):
+            self.samples.append((share, int(self.process.memory_info().rss)))
 
-        Args:
-            share: The share of the members that is done.
-        """
-        try:
-            size = int(self.process.memory_info().rss)
-        except psutil.NoSuchProcess:
-            return
-        if share >= 1:
-            self.finishing = max(self.finishing, size)
-        elif share > WARM_UP:
-            self.later = max(self.later, size)
-        else:
-            self.at_first = max(self.at_first, size)
+    def largest(self, begin: float, end: float) -> int:
+        """Return the largest memory while the share was between two values, bytes."""
+        return max((size for share, size in self.samples if begin <= share < end), default=0)
 
     @property
     def growth(self) -> int:
         """The bytes by which it grew after the first part of the sweep."""
-        return self.later - self.at_first
+        return self.largest(WARM_UP, 1) - self.largest(0, WARM_UP)
 
     @property
     def needed_to_finish(self) -> int:
-        """The bytes by which it grew while the members file was written."""
-        return max(0, self.finishing - max(self.at_first, self.later))
+        """The bytes by which it grew when all shards were there: the members file was written."""
+        return max(0, self.largest(1, np.inf) - self.largest(0, 1))
 
     def __str__(self) -> str:
-        return f"{self.name} {max(self.at_first, self.later, self.finishing) / 1e6:.0f} MB"
+        return f"{self.name} {self.largest(0, np.inf) / 1e6:.0f} MB"
 
 
 class Soaked(NamedTuple):

@@ -26,7 +26,7 @@ CORD = element_text(
     """,
     'POINT, Gain("k", "1", "strength of the switches", shape="number"), '
     'Gain("soft", "rad", "angle", shape="number")',
-).replace("import power", "import OwnState, power")
+)
 """A cord along e1 that stiffens and creeps."""
 
 SWITCHES = """
@@ -100,7 +100,7 @@ TIGHTER = element_text(
     """,
     'POINT, Gain("k", "N/m", "stiffness", shape="number"), '
     'Gain("soft", "m", "place", shape="number")',
-).replace("import power", "import OwnState, power")
+)
 """Springs with a matrix that is not diagonal, and one whose strength depends on an own state."""
 
 CLUTCH = (

@@ -12,12 +12,7 @@ from support import measure
 from support.tiers import (
     LIMITS,
     LONGEST,
-    Case,
-    below,
-    covering,
-    identity,
     mark_by_time,
-    names_of,
     order_files,
 )
 
@@ -126,44 +121,20 @@ def test_cases_that_use_each_value_once_are_kept():
     assert ["heavy", "slow"] in marks_of(cases)
 
 
-def test_a_few_cases_are_too_many_if_they_take_too_long():
-    cases: list[Case] = [{("x", n // 2)} for n in range(4)]
-    assert [len(below(1.0, each, cases)) for each in (0.25, 0.26, 0.5, 0.51)] == [4, 2, 2, 0]
-
-
-def test_no_value_is_left_out():
-    cases: list[Case] = [{("x", n % 3), ("y", n % 4), ("z", n // 6)} for n in range(12)]
-    kept = covering(cases)
-    assert len(kept) == 4
-    assert set().union(*(cases[k] for k in kept)) == set().union(*cases)
-    assert covering([set(), set()]) == {0}
-
-
-def test_equal_values_are_one_value():
-    assert identity("a") == identity("a") != identity("b")
-    assert identity(1.5) == identity(1.5)
-    assert identity([1]) != identity([1])
-
-
-def test_the_longest_file_is_first_and_the_order_in_a_file_is_kept():
-    names = ["a.py::test_a", "a.py::test_b", "b.py::test_a", "c.py::test_a", "b.py::test_b"]
+@pytest.mark.parametrize(
+    ("shortest_first", "expected"),
+    [
+        (False, ["b.py::b", "b.py::a", "a.py::b", "a.py::a"]),
+        (True, ["a.py::a", "a.py::b", "b.py::a", "b.py::b"]),
+    ],
+)
+def test_files_and_tests_are_ordered_by_their_time(shortest_first, expected):
+    """The longest file first, in its own order; or the shortest file with its shortest test."""
+    names = ["a.py::b", "a.py::a", "b.py::b", "b.py::a"]
     items = [Collected(f"tests/{name}") for name in names]
-    order_files(items, {"b.py": {"test_b": 2.0}, "a.py": {"test_a": 0.5, "test_b": 1.0}})
-    found = [item.nodeid.removeprefix("tests/") for item in items]
-    assert found == ["b.py::test_a", "b.py::test_b", "a.py::test_a", "a.py::test_b", "c.py::test_a"]
-
-
-def test_the_shortest_test_of_the_shortest_file_is_first():
-    names = ["a.py::test_b", "a.py::test_a", "b.py::test_a", "b.py::test_b"]
-    items = [Collected(f"tests/{name}") for name in names]
-    seconds = {"a.py": {"test_b": 2.0, "test_a": 0.5}, "b.py": {"test_a": 1.0, "test_b": 1.0}}
-    order_files(items, seconds, shortest_first=True)
-    found = [item.nodeid.removeprefix("tests/") for item in items]
-    assert found == ["b.py::test_a", "b.py::test_b", "a.py::test_a", "a.py::test_b"]
-
-
-def test_names_are_without_cases():
-    assert names_of("tests/a/test_b.py::TestC::test_d[x::y-1]") == ("a/test_b.py", "TestC::test_d")
+    seconds = {"a.py": {"b": 1.0, "a": 0.5}, "b.py": {"b": 2.0, "a": 1.0}}
+    order_files(items, seconds, shortest_first)
+    assert [item.nodeid.removeprefix("tests/") for item in items] == expected
 
 
 REPORT = """<testsuites><testsuite>
@@ -185,9 +156,3 @@ def test_times_are_taken_from_a_report_of_pytest(tmp_path, monkeypatch):
     assert json.loads(kept.read_text()) == {
         "support/test_tiers.py": {"TestY::test_z": 2.5, "test_not_run": 5.0, "test_x": 2.0}
     }
-
-
-def test_a_module_that_is_not_there_is_an_error(tmp_path):
-    (tmp_path / "times.xml").write_text(REPORT.replace("test_tiers", "test_nothing"))
-    with pytest.raises(FileNotFoundError, match="test_nothing"):
-        measure.measured(tmp_path / "times.xml")

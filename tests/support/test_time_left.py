@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from types import SimpleNamespace
 
-from support.time_left import OVER, commit_of, shuffle_files
+from support.time_left import OVER, shuffle_files
 
 TESTS = Path(__file__).parents[1]
 
@@ -37,8 +37,3 @@ def test_another_commit_begins_with_other_files():
     assert len(orders) == 3
     # The tests of a file stay together, in their order.
     assert all(item.nodeid.endswith("12"[k % 2]) for k, item in enumerate(items))
-
-
-def test_a_folder_without_git_has_no_commit(tmp_path):
-    assert commit_of(tmp_path) == ""
-    assert len(commit_of(TESTS)) in (0, 40)

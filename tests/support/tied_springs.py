@@ -1,22 +1,19 @@
 """Bodies tied by a connector, with springs; and their energies by formulas of their own."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from scipy.optimize import root
 
 from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.gravity import Gravity
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
+from rbstab.elements.ligament import Ligament
 from rbstab.elements.spring import Spring
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
-from rbstab.mechanics.body import Body
-from rbstab.systems.coordinates import CentreCoordinates
-from rbstab.systems.system import System
-from support.held_springs import DAMPING, K_R, K_T, WEIGHT, R
 from support.pose import attitude
+from support.rest import DAMPING, HEAVY, K_R, K_T, paper_system
 
+R = np.array([0.15, 0.10, -0.42])
 K_C = np.array([[9000.0, 500.0, 0.0], [500.0, 8000.0, -300.0], [0.0, -300.0, 7000.0]])
 K_D = np.diag([20000.0, 15000.0, 30000.0])
 
@@ -28,35 +25,35 @@ def spring_of(point=(0.1, 0.2, 0.3), anchor=(0.5, 0.1, 0.9), stiffness=900.0, re
     return Spring(name="spring", **ends, **constants)
 
 
-def tied_system(springs, soft=1.0, K_c=K_C, K_d=None, *others):
+def ligament_of():
+    """Return a ligament that is taut at Θ = 0."""
+    ends = {"point": np.array([0.1, 0.2, 0.3]), "anchor": np.array([0.5, 0.1, 0.5])}
+    law: dict[str, Any] = {"stiffness": 400.0, "slack_length": 0.3, "toe_strain": 0.05}
+    return Ligament(name="ligament", damping=5.0, **ends, **law)
+
+
+def tied_system(springs, soft=1.0, K_d=None, *others):
     """Return the paper's body, tied at its contact point, with springs and `soft` times K_r."""
     connector: ViscoElasticConnector | EmbeddedConnector
     if K_d is None:
-        connector = ViscoElasticConnector(K_c, DAMPING)
+        connector = ViscoElasticConnector(K_C, DAMPING)
     else:
-        connector = EmbeddedConnector(K_c, DAMPING, K_d, DAMPING)
-    elements = (
-        Gravity(WEIGHT),
-        TranslationalStabilizer(K_T, DAMPING),
-        RotationalStabilizer(soft * K_R, DAMPING),
-        connector,
-        *springs,
-        *others,
-    )
-    body = Body(41.0, np.diag([10.0, 8.0, 0.4]), R)
-    return System(body, elements, CentreCoordinates(), np.zeros(3))
+        connector = EmbeddedConnector(K_C, DAMPING, K_d, DAMPING)
+    free = paper_system("free", soft, HEAVY)
+    return replace(free, elements=(*free.elements, connector, *springs, *others))
 
 
-def energy_of(springs, Theta, X, *, soft=1.0, K_c=K_C, K_d=None, barrier=0.0):
-    """Return the least stored energy of `tied_system` over D, without the program.
-
-    barrier is the stiffness of a barrier on θ2, N m.
-    """
-    series = K_c if K_d is None else np.linalg.inv(np.linalg.inv(K_c) + np.linalg.inv(K_d))
+def energy_of(springs, Theta, X, *, soft=1.0, K_d=None):
+    """Return the least stored energy of `tied_system` over D, without the program."""
+    series = K_C if K_d is None else np.linalg.inv(np.linalg.inv(K_C) + np.linalg.inv(K_d))
     A = attitude(Theta)
     E = X + A @ R - R
-    found = 0.5 * X @ K_T @ X - WEIGHT @ X + 0.5 * soft * Theta @ K_R @ Theta + 0.5 * E @ series @ E
-    found += 0.5 * barrier * (np.sin(Theta[1]) / np.cos(Theta[1])) ** 2
+    found = (
+        0.5 * X @ K_T @ X
+        - np.dot(HEAVY, X)
+        + 0.5 * soft * Theta @ K_R @ Theta
+        + 0.5 * E @ series @ E
+    )
     for one in springs:
         length = np.linalg.norm(X + A @ one.point - one.anchor)
         found += 0.5 * one.stiffness * (length - one.rest_length) ** 2

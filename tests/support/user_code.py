@@ -9,11 +9,11 @@ from rbstab.config.schema import Config
 from rbstab.elements.user_code.template import TEMPLATE
 
 HEAD = """\
+# Tests name the lines below these.
+
 import numpy as np
 
-from rbstab.elements import ANCHOR, POINT, Element, Gain, couple_on_body, cross, exp
-from rbstab.elements import force_at, force_at_centre, force_at_contact, line, position
-from rbstab.elements import power, tanh, velocity
+from rbstab.elements import *
 
 """
 
@@ -80,7 +80,7 @@ MAXWELL = element_text(
     """,
     'POINT, ANCHOR, Gain("k", "N/m", "stiffness", shape="number"), '
     'Gain("c", "N s/m", "damping", shape="number")',
-).replace("import power", "import OwnState, power")
+)
 """A spring and a damper in a row. Its stored energy depends on its own state alone."""
 
 ROPE = element_text(

@@ -7,9 +7,9 @@ import mpmath
 import numpy as np
 import pytest
 from flint import arb, ctx
+from support.balls import arbs
 from support.differences import jacobian as by_differences
 from support.differences import relative_error
-from support.duals import arbs
 from support.elements import CASES, SWITCHING_CASES, forms_of, random_element
 from support.systems import random_body, random_state, random_system
 

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from support.bodies import config_of
-from support.robust import robust_levels
 
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import tolerances_of
@@ -17,6 +16,11 @@ K_T = ("controller", "K_t", 0)
 K_R = ("controller", "K_r", 0)
 R_3 = ("body", "contact_point", 2)
 TEXTS = ["controller.K_t[0]=±10%", "body.contact_point[2]=±0.01"]
+
+
+def robust_levels(folder, config, varied, count):
+    """Return the level of each member, J, by all proofs in a folder of results; 0: none."""
+    return known_of(valid_proofs(folder, config), config, varied, count)[0]
 
 
 @pytest.fixture(scope="module")

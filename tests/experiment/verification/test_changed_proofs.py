@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.config_elements import CONTROLLER, RANGE, STRUT, UPRIGHT, config_data
+from support.config_elements import BAND, HELD, RANGE, STRUT, UPRIGHT, config_data, guard
 from support.paper_runs import paper_config
 from support.ridges import OUTWARDS
 from support.user_code import loaded_with, mine
@@ -19,28 +19,13 @@ from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import verify
 from rbstab.proof.record import expression_of
 
-BAND: dict[str, Any] = {
-    "kind": "ligament",
-    "point": [0.1, 0.2, 0.3],
-    "anchor": [0.5, 0.1, 0.5],
-    "stiffness": 100.0,
-    "slack_length": 0.3,
-    "toe_strain": 0.2,
-    "damping": 8.0,
-}
-PERMANENT = CONTROLLER | {"variant": "permanent"}
-
-
-def _guard(method: str, **values: float) -> dict[str, Any]:
-    return {"kind": "guard", "method": method} | values
-
 
 def _code(text: str, **parameters: Any) -> Config:
     Path("mine.py").write_text(text, encoding="utf-8")
     return loaded_with({"one": mine(**parameters)})
 
 
-def _of(elements: dict[str, Any], controller: Any = PERMANENT) -> Config:
+def _of(elements: dict[str, Any], controller: Any = HELD) -> Config:
     return load_config(config_data(elements, controller))
 
 
@@ -49,13 +34,13 @@ GUARDED = Path(__file__).parents[3] / "configs/examples/stability/fast_guarded.y
 KINDS: dict[str, Callable[[], Config]] = {
     "embedded": lambda: load_config(paper_config("embedded", with_gravity=True)),
     "barrier": lambda: load_config(GUARDED),
-    "stop": lambda: _of({"one": _guard("stop", restitution=0.5, angle=0.5)}),
+    "stop": lambda: _of({"one": guard("stop", restitution=0.5, angle=0.5)}),
 }
 HEAVY_KINDS: dict[str, Callable[[], Config]] = {
     "attitude": lambda: _of({"upright": UPRIGHT}),
     "barriers": lambda: _of({"range": RANGE}),
-    "stiff guard": lambda: _of({"one": _guard("stiff", stiffness=900.0, soft_angle=0.002)}),
-    "repelling guard": lambda: _of({"one": _guard("repelling", couple=90.0, soft_angle=0.002)}),
+    "stiff guard": lambda: _of({"one": guard("stiff", stiffness=900.0, soft_angle=0.002)}),
+    "repelling guard": lambda: _of({"one": guard("repelling", couple=90.0, soft_angle=0.002)}),
     "ridges": lambda: _code(OUTWARDS, k=30.0, soft=0.3),
     "ligament": lambda: _of({"one": BAND}),
     "spring": lambda: _of({"one": STRUT}),

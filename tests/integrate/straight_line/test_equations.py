@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from flint import arb, ctx
+from support.balls import arbs
 from support.differences import relative_error
-from support.duals import arbs
 from support.elements import CASES, case_id, random_element
 from support.systems import random_body, random_state, random_system
 

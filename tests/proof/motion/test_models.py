@@ -9,9 +9,7 @@ import pytest
 from flint import arb, ctx
 from support.polynomial_sets import BITS, value_at
 
-from rbstab.mechanics.numbers import atan, cos, exp, log, sin, sqrt, tanh
 from rbstab.proof.exact.expr import expr, factored, numbers, variables
-from rbstab.proof.exact.rewriting import derivative
 from rbstab.proof.motion.models import Models, Proved, evaluated
 from rbstab.proof.motion.monomials import monomials_up_to
 from rbstab.proof.motion.program import programs
@@ -180,15 +178,6 @@ def test_the_error_of_a_factor_is_in_the_remainder_of_a_sum():
         assert 0 < missed <= Fraction(found.remainder[0, k])
 
 
-def test_ranges_hold_and_are_reached():
-    rng = np.random.default_rng(5)
-    models = random_models((2, 3, 3), rng, 2, remainder=1e-3)
-    low, high = models.range()
-    size = np.abs(models.polynomial).sum(axis=(0, 3)) - np.abs(models.polynomial[0, ..., 0])
-    assert np.all(high - models.polynomial[0, ..., 0] >= size + models.remainder)
-    assert np.all(high - low <= 2 * (size + models.remainder) * (1 + 1e-9))
-
-
 @pytest.mark.parametrize(
     ("name", "constant", "size"),
     [
@@ -220,21 +209,3 @@ def test_constants_are_the_decimals_that_they_mean():
             missed = abs(exact - arb(float(found.polynomial[0, k, 0, 0])))
             assert missed <= arb(float(found.remainder[k, 0])) < 1e-15
             assert (missed > 0) == (k < 2)
-
-
-def test_derivatives():
-    """Of all functions, against complex steps of the same formulas."""
-
-    def some(x):
-        a, b = x
-        return np.array([sqrt(a) * sin(b) + cos(b) / a, exp(b) * atan(a * b), log(b) * tanh(b)])
-
-    with factored():
-        forms = [expr(one) for one in some(variables(range(2)))]
-        slopes = [derivative(one, {j: expr(1)}) for one in forms for j in range(2)]
-    (of_slopes,) = programs(2, slopes)
-    point = np.array([0.7, 1.2])
-    models = Models(monomials_up_to(0, 0), point.reshape(1, 2, 1, 1), np.zeros((2, 1)))
-    found = evaluated(of_slopes, models).polynomial.ravel()
-    steps = [(some([*(point + 1e-30j * np.eye(2)[j])]).imag / 1e-30) for j in range(2)]
-    assert found == pytest.approx(np.array(steps).T.ravel(), rel=1e-13)

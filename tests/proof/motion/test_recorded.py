@@ -5,10 +5,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.user_code import CREEPING_TIE, MAXWELL, ROPE, SPRING, TIE, element_text, mine
+from support.user_code import (
+    CREEPING_TIE,
+    MAXWELL,
+    ROPE,
+    SPRING,
+    TIE,
+    element_text,
+    loaded_with,
+    mine,
+)
 
 from rbstab.config.build import problem_of
-from rbstab.config.load import load_config
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
 from rbstab.proof.motion.equations import Equations
 from rbstab.proof.motion.models import evaluated
@@ -33,7 +41,7 @@ ALL_FUNCTIONS = element_text(
     def dissipated(self, motion, own):
         return 1 / 3 * (motion.V @ motion.V)
     """,
-).replace("import power", "import Wrench, atan, cos, cosh, log, power, sin, sinh, sqrt, tan")
+)
 
 KINDS: dict[str, tuple[str, dict[str, Any]]] = {
     "tie": (TIE, AT | {"K_c": K, "L_c": [1.0, 2.0, 3.0]}),
@@ -54,16 +62,7 @@ def folder(tmp_path, monkeypatch):
 
 def loaded(folder, text, parameters, variant="visco-elastic"):
     (folder / "mine.py").write_text(text)
-    gains = ["K_t", "L_t", "K_r", "L_r"]
-    gains += [] if variant == "permanent" else ["K_c", "L_c"]
-    data = {
-        "schema_version": 2,
-        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.2, 0.3]},
-        "controller": {"variant": variant, **{key: [4, 4, 3] for key in gains}},
-        "elements": {"one": mine(**parameters)},
-        "integration": {"duration": 1.0},
-    }
-    return load_config(data, allow_python=True)
+    return loaded_with({"one": mine(**parameters)}, variant)
 
 
 @pytest.mark.parametrize("variant", ["visco-elastic", "permanent"])

@@ -1,6 +1,7 @@
 """Protects which motions the elements of users are shown to damp: only those that they do."""
 
 import pytest
+from support.config_elements import HELD, config_data
 from support.user_code import CREEPING_TIE, MAXWELL, SPRING, TIE, element_text, mine
 
 from rbstab.config.build import problem_of
@@ -11,9 +12,9 @@ K = [[3.0, 1.0, 0.0], [1.0, 2.0, 0.5], [0.0, 0.5, 4.0]]
 AT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 1.1]}
 
 
-def damper(wrench, power, names="exp"):
+def damper(wrench, power):
     """Return the text of an element that only damps."""
-    text = element_text(
+    return element_text(
         f"""
         def wrench(self, motion, own):
             return {wrench}
@@ -23,7 +24,6 @@ def damper(wrench, power, names="exp"):
         """,
         'Gain("L", "1", "damping", positive=False)',
     )
-    return text.replace("import power", f"import {names}, power")
 
 
 BRAKE = damper("couple_on_body(-self.L @ motion.Omega)", "motion.Omega @ self.L @ motion.Omega")
@@ -32,7 +32,6 @@ BRAKE = damper("couple_on_body(-self.L @ motion.Omega)", "motion.Omega @ self.L 
 QUADRATIC = damper(
     "force_at_centre(-sqrt(0.1 + motion.V @ motion.V) * motion.V)",
     "sqrt(0.1 + motion.V @ motion.V) * (motion.V @ motion.V)",
-    "sqrt",
 )
 
 
@@ -57,15 +56,10 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def system_with(folder, text, parameters, **sections):
+def system_with(folder, text, parameters, **controller):
     (folder / "mine.py").write_text(text)
-    data = {
-        "schema_version": 2,
-        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.2, 0.3]},
-        "elements": {"one": mine(**parameters)},
-        "integration": {"duration": 1.0},
-    }
-    return problem_of(load_config(data | sections, allow_python=True)).system
+    data = config_data({"one": mine(**parameters)}, controller or None)
+    return problem_of(load_config(data, allow_python=True)).system
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -79,11 +73,9 @@ def test_what_is_damped(folder, name):
 
 def test_what_is_damped_of_a_held_body(folder):
     """V follows from Ω. A damper at one point leaves the turning about it free."""
-    gains = {key: [4, 4, 3] for key in ("K_t", "L_t", "K_r", "L_r")}
-    controller = {"variant": "permanent"} | gains
-    brake = system_with(folder, BRAKE, {"L": K}, controller=controller)
+    brake = system_with(folder, BRAKE, {"L": K}, **HELD)
     assert damping_of_users(brake).turning
-    tie = system_with(folder, TIE, AT | {"K_c": K, "L_c": K}, controller=controller)
+    tie = system_with(folder, TIE, AT | {"K_c": K, "L_c": K}, **HELD)
     assert damping_of_users(tie) == NOTHING
-    maxwell = system_with(folder, MAXWELL, AT | {"k": 3.0, "c": 2.0}, controller=controller)
+    maxwell = system_with(folder, MAXWELL, AT | {"k": 3.0, "c": 2.0}, **HELD)
     assert damping_of_users(maxwell) == NOTHING

@@ -5,7 +5,6 @@ from support.user_code import element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of
-from rbstab.config.load import load_config
 from rbstab.proof.passive import passive
 from rbstab.proof.passive.passive import why_not_in_proofs, why_not_passive
 from rbstab.proof.passive.statements import statements_of
@@ -32,30 +31,14 @@ def statements(wrench, stored, dissipated="0.0"):
         """,
         'POINT, ANCHOR, Gain("k", "N/m", "k", shape="number"), '
         'Gain("c", "N s/m", "c", shape="number", positive=False)',
-    ).replace("import power", "import atan, cos, cosh, log, power, sin, sinh, sqrt, tan")
-
-
-def element_and_system(folder, text, **parameters):
-    (folder / "mine.py").write_text(text)
-    data = {
-        "schema_version": 2,
-        "body": {"mass": 2, "inertia": [1, 1.5, 2], "contact_point": [0.1, -0.2, 0.3]},
-        "controller": {
-            "variant": "permanent",
-            **{key: [4, 4, 3] for key in ("K_t", "L_t", "K_r", "L_r")},
-        },
-        "elements": {"one": mine(**(parameters or AT_POINT))},
-        "initial": {},
-        "integration": {"duration": 1.0},
-    }
-    problem = problem_of(load_config(data, allow_python=True))
-    at_rest = configurations(problem.system)
-    (element,) = (one for one in at_rest.system.elements if one.from_user)
-    return at_rest, element
+    )
 
 
 def found(folder, text, **parameters):
-    at_rest, element = element_and_system(folder, text, **parameters)
+    (folder / "mine.py").write_text(text)
+    problem = problem_of(loaded_with({"one": mine(**(parameters or AT_POINT))}))
+    at_rest = configurations(problem.system)
+    (element,) = (one for one in at_rest.system.elements if one.from_user)
     return statements_of(at_rest, element)
 
 

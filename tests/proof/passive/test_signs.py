@@ -7,7 +7,6 @@ from rbstab.mechanics import numbers
 from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.passive.signs import never_negative, positive, spanned, vanishing
 
-INDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 SEMIDEFINITE = np.array([[1.0, 2.0, 0.0], [2.0, 4.0, 0.0], [0.0, 0.0, 0.0]])
 SKEW = np.array([[1.0, 5.0, 0.0], [-5.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
 DEFINITE = np.array([[3.0, 1.0, 0.0], [1.0, 3.0, -1.0], [0.0, -1.0, 4.0]])

@@ -1,16 +1,13 @@
-"""`python -m support.claims make|more|compare|times [NAME ...]`."""
+"""`python -m support.claims make|ask|compare [NAME ...]`."""
 
 import json
 import resource
-import statistics
 import subprocess
 import sys
-from collections import Counter
 
 import click
 
 from support.claims import table
-from support.claims.bodies import bodies
 from support.claims.compare import gained, lost, lost_within
 from support.claims.evidence import doubts
 from support.claims.program import Claims, claims_of
@@ -30,11 +27,10 @@ def main() -> None:
 @main.command()
 @NAMES
 def make(names: tuple[str, ...]) -> None:
-    """Write the configs and the claims of the present program about them; others are kept.
+    """Write the claims of the present program about the configs; others are kept.
 
     The times of proofs are those of this machine; `ask` adds proofs that are asked for.
     """
-    table.write(table.BODIES, bodies())
     stored = table.read(table.TABLE) if table.TABLE.exists() else {}
     for name in table.names():
         if _is_meant(name, names) or name not in stored:
@@ -43,19 +39,6 @@ def make(names: tuple[str, ...]) -> None:
             click.echo(f"{name}: {_summary(stored[name])}")
             # Written each time: this takes minutes.
             table.write(table.TABLE, {one: stored[one] for one in table.names() if one in stored})
-
-
-@main.command()
-@NAMES
-def more(names: tuple[str, ...]) -> None:
-    """Make again what `make` adds to the claims: doubts, and what holds within tolerances."""
-    stored = table.read(table.TABLE)
-    for name, claims in stored.items():
-        if _is_meant(name, names):
-            claims.pop("unsearched", None)
-            stored[name] = claims | _more(name, claims)
-            click.echo(f"{name}: {_summary(stored[name])}")
-            table.write(table.TABLE, stored)
 
 
 def _more(name: str, claims: Claims) -> Claims:
@@ -116,24 +99,6 @@ def compare(names: tuple[str, ...]) -> None:
         for text in new:
             click.echo(f"  new  {text}")
     raise SystemExit(1 if failed else 0)
-
-
-@main.command()
-def times() -> None:
-    """Print the counts of the table, and the CPU times of its proofs, the longest first."""
-    stored = table.read(table.TABLE)
-    for kind, count in sorted(Counter(_outcome(one) for one in stored.values()).items()):
-        click.echo(f"{count:4d} {kind}")
-    for part in ("rest", "start"):
-        seconds = {name: one["seconds"][part] for name, one in stored.items()}
-        of_proofs = [seconds[name] for name, one in stored.items() if one["passive"]]
-        click.echo(
-            f"{part}: median {statistics.median(of_proofs):.2f} s, max {max(of_proofs):.2f} s, "
-            f"sum {sum(of_proofs):.0f} s, of {len(of_proofs)} proofs"
-        )
-    for name, one in sorted(stored.items(), key=lambda item: -item[1]["seconds"]["rest"]):
-        spent, boxes = one["seconds"], one["range"]["boxes"]
-        click.echo(f"{spent['rest']:7.2f} s {spent['start']:7.2f} s {boxes:8d} boxes  {name}")
 
 
 def _is_meant(name: str, names: tuple[str, ...]) -> bool:

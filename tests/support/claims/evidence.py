@@ -13,8 +13,10 @@ from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
+from support.bodies import least_energy
 from support.claims.compare import RANGES
 from support.claims.program import Claims
+from support.differences import hessian
 from support.systems import Array
 
 HELD_STARTS, STARTS = 60, 20
@@ -100,16 +102,6 @@ class _Search:
         steps = STEP * np.eye(len(q))
         return np.array([(self.energy(q + h) - self.energy(q - h)) / (2 * STEP) for h in steps])
 
-    def hessian(self, q: Array) -> Array:
-        h = 1e-4 * np.eye(len(q))
-        n = range(len(q))
-        found = np.zeros((len(q), len(q)))
-        for i in n:
-            for j in n[: i + 1]:
-                four = [self.energy(q + a * h[i] + b * h[j]) for a in (1, -1) for b in (1, -1)]
-                found[i, j] = found[j, i] = (four[0] - four[1] - four[2] + four[3]) / 4e-8
-        return found
-
     def start(self, end: Array) -> Array:
         """Return a random configuration with its lowest energy at these angles."""
         Theta = self.rng.uniform(-1, 1, 3) * end
@@ -147,7 +139,7 @@ class _Search:
             scale = max(1.0, abs(state["energy"]))
             if abs(self.energy(q) - state["energy"]) > 1e-5 * scale:
                 yield f"U is {self.energy(q):.6g} J at {state['at']}"
-            curvature = self.hessian(q)
+            curvature = hessian(self.energy, q)
             values = np.linalg.eigvalsh(curvature)
             sure = np.abs(values).min() > 1e-4 * np.abs(values).max()
             if sure and state["index"] is not None and np.sum(values < 0) != state["index"]:
@@ -191,7 +183,7 @@ class _Search:
         """Return whether U is smooth at q, with a slope of zero and no degenerate curvature."""
         U, steps = self.energy(q), 1e-6 * np.eye(len(q))
         sides = [(self.energy(q + h) - U, self.energy(q - h) - U) for h in steps[free]]
-        values = np.linalg.eigvalsh(self.hessian(q)[np.ix_(free, free)])
+        values = np.linalg.eigvalsh(hessian(self.energy, q)[np.ix_(free, free)])
         least, most = np.abs(values).min(), np.abs(values).max()
         if least < 1e-6 * most:
             return False
@@ -233,20 +225,11 @@ class _Search:
         ends[1] = self.pitch - 1e-9
         for axis in axes:
             for sign in (-1.0, 1.0):
-                least = min(self._lowest_on(axis, sign * ends[axis], ends) for _ in range(3))
+                starts = 90 if self.at_rest.size == 3 else 20
+                at = sign * ends[axis]
+                least = least_energy(self.at_rest, axis, at, self.rng, starts, end=ends)
                 if least < bound - 1e-6 * max(1.0, abs(bound)):
                     yield f"U is {least:.6g} J on the border of θ{axis + 1}, below c*"
-
-    def _lowest_on(self, axis: int, value: float, ends: Array) -> float:
-        samples = []
-        for _ in range(30 if self.at_rest.size == 3 else 6):
-            q = self.start(ends)
-            q[axis] = value
-            samples.append(q)
-        q = min(samples, key=self.energy)
-        limits = [(-one, one) for one in ends] + [(None, None)] * (len(q) - 3)
-        limits[axis] = (value, value)
-        return float(minimize(self.energy, q, jac=self.slope, bounds=limits, method="L-BFGS-B").fun)
 
     def _of_sum(self, claims: Claims) -> Iterator[tuple[str, str]]:
         """Count the states: Σ (-1)^index is Euler's number of the space where θ2 is kept."""

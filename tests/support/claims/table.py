@@ -7,15 +7,16 @@ from typing import Any
 
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
-from support.claims.program import Claims
 
 ROOT = Path(__file__).resolve().parents[3]
 FOLDER = ROOT / "tests/claims"
 TABLE = FOLDER / "claims.json"
 BODIES = FOLDER / "bodies.json"
-"""The configs of the random bodies, by name; the files of elements are relative to the root."""
+"""The configs of random bodies of all kinds, by name: what holds the body, and its elements.
 
-Table = dict[str, Claims]
+Some have one rest state, and some have several. They were drawn once. The files of elements are
+relative to the root.
+"""
 
 
 def names() -> list[str]:

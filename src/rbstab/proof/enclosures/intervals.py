@@ -23,7 +23,7 @@ TINY = 1e-300
 PRECISION = 80
 """Bits of the numbers of python-flint that are rounded to doubles."""
 
-MOST_KEPT = 200_000
+MOST_KEPT = 30_000
 """Values of one function that are kept."""
 
 SIGNS = np.array([[-1.0], [1.0]])

@@ -232,7 +232,9 @@ class _StepsOfRun:
     def __init__(
         self, ends: StepEnds, rest: float, deadline: Deadline | None, Theta: Array
     ) -> None:
-        self.ends, self.rest, self.deadline, self.Theta = ends, rest, deadline, Theta
+        self.ends, self.rest, self.deadline = ends, rest, deadline
+        # SciPy's solvers form cycles with this object; a view would keep the array of a batch.
+        self.Theta = Theta.copy()
         self.q = quaternion_of(ends.systems[0])
         self._table, self.turn = np.empty(0), 0.0
         self._equations: dict[int, tuple[EquationsInTime, Watch]] = {}

@@ -25,8 +25,13 @@ from rbstab.elements.spring import Spring
 from rbstab.elements.visco_elastic import ViscoElasticTie
 
 SCALES = {
-    **{"N/m": 1000.0, "N s/m": 100.0, "N m/rad": 100.0, "N m s/rad": 10.0},
-    **{"m": 1.0, "rad": 0.5, "1": 0.1},
+    "N/m": 1000.0,
+    "N s/m": 100.0,
+    "N m/rad": 100.0,
+    "N m s/rad": 10.0,
+    "m": 1.0,
+    "rad": 0.5,
+    "1": 0.1,
 }
 """The size of a random gain by its unit; 100 for any other unit."""
 

@@ -133,6 +133,14 @@ def test_a_motion_past_the_pole_is_not_decided_because_euler_angles_end():
     assert found.why.endswith("where θ2 is near ±90° and the Euler angles of the enclosure end")
 
 
+def test_a_start_without_bounds_is_not_followed():
+    near = rbstab.load_config(paper_config("permanent"))
+    far = rbstab.load_config(paper_config("permanent"), ["initial.angular_velocity=[1e155, 0, 0]"])
+    found, samples = prove_convergence(far, problem_of(far), prove(near))
+    assert (found.proved, samples) == (None, None)
+    assert found.why == "the numbers of the start are too large"
+
+
 @pytest.mark.parametrize(("coordinates", "moves_on"), [("Z", True), ("quaternion", False)])
 def test_that_no_rest_state_is_in_the_range_says_nothing_of_the_pole(coordinates, moves_on):
     config = rbstab.load_config(

@@ -15,7 +15,7 @@ from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
 from rbstab.proof.exact.expr import expr, factored
 from rbstab.proof.exact.expr import numbers as exact_numbers
 from rbstab.proof.motion.monomials import Monomials
-from rbstab.proof.motion.motion_set import POINT, MotionSet, set_of
+from rbstab.proof.motion.motion_set import MotionSet, set_of
 from rbstab.systems.coordinates import ReducedCoordinates
 from rbstab.systems.modes import modes_of, with_modes
 from rbstab.systems.parameters import map_parameters
@@ -35,18 +35,6 @@ def enclosed_system(config: Config, numbers: Numbers) -> System:
     if has_code(config):
         system = _with_users(system, system_of(config), numbers)
     return _with_six_states(system) if system.coordinates.holds_contact else system
-
-
-def exact_start(config: Config, scale: Array) -> MotionSet:
-    """Return a set about the start of a config, whose numbers are taken as exact decimals.
-
-    Raises:
-        ValueError: The start has no bounds.
-    """
-    found = start_set(config, POINT, scale)
-    if found is None:
-        raise ValueError("the numbers of the start are too large")
-    return found
 
 
 def start_set(config: Config, space: Monomials, scale: Array) -> MotionSet | None:

@@ -29,12 +29,13 @@ from rbstab.experiment.convergence.decisions import (
     refusal,
 )
 from rbstab.experiment.convergence.enclosed_samples import EnclosedSamples, quantities_of
-from rbstab.experiment.convergence.enclosed_system import enclosed_system, exact_start
+from rbstab.experiment.convergence.enclosed_system import enclosed_system, start_set
 from rbstab.experiment.convergence.many_motions import Decisions, Motions
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.states import PITCH
 from rbstab.proof.motion.motion import Followed
+from rbstab.proof.motion.motion_set import POINT
 from rbstab.proof.motion.step import SetSteps
 
 STEEP = math.radians(85)
@@ -77,7 +78,10 @@ def prove_convergence(
     decisions = Decisions(proof, motions.equations, last=last)
     if refused is not None:
         decisions.found[0] = refused
-    start = exact_start(config, motions.scale)
+    start = start_set(config, POINT, motions.scale)
+    if start is None:
+        too_large = undecided(Undecided.NO_STEP, "the numbers of the start are too large")
+        return MotionProof(replace(too_large, enclosed=enclose), None)
     low, high = (side[:, 0] for side in start.models.range())
     samples, angles = [(0.0, low, high)], [low, high]
 

@@ -137,7 +137,8 @@ def values_of(name: str, x: Array) -> Array:
 
     kept = _KEPT.setdefault(name, {})
     if len(kept) > MOST_KEPT:
-        kept.clear()
+        # Another thread may be reading the old ones.
+        kept = _KEPT[name] = {}
     different, places = np.unique(x, return_inverse=True)
     values = different.tolist()
     with ctx.workprec(PRECISION):

@@ -3,17 +3,9 @@
 Its numbers are what their doubles mean, so motions follow the formulas of the rest states.
 """
 
-from dataclasses import replace
-from itertools import count, islice
-from typing import Any
-
-import numpy as np
-
-from rbstab.analysis.configuration import Configurations, configurations
-from rbstab.elements.element import Element
-from rbstab.proof.exact.expr import expr, factored, numbers, variable, variables
+from rbstab.analysis.configuration import configurations
 from rbstab.proof.passive.passive import TIMED, in_proofs
-from rbstab.systems.parameters import map_parameters
+from rbstab.proof.passive.statements import TIME, NotRecordedError, statements_of
 from rbstab.systems.system import System
 
 GUARDS_SWITCH = "its event functions depend on its modes"
@@ -22,37 +14,22 @@ GUARDS_SWITCH = "its event functions depend on its modes"
 def why_not_recorded(system: System) -> str | None:
     """Return why an element of a user has no formulas at all states; None if all have."""
     at_rest = configurations(system)
-    for element in system.elements:
+    for element in at_rest.system.elements:
         if not element.from_user:
             continue
         if not in_proofs(element):
             return f"{element.name} is code of a user that switches by its loads, or has many modes"
+        why = ""
         try:
-            with factored():
-                why = _why_not(at_rest, element)
-        except Exception as error:  # an element of a user may raise anything
-            why = str(error) or type(error).__name__
-        if why is not None:
+            statements = statements_of(at_rest, element)
+        except NotRecordedError as error:
+            why = str(error)
+        else:
+            of = statements.of_motion
+            if any(TIME in e.variables for e in (*of.used, *of.guards)):
+                why = TIMED
+            elif any(a in statements.modes for g in of.guards for a in g.all_atoms):
+                why = GUARDS_SWITCH
+        if why:
             return f"{element.name} is code of a user that cannot be recorded: {why}"
     return None
-
-
-def _why_not(at_rest: Configurations, element: Element) -> str | None:
-    """Return on what a statement depends that no formula may; None if there is nothing."""
-    places = count()
-    exact = map_parameters(
-        replace(at_rest.system, elements=(element,)), lambda _, values: numbers(values)
-    )
-    mine: Any = exact.elements[0]
-    time, modes = next(places), list(islice(places, element.mode_count))
-    if modes:
-        mine = replace(mine, mode=variables(modes))
-    motion = exact.motion(variables(islice(places, exact.coordinates.size)), variable(time))
-    own = variables(islice(places, element.state_size))
-    guards = mine.guards(motion, own) if modes else ()
-    energies = mine.stored(motion, own), mine.dissipated(motion, own)
-    stated = *np.concatenate(mine.wrench(motion, own)), *energies, *mine.rates(motion, own)
-    by_guards = frozenset[int]().union(*(expr(g).variables for g in guards))
-    if time in by_guards.union(*(expr(e).variables for e in stated)):
-        return TIMED
-    return None if by_guards.isdisjoint(modes) else GUARDS_SWITCH

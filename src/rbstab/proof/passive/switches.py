@@ -7,7 +7,6 @@ zero, the force pulls back to the surface, and E has a valley there; if never ab
 """
 
 from collections.abc import Sequence
-from enum import Enum
 from itertools import product
 
 from rbstab.proof.exact.expr import (
@@ -52,14 +51,6 @@ JUMPS_BY_MORE = (
 )
 
 
-class Switched(Enum):
-    """What happens at a switch."""
-
-    SMOOTH = "the force is continuous"
-    VALLEY = "the force jumps, and pulls back"
-    RIDGE = "the force jumps, and pushes away"
-
-
 def why_not_continuous(statements: Statements) -> str | None:
     """Return what is not shown of the switches of an element; None if all is."""
     if not statements.modes:
@@ -68,49 +59,47 @@ def why_not_continuous(statements: Statements) -> str | None:
     others = of.stored.variables.difference(Theta, *(a.variables for a in statements.modes))
     if any(not g.variables <= Theta for g in of.guards) or (others and not statements.own):
         return NOT_OF_ANGLES
-    kinds = _kinds(statements)
-    if kinds is None:
+    smooth = _smooth(statements)
+    if smooth is None:
         return NOT_CONTINUOUS
-    parts = _parts(of.guards, of.stored, statements.modes) or []
-    for kind, (_, T) in zip(kinds, parts, strict=True):
-        if kind is not Switched.SMOOTH and not T.variables <= Theta:
-            return JUMPS_BY_MORE
-        if kind is None:
-            return SIGN_UNKNOWN
-    return None
+    parts = _parts(of.guards, of.stored, statements.modes)
+    jumps = [T for one, (_, T) in zip(smooth, parts, strict=True) if not one]
+    if not all(T.variables <= Theta for T in jumps):
+        return JUMPS_BY_MORE
+    return SIGN_UNKNOWN if None in smooth else None
 
 
 def force_is_continuous(statements: Statements) -> bool:
     """Return whether the force is continuous at all switches, of which all else is shown."""
-    kinds = _kinds(statements)
-    return kinds is not None and set(kinds) <= {Switched.SMOOTH}
+    smooth = _smooth(statements)
+    return smooth is not None and all(smooth)
 
 
-def _kinds(statements: Statements) -> list[Switched | None] | None:
-    """Return what happens at each surface, with None where it is not seen.
+def _smooth(statements: Statements) -> list[bool | None] | None:
+    """Return whether the force is continuous at each surface; None if its sign there is not seen.
 
     It is looked for in functions of the entries of a motion, and in those of q.
 
     Returns:
         None if it is not shown that the energy is continuous.
     """
-    found, forms = list[list[Switched | None]](), (statements.of_any, statements.of_motion)
-    both = [_parts(of.guards, of.stored, statements.modes) or [] for of in forms]
-    for parts in both:
-        if len(parts) == len(both[1]) > 0 and all(_vanishes(T, g) for g, T in parts):
-            found.append([_kind(g, T) for g, T in parts])
-    return min(found, key=lambda kinds: kinds.count(None), default=None)
+    forms = (statements.of_any, statements.of_motion)
+    both = [_parts(of.guards, of.stored, statements.modes) for of in forms]
+    found = [
+        [_is_smooth(g, T) for g, T in parts]
+        for parts in both
+        if len(parts) == len(both[1]) > 0 and all(_vanishes(T, g) for g, T in parts)
+    ]
+    return min(found, key=lambda smooth: smooth.count(None), default=None)
 
 
-def _parts(
-    guards: Sequence[Expr], stored: Expr, modes: Sequence[Atom]
-) -> list[tuple[Expr, Expr]] | None:
-    """Return each g_i with its T_i, one for each surface; None if E is not of this form."""
+def _parts(guards: Sequence[Expr], stored: Expr, modes: Sequence[Atom]) -> list[tuple[Expr, Expr]]:
+    """Return each g_i with its T_i, one for each surface; nothing if E is not of this form."""
     numbers = frozenset[int]().union(*(a.variables for a in modes))
     sums = [stored, *(a.inner for a in stored.all_atoms if a.kind == LET)]
     factors = {one for e in sums for m in e.terms for one in m if one[0] not in modes}
     if any((a.kind != LET or p < 0) and a.variables & numbers for a, p in factors):
-        return None
+        return []
 
     def with_modes(*values: int) -> Expr:
         return substituted(stored, dict(zip(modes, map(expr, values), strict=True)))
@@ -121,7 +110,7 @@ def _parts(
     for values in product((0, 1), repeat=len(modes)):
         both = [T for T, value in zip(found, values, strict=True) if value]
         if len(both) > 1 and not is_zero(summed((E, *both, -with_modes(*values)))):
-            return None
+            return []
     parts: dict[Expr, Expr] = {}
     for g, T in zip(guards, found, strict=True):
         if -g in parts:  # step(-g) = 1 - step(g)
@@ -131,17 +120,15 @@ def _parts(
     return list(parts.items())
 
 
-def _kind(g: Expr, T: Expr) -> Switched | None:
-    """Return what happens at one surface; None if it is not seen."""
+def _is_smooth(g: Expr, T: Expr) -> bool | None:
+    """Return whether the force is continuous at one surface; None if its sign is not seen."""
     variables = [{k: expr(1)} for k in sorted(T.variables | g.variables)]
     slopes = [derivative(T, one) for one in variables]
     if all(_vanishes(slope, g) for slope in slopes):
-        return Switched.SMOOTH
+        return True
     share = summed(derivative(g, one) * slope for one, slope in zip(variables, slopes, strict=True))
     on_surface = _on_surface(share, g)
-    if any(map(never_negative, on_surface)):
-        return Switched.VALLEY
-    return Switched.RIDGE if any(never_negative(-one) for one in on_surface) else None
+    return False if any(never_negative(one) or never_negative(-one) for one in on_surface) else None
 
 
 def _vanishes(e: Expr, g: Expr) -> bool:

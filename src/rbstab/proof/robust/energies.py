@@ -72,8 +72,8 @@ class Energies(NamedTuple):
     Attributes:
         functions: The functions μ.
         middle: C_0, shape (μ,).
-        others: C_j, shape (forms, μ).
-        linear: For each number of the box the coefficients of c_1 alone, shape (numbers, μ).
+        others: C_j, shape (forms, μ); the first are those of c_1 of each number of the box alone.
+        numbers: The number of these.
         entries: The functions e of Θ of which q consists.
         left: Fq = Σ z^α L_α e, for each α a matrix L_α, shape (α, n, entries).
         stop: The double next above the largest |θ2| that a stop allows, rad; None without one.
@@ -82,10 +82,10 @@ class Energies(NamedTuple):
     functions: tuple[Monomial, ...]
     middle: Array
     others: Array
-    linear: Array
-    entries: tuple[Monomial, ...] = ()
-    left: Array = np.zeros((1, 0, 0))
-    stop: float | None = None
+    numbers: int
+    entries: tuple[Monomial, ...]
+    left: Array
+    stop: float | None
 
     @property
     def inner(self) -> tuple[int, ...]:
@@ -118,8 +118,7 @@ def energies_of(members: Members, part: Part) -> Energies:
     stop = None if end is None else end.constant
     if end is not None and stop is None:
         raise NoReducedEnergy(NoEnergyReason.STOP_VARIES)
-    found = _eliminated(total, range(3, size), len(part.middle))
-    return found if stop is None else found._replace(stop=_next_above(stop))
+    return _eliminated(total, range(3, size), len(part.middle), stop)
 
 
 def _next_above(angle: Fraction) -> float:
@@ -144,7 +143,7 @@ def _check_lengths(exact: System) -> None:
                 raise NoReducedEnergy(NoEnergyReason.NO_LENGTH_OF_SOME)
 
 
-def _eliminated(total: Expr, others: range, count: int) -> Energies:
+def _eliminated(total: Expr, others: range, count: int, stop: Fraction | None) -> Energies:
     """Minimise Π over the variables x, and round what is left to doubles."""
     from flint import fmpq_mat  # imported late: few commands make proofs
 
@@ -171,20 +170,19 @@ def _eliminated(total: Expr, others: range, count: int) -> Energies:
         # One product of large matrices takes far less time than many.
         Q = fmpq_mat([one.entries() for one in pairs.values()]) * _matrix(halves, functions)
         U = plus(U, {z: fmpq_mat([row]) for z, row in zip(pairs, Q.tolist(), strict=True)})
-    return _rounded(functions, in_chebyshev(U), count)._replace(entries=entries, left=left)
-
-
-def _rounded(functions: Sequence[Monomial], U: Matrices, count: int) -> Energies:
-    """Return an energy in doubles, without what elimination leaves."""
-    matrix = np.array([_doubles(one)[0] for one in U.values()])
-    kept = np.any(matrix, axis=0)
-    rows = {z: row for z, row in zip(U, matrix[:, kept], strict=True) if row.any()}
-    chosen, zero = tuple(compress(functions, kept.tolist())), np.zeros(int(kept.sum()))
+    forms, zero = in_chebyshev(U), fmpq_mat(1, len(functions))
+    alone = [((atom(VAR, FIRST + k), 1),) for k in range(count)]
+    first = [forms.pop(z, zero) for z in ((), *alone)]
+    rows = np.array([_doubles(one)[0] for one in (*first, *_not_zero(forms).values())])
+    kept = rows.any(axis=0)
     return Energies(
-        chosen,
-        rows.pop((), zero),
-        np.array([*rows.values()]).reshape(-1, len(zero)),
-        np.array([rows.get(((atom(VAR, FIRST + k), 1),), zero) for k in range(count)]),
+        tuple(compress(functions, kept.tolist())),
+        rows[0, kept],
+        rows[1:, kept],
+        count,
+        entries,
+        left,
+        None if stop is None else _next_above(stop),
     )
 
 

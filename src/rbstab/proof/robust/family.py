@@ -158,12 +158,11 @@ class Over:
         That of ∇²U is without the numbers inside of functions. Their shapes are
         (numbers, 3, boxes) and (numbers, 3, 3, boxes).
         """
-        f = self.family
-        found = np.tensordot(f.energies.linear, self.c.mid[: f.count], 1)
-        changes = found[:, f.first[:3]]
-        for k, v in enumerate(f.energies.inner):
-            changes[v - FIRST] += self.bend.middle[:, 3 + k]
-        return changes, found[:, f.second[:3, :3]]
+        energies, H = self.family.energies, self.bend
+        changes = self.slope.others[: energies.numbers].copy()
+        for k, v in enumerate(energies.inner):
+            changes[v - FIRST] += H.middle[:, 3 + k]
+        return changes, H.others[: energies.numbers, :, :3]
 
     @cached_property
     def linear(self) -> Sums:

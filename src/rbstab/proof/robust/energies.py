@@ -174,7 +174,7 @@ def _eliminated(total: Expr, others: range, count: int, stop: Fraction | None) -
     alone = [((atom(VAR, FIRST + k), 1),) for k in range(count)]
     first = [forms.pop(z, zero) for z in ((), *alone)]
     rows = np.array([_doubles(one)[0] for one in (*first, *_not_zero(forms).values())])
-    kept = rows.any(axis=0)
+    kept = np.any(rows, axis=0)
     return Energies(
         tuple(compress(functions, kept.tolist())),
         rows[0, kept],

@@ -12,10 +12,8 @@ from support.start_sets import random_config, random_set
 
 from rbstab.elements.spring import squared_length
 from rbstab.experiment.convergence.enclosed_system import enclosed_system
-from rbstab.proof.motion.crossing import safe_time, switching_step
-from rbstab.proof.motion.models import evaluated
+from rbstab.proof.motion.crossing import switching_step
 from rbstab.proof.motion.motion_set import MotionSet
-from rbstab.proof.motion.step import set_steps
 from rbstab.systems.modes import with_modes
 
 AT, BEGIN = 0.0021, 0.0016
@@ -165,40 +163,3 @@ def test_a_start_on_a_surface(rests):
     else:
         assert np.all(states.error < 1e-9 * scale)
         assert sorted(map(len, equations(config).possible(states.models))) == [1, 1]
-
-
-def test_the_time_up_to_a_surface():
-    """It is before the surface, by less than a step of the bisection; the tube counts."""
-    config, states, scale = about_to_switch("stiff", **POINT, error=1e-12)
-    system, exact = equations(config), exact_system(config)
-    (modes,) = [tuple(one[0] for one in system.possible(states.models))]
-    step = set_steps(system.field(modes), states, scale, np.array([0.002]))
-    assert step.proved[0]
-    safe = safe_time(system, step, modes, states)
-    assert 0 < safe < step.h[0]
-    y = state_of(states, [], [0.0] * len(scale))
-    for later, crossings in ((safe, 0), (safe + 1e-9, 1)):
-        assert state_through(exact, y, later)[1] == crossings
-    wide = step._replace(distance=step.distance + 1e-6 * scale)
-    speed = abs(float(states.polynomial[0, 4, 0]))
-    assert safe - safe_time(system, wide, modes, states) > 0.5e-6 / speed
-
-
-def test_a_system_in_all_modes():
-    """Its equations, differences and energies are those of the house in these modes."""
-    config, states, _ = about_to_switch("ligament", **POINT)
-    found, y = equations(config), states.polynomial[0, :, 0]
-    house = enclosed_system(config, lambda values: values)
-    assert found.switches == ("it", "it")
-    at = MotionSet(states.space, states.polynomial, states.frame, 0 * states.radius).models
-
-    def rates(modes):
-        return with_modes(house, modes).rates(y)
-
-    for modes in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0)):
-        near = evaluated(found.field(modes).rates, at).polynomial[0, :, 0, 0]
-        assert near == pytest.approx(rates(modes), rel=1e-12, abs=1e-9)
-    jump = evaluated(found.difference((1.0, 0.0), (0.0, 0.0)), at).polynomial[0, :, 0, 0]
-    assert jump == pytest.approx(rates((1.0, 0.0)) - rates((0.0, 0.0)), abs=1e-9)
-    assert np.abs(jump).max() > 1
-    assert np.all(jump[:3] == 0)  # the angles move alike: this cancels exactly

@@ -14,7 +14,6 @@ saltation matrix: R. Leine and H. Nijmeijer, 2004).
 """
 
 from itertools import product
-from math import comb
 
 import numpy as np
 
@@ -101,19 +100,12 @@ def _least(g: Models, begin: float, end: float) -> float:
     """Return a lower bound on models, of one set, for begin <= τ <= end; rounded outwards."""
     coefficients = g.polynomial[:, :, 0, 0]
     terms = len(coefficients)
-    middle, half = (begin + end) / 2, (end - begin) / 2 * (1 + 1e-9) + 1e-15
-    low = np.full(len(g.remainder), np.inf)
-    spread = np.zeros(len(low))
-    for j in range(terms):
-        weights = [comb(k, j) * middle ** (k - j) for k in range(j, terms)]
-        shifted = np.array(weights) @ coefficients[j:]
-        if j == 0:
-            low = shifted
-        else:
-            spread += np.abs(shifted) * half**j
+    # Powers of τ >= 0 do not fall.
+    powers = np.array([begin, end])[:, np.newaxis, np.newaxis] ** np.arange(terms)[:, np.newaxis]
+    low = (powers * coefficients).min(axis=0).sum(axis=0)
     aside = np.abs(g.polynomial[..., 0, 1:]).sum(axis=0).sum(axis=-1)
     rounding = (4 * terms + 8) * UNIT * g.size[:, 0]
-    found = np.min(low - rounded_up(spread + aside + rounding + g.remainder[:, 0]))
+    found = np.min(low - rounded_up(aside + rounding + g.remainder[:, 0]))
     return float(np.nextafter(found, -np.inf))
 
 

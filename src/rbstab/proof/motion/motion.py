@@ -124,15 +124,25 @@ class _Running:
             return np.full(len(self.number), SHORTEST)
         return np.where(self.steps > 0, SHORTEST_OF_SET * self.largest, SHORTEST_FIRST)
 
-    def ended(self, k: int, decision: Any) -> Followed:
-        """Return what came of the k-th set, which is decided or given up."""
-        return Followed(int(self.steps[k]), float(self.time[k]), decision)
+    def moved(self, step: SetSteps, longest: Array, scale: Array) -> "tuple[_Running, Array]":
+        """Return the sets after one more step, and which of them are lost."""
+        h = np.where(step.proved, step.h, 0.0)
+        narrow = np.all(step.end.error <= MAX_ERROR * scale, axis=-1)
+        usable = narrow & (self.time + h <= MAX_TIME)
+        lost = np.where(step.proved, ~usable, longest < self.shortest)
+        states = self.states.replaced(step.proved, step.end)
+        largest = np.maximum(self.largest, h)
+        steps, time = self.steps + step.proved, self.time + h
+        return _Running(self.number, states, steps, time, longest, largest), lost
 
-    def lost(self, k: int, scale: Array, switch: str) -> Followed:
-        """Return that no step of the k-th set was proved, and along which z to halve it."""
-        nonlinear = self.states[k : k + 1].nonlinearity(scale)[0]
-        variable = int(nonlinear.argmax()) if len(nonlinear) else None
-        return Followed(int(self.steps[k]), float(self.time[k]), None, variable, True, switch)
+    def ended(self, k: int, *rest: Any) -> Followed:
+        """Return what came of the k-th set: its steps and its time, and the rest."""
+        return Followed(int(self.steps[k]), float(self.time[k]), *rest)
+
+    def most_nonlinear(self, k: int, scale: Array) -> int | None:
+        """Return along which z to halve the k-th set; None for a single start."""
+        found = self.states[k : k + 1].nonlinearity(scale)[0]
+        return int(found.argmax()) if len(found) else None
 
 
 @np.errstate(all="ignore")  # numbers that are not finite fail every test
@@ -170,11 +180,16 @@ def followed(  # noqa: PLR0913, PLR0917 (two of them are options)
             for k in np.flatnonzero(~left).tolist():
                 found[int(running.number[k])] = running.ended(k, decisions[k])
             running = running[left]
-            if len(running.number):
-                step, longest, switch = _next(equations, running, scale)
-                if watch is not None and step.proved[0]:
-                    watch(float(running.time[0]), step)
-                running = _moved(running, step, longest, found, scale, switch)
+            if not len(running.number):
+                break
+            step, longest, switch = _next(equations, running, scale)
+            if watch is not None and step.proved[0]:
+                watch(float(running.time[0]), step)
+            moved, lost = running.moved(step, longest, scale)
+            for k in np.flatnonzero(lost).tolist():
+                variable = running.most_nonlinear(k, scale)
+                found[int(running.number[k])] = running.ended(k, None, variable, True, switch)
+            running = moved[~lost]
     return [found[number] for number in range(count)]
 
 
@@ -184,29 +199,3 @@ def _next(equations: Equations, running: _Running, scale: Array) -> tuple[SetSte
         return switching_step(equations, running.states, scale, running.longest)
     step = set_steps(equations.field(), running.states, scale, running.longest)
     return step, step.longest_after(running.longest), ""
-
-
-def _moved(  # noqa: PLR0913, PLR0917 (the parts of one step)
-    running: _Running,
-    step: SetSteps,
-    longest: Array,
-    found: dict[int, Followed],
-    scale: Array,
-    switch: str,
-) -> _Running:
-    """Return the sets after one more step; those that are lost are put into `found`."""
-    moved, h = step.proved, np.where(step.proved, step.h, 0.0)
-    narrow = np.all(step.end.error <= MAX_ERROR * scale, axis=-1)
-    usable = narrow & (running.time + h <= MAX_TIME)
-    lost = np.where(moved, ~usable, longest < running.shortest)
-    for k in np.flatnonzero(lost).tolist():
-        found[int(running.number[k])] = running.lost(k, scale, switch)
-    new = _Running(
-        running.number,
-        running.states.replaced(moved, step.end),
-        running.steps + moved,
-        running.time + h,
-        longest,
-        np.maximum(running.largest, h),
-    )
-    return new[~lost]

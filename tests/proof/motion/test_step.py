@@ -46,6 +46,16 @@ def test_every_start_of_a_set_ends_in_it(variant, coordinates, width, error, rea
     assert reached < max(worst) <= 1
 
 
+def test_a_thin_set_bends():
+    """By the differences of slopes across it; beside a line there is no room for them."""
+    config = random_config("permanent", "reduced", 5)
+    states, scale = random_set(config, 7, width=0.0, error=0.0)
+    states.radius[0, 3] = 1e-2
+    step = stepped(config, states, scale, LONGEST / 32)
+    places = np.abs([*ends(config, states, step, some_starts(states, 4))])
+    assert 0.01 < places[:, 1:].max() <= places.max() <= 1
+
+
 @pytest.mark.parametrize(("variant", "coordinates"), VARIANTS)
 def test_points_over_several_steps(variant, coordinates):
     """The width stays near that of rounding, and the whole motion is inside: the tubes too."""

@@ -116,8 +116,7 @@ def _across(
     now, which, rising, h = _next_switch(equations, states, possible, float(longest[0]))
     after = tuple(float(rising) if k == which else mode for k, mode in enumerate(now))
     upright = states.upright(scale)  # in a tilted frame, δ would leak into the other states
-    beside = tuple(1.0 - mode if k == which else mode for k, mode in enumerate(after))
-    jump = evaluated(equations.difference(beside, after), states.models).bound.T
+    jump = _disturbance(equations, after, states.models)
     hull = Disturbance(lambda tube: _disturbance(equations, after, tube), jump)
     while True:
         step = set_steps(equations.field(after), upright, scale, np.array([h]), hull)

@@ -98,14 +98,13 @@ class _Dampers(NamedTuple):
 
     Attributes:
         rotation: The sum of all L of Ω'LΩ, shape (3, 3).
-        points: The sum of all L of F'LF at each point p of the body, shape (3, 3).
-        names: The names of the elements with such an L, by their points.
+        points: For each point p of the body the sum of all L of F'LF, shape (3, 3), and the names
+            of their elements.
         others: The names of the elements whose dissipation has another form.
     """
 
     rotation: Array
-    points: dict[tuple[Fraction, ...], Array]
-    names: dict[tuple[Fraction, ...], list[str]]
+    points: dict[tuple[Fraction, ...], tuple[Array, list[str]]]
     others: list[str]
 
 
@@ -129,25 +128,26 @@ def why_not_damped(
     """
     dampers, held = _dampers(system), system.coordinates.holds_contact
     rows = [np.hstack([NO_DAMPING, IDENTITY if of_users.turning else dampers.rotation])]
-    counted = [p for p, L in dampers.points.items() if is_positive_definite(L) and not points_vary]
+    points = dampers.points.items()
+    counted = [p for p, (L, _) in points if is_positive_definite(L) and not points_vary]
     fixed = [*counted, *([system.body.contact_point] if held else [])]
     rows += [np.hstack([IDENTITY, -cross_matrix(np.array(p, dtype=object))]) for p in fixed]
     left = kernel(np.vstack(rows))
     turning = [rates for rates in left if any(rates[3:])]
     if turning:
-        names = [name for p in dampers.points if p not in counted for name in dampers.names[p]]
+        names = [name for p, (_, some) in points if p not in counted for name in some]
         nothing = len(left) == 6 - 3 * held
         motion = "the body" if nothing else _rotation(*np.split(turning[0], 2), held=held)
         return _reason(motion, [*names, *dampers.others]) + _singular(system)
-    free = [] if held or of_users.moving else kernel(sum(dampers.points.values(), NO_DAMPING))
+    of_points = sum((L for _, (L, _) in points), NO_DAMPING)
+    free = [] if held or of_users.moving else kernel(of_points)
     along = "" if len(free) > 1 else f" along {_direction(free[0])}" if free else ""
     return _reason(f"a translation{along}", dampers.others) + _singular(system) if free else None
 
 
 def _dampers(system: System) -> _Dampers:
     rotation, others = NO_DAMPING, list[str]()
-    points: dict[tuple[Fraction, ...], Array] = {}
-    names: dict[tuple[Fraction, ...], list[str]] = {}
+    points: dict[tuple[Fraction, ...], tuple[Array, list[str]]] = {}
     for element in system.elements:
         of_rotation, of_point = (
             [getattr(element, L) for kind, L in kinds.items() if isinstance(element, kind)]
@@ -157,11 +157,11 @@ def _dampers(system: System) -> _Dampers:
             rotation = rotation + of_rotation[0]
         elif of_point and np.any(of_point[0] != 0):
             p = tuple(_point_of(element, system))
-            points[p] = points.get(p, NO_DAMPING) + of_point[0]
-            names[p] = [*names.get(p, []), element.name]
+            L, names = points.get(p, (NO_DAMPING, []))
+            points[p] = L + of_point[0], [*names, element.name]
         elif not of_point and _may_dissipate(element):
             others.append(element.name)
-    return _Dampers(rotation, points, names, others)
+    return _Dampers(rotation, points, others)
 
 
 def _may_dissipate(element: Element) -> bool:

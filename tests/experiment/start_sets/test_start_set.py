@@ -13,12 +13,14 @@ from rbstab.config.build import problem_of, start_of
 from rbstab.config.numbers import replaced
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
-from rbstab.experiment.start_sets.start_set import start_set_of
+from rbstab.experiment.start_sets.start_set import start_set_of, whole
+from rbstab.proof.boxes import Box
 
 
-def start_set(config, *texts):
+def start_set(config, *texts, part=None):
     tolerances = tolerances_of(config, texts)
-    states = start_set_of(config, tolerances, state_scale(problem_of(config)))
+    box = whole(len(tolerances)) if part is None else part
+    states = start_set_of(config, tolerances, box, state_scale(problem_of(config)))
     assert states is not None
     assert len(states) == 1
     return tolerances, states
@@ -81,6 +83,20 @@ def test_exact_starts_are_in_the_set(variant, coordinates, texts):
     assert worst.max() > 0
 
 
+def test_a_part_has_the_starts_of_its_own_z():
+    config, texts = random_config("visco-elastic", "W", 11), ["initial.orientation=±0.01"]
+    part = Box(np.array([-1.0, 0.25, -0.5]), np.array([-0.5, 0.5, 1.0]))
+    tolerances, states = start_set(config, *texts, part=part)
+    for side in (-1, 1):
+        z = [Fraction(one) for one in (part.lo if side < 0 else part.hi).tolist()]
+        with ctx.workprec(BITS):
+            exact, w = exact_start(config, tolerances, z), [arb(side)] * 3
+            for i, (entry, row) in enumerate(
+                zip(exact, states.polynomial[0].tolist(), strict=True)
+            ):
+                assert abs(arb(entry) - value_at(states.space, row, w)) <= arb(states.error[0, i])
+
+
 def test_ends_of_tolerances_are_exact_decimals():
     """0.1 ± 0.2 reaches from -0.1 to 0.3, not from what doubles make of it."""
     initial = {"angular_velocity": [0.1, 0.0, 1.0], "orientation": [0, 0, 0]}
@@ -99,7 +115,8 @@ def test_ends_of_tolerances_are_exact_decimals():
 def test_starts_without_bounds_are_none():
     def no_set(config, text):
         tolerances = tolerances_of(config, [text])
-        return start_set_of(config, tolerances, state_scale(problem_of(config))) is None
+        scale = state_scale(problem_of(config))
+        return start_set_of(config, tolerances, whole(len(tolerances)), scale) is None
 
     config = random_config("visco-elastic", "W", initial={"orientation": [0, 0, 0]})
     start_set(config, "initial.orientation[0]=±2.5")

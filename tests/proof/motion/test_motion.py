@@ -1,7 +1,6 @@
-"""Sets of motions are followed until they are decided, halved or given up; halves and energies."""
+"""Sets of motions are followed until they are decided, halved or given up; their energies."""
 
 from dataclasses import replace
-from fractions import Fraction
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,11 +8,11 @@ import numpy as np
 import pytest
 from flint import arb, ctx
 from support.motion_steps import equations, exact_system, some_starts
-from support.polynomial_sets import BITS, place_in_frame, state_of
+from support.polynomial_sets import BITS, state_of
 from support.start_sets import VARIANTS, random_config, random_set, together
 
 from rbstab.proof.motion import motion
-from rbstab.proof.motion.motion import MAX_STEPS, NARROWEST, followed, whole
+from rbstab.proof.motion.motion import MAX_STEPS, followed
 from rbstab.proof.motion.motion_set import MotionSet
 from rbstab.proof.motion.step import SetSteps
 
@@ -77,28 +76,6 @@ def test_each_set_keeps_its_own_place(monkeypatch):
     assert [end.decision for end in ends] == ["far", "far", None, None]
     assert [end.steps for end in ends] == [2, 3, 0, 0]
     assert [end.lost for end in ends] == [False, False, True, True]
-
-
-def test_halves_of_parts():
-    """They are exact in z, and hold the states of the whole; a limit keeps their bounds doubles."""
-    states, _ = any_set(error=0.0, width=0.3)
-    part, count = whole(states), 0
-    lower, upper = part.halves(1)
-    worst = 0.0
-    for half, side in ((lower, -1), (upper, 1)):
-        for z, _ in some_starts(states, 8):
-            y = state_of(states, [z[0], (z[1] + side) / 2], np.zeros(6))
-            place = np.abs(place_in_frame(half.start, z.tolist(), y))
-            assert np.all(place <= half.start.radius[0])
-            worst = max(worst, place.max())
-    assert worst > 0  # rounding
-    while part.can_be_halved(0):
-        middle = (Fraction(part.low[0]) + Fraction(part.high[0])) / 2
-        lower, upper = part.halves(0)
-        assert Fraction(lower.high[0]) == Fraction(upper.low[0]) == middle
-        part, count = (lower if middle > Fraction(1, 3) else upper), count + 1
-    assert part.high[0] - part.low[0] == NARROWEST
-    assert (count, part.can_be_halved(1)) == (41, True)
 
 
 @pytest.mark.parametrize(("variant", "coordinates"), VARIANTS)

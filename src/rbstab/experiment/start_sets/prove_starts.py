@@ -8,16 +8,17 @@ from fractions import Fraction
 from math import inf, nextafter, prod
 from pathlib import Path
 
+import numpy as np
+
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.convergence.decisions import refusal
-from rbstab.experiment.convergence.enclosed_system import state_scale
 from rbstab.experiment.convergence.many_motions import Motions
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_for
 from rbstab.experiment.robust.record import bounds_of
-from rbstab.experiment.start_sets.start_set import start_set_of
+from rbstab.experiment.start_sets.start_set import start_set_of, whole
 from rbstab.experiment.start_sets.starts_record import (
     MAX_PARTS,
     VERSION,
@@ -27,15 +28,22 @@ from rbstab.experiment.start_sets.starts_record import (
 )
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.processes.workers import waited, worker_pool
-from rbstab.proof.motion.motion import MAX_STEPS, NARROWEST, Followed, Part, whole
-from rbstab.proof.motion.motion_set import MotionSet
+from rbstab.proof.boxes import Box, one_box
+from rbstab.proof.motion.motion import MAX_STEPS, Followed
 from rbstab.store.errors import StoreError
 
 TIME_LIMIT = "the time limit was reached"
 """Why a proof is not complete that is not stored: with more time, it may be."""
 
+NARROWEST = 2.0**-40
+"""A part with this width in z is not halved, so that the ends of all parts are exact doubles."""
+
 Progress = Callable[[float, int], None]
 """Called with the fraction of the starts that is proved, and the number of parts to be followed."""
+
+
+Given = tuple[Config, Sequence[Tolerance], Proof]
+"""What `_set_up` takes."""
 
 
 def prove_starts(  # noqa: PLR0913 (options by name)
@@ -63,26 +71,26 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     begin, problem = time.perf_counter(), problem_of(config)
     refused = refusal(problem, proof)
     parts: list[ProvedPart] = []
-    examined, steps, given_up, waiting = 0, 0, 0, list[Part]()
+    examined, steps, given_up, waiting = 0, 0, 0, list[Box]()
     why = "" if refused is None else refused.why
     if refused is None:
-        starts = start_set_of(config, tolerances, state_scale(problem))
-        waiting = [] if starts is None else [whole(starts)]
-        why = (
-            "" if waiting else "the tolerances are too wide, or the numbers of the start too large"
-        )
+        waiting = [whole(len(tolerances))]
     while waiting and len(parts) + len(waiting) + given_up <= MAX_PARTS and not is_late():
-        halves: list[Part] = []
-        for part, result in _all_followed(config, proof, waiting, processes, is_late):
-            examined, steps = examined + 1, steps + result.steps
+        halves: list[Box] = []
+        given = config, tolerances, proof
+        for part, result in _all_followed(given, waiting, processes, is_late):
+            examined, steps, axis = examined + 1, steps + result.steps, result.variable
             if result.decision is not None:
                 parts.append(_proved_part(part, result))
-            elif result.variable is not None and part.can_be_halved(result.variable):
-                halves += part.halves(result.variable)
+            elif axis is not None and part.hi[axis] - part.lo[axis] > NARROWEST:
+                both = one_box(part).halved(np.array([axis]))
+                halves += map(Box, both.lo.T, both.hi.T)
             else:
                 given_up += 1
                 why = f"a part that is narrower than {NARROWEST:.1g} of the tolerances is left"
-                if result.variable is None:
+                if result.lost and axis is None:
+                    why = "the tolerances are too wide, or the numbers of the start too large"
+                elif axis is None:
                     why = f"v is too large after {MAX_STEPS} steps, at t = {result.time:.4g} s"
             if progress is not None:
                 progress(_fraction(parts), len(waiting) + len(halves))
@@ -105,11 +113,11 @@ def prove_starts(  # noqa: PLR0913 (options by name)
     )
 
 
-def _proved_part(part: Part, result: Followed) -> ProvedPart:
+def _proved_part(part: Box, result: Followed) -> ProvedPart:
     found = result.decision
     return ProvedPart(
-        low=part.low,
-        high=part.high,
+        low=part.lo,
+        high=part.hi,
         rest_state=found.rest_state,
         time=result.time,
         energy=found.energy,
@@ -129,8 +137,8 @@ def _fraction(parts: list[ProvedPart]) -> float:
 
 
 def _all_followed(
-    config: Config, proof: Proof, parts: list[Part], processes: int, is_late: Callable[[], bool]
-) -> Iterator[tuple[Part, Followed]]:
+    given: Given, parts: list[Box], processes: int, is_late: Callable[[], bool]
+) -> Iterator[tuple[Box, Followed]]:
     """Follow parts, in worker processes if there are several; yield them in their order.
 
     The parts that are left when it is late are not yielded.
@@ -140,33 +148,37 @@ def _all_followed(
         # If a worker dies (out of memory, say), its pool breaks: the rest runs in this process.
         with (
             suppress(BrokenProcessPool),
-            worker_pool(min(processes, len(parts)), _set_up, config, proof) as pool,
+            worker_pool(min(processes, len(parts)), _set_up, *given) as pool,
         ):
             # `pool.map` would cancel its futures at an interrupt, and loky prints a traceback then.
-            for future in [pool.submit(_follow, part.start) for part in parts]:
+            for future in [pool.submit(_follow, part) for part in parts]:
                 result = waited(future)
                 yield left.pop(0), result
                 if is_late():
                     return
     if left:
-        _set_up(config, proof)
+        _set_up(*given)
     for part in left:
         if is_late():
             return
-        yield part, _follow(part.start)
+        yield part, _follow(part)
 
 
-_motions: list[Motions] = []
-"""Follows the parts in a process; set by `_set_up`."""
+_shared: list[tuple[Config, Sequence[Tolerance], Motions]] = []
+"""What the parts in a process share; set by `_set_up`."""
 
 
-def _set_up(config: Config, proof: Proof) -> None:
-    _motions[:] = [Motions(config, proof)]
+def _set_up(config: Config, tolerances: Sequence[Tolerance], proof: Proof) -> None:
+    _shared[:] = [(config, tolerances, Motions(config, proof))]
 
 
-def _follow(start: MotionSet) -> Followed:
-    """Follow one set; a wide one may seem to rest, and is followed further."""
-    (found,) = _motions[0].follow(start, rests=False)
+def _follow(part: Box) -> Followed:
+    """Follow one part; a wide one may seem to rest, and is followed further."""
+    config, tolerances, motions = _shared[0]
+    starts = start_set_of(config, tolerances, part, motions.scale)
+    if starts is None:  # they have no bounds
+        return Followed(0, 0.0, lost=True)
+    (found,) = motions.follow(starts, rests=False)
     return found
 
 

@@ -1,13 +1,17 @@
 """The set of the starts of a config whose initial state has tolerances."""
 
 from collections.abc import Sequence
+from fractions import Fraction
 
-from rbstab.config.numbers import replaced
+import numpy as np
+
+from rbstab.config.numbers import Path, replaced
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.convergence.enclosed_system import start_set
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.exact.expr import variable
+from rbstab.proof.boxes import Box
+from rbstab.proof.exact.expr import Expr, variable
 from rbstab.proof.motion.monomials import Monomials, monomials_up_to
 from rbstab.proof.motion.motion_set import MotionSet
 
@@ -26,14 +30,23 @@ def monomials_of(variables: int) -> Monomials:
     return monomials_up_to(variables, degree)
 
 
-def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) -> MotionSet | None:
-    """Return the set of all starts, as the only one.
+def whole(count: int) -> Box:
+    """Return the box of all z of a number of tolerances."""
+    return Box(-np.ones(count), np.ones(count))
 
-    The number with the i-th tolerance is middle + radius z_i, with |z_i| <= 1.
+
+def start_set_of(
+    config: Config, tolerances: Sequence[Tolerance], part: Box, scale: Array
+) -> MotionSet | None:
+    """Return the set of all starts in a part of the tolerances, as the only one.
+
+    The number with the i-th tolerance is middle + radius z_i, with |z_i| <= 1. In the part, z_i is
+    its middle plus its radius times the i-th variable of the set.
 
     Args:
         config: The config.
         tolerances: Tolerances of its initial state.
+        part: The box of z; its ends are exact.
         scale: The size of each state, shape (n,).
 
     Returns:
@@ -44,10 +57,10 @@ def start_set_of(config: Config, tolerances: Sequence[Tolerance], scale: Array) 
     """
     if not tolerances or any(one.section != "initial" for one in tolerances):
         raise ValueError("a set of starts needs tolerances of the initial state, and no others")
-    count = len(tolerances)
-    numbers = {
-        path: one.middle + variable(k) * one.radius
-        for k, one in enumerate(tolerances)
-        for path in one.entry.paths
-    }
-    return start_set(replaced(config, numbers), monomials_of(count), scale)
+    ends = zip(part.lo.tolist(), part.hi.tolist(), strict=True)
+    numbers = dict[Path, Expr]()
+    for k, (one, (low, high)) in enumerate(zip(tolerances, ends, strict=True)):
+        middle, radius = (Fraction(high) + Fraction(low)) / 2, (Fraction(high) - Fraction(low)) / 2
+        number = one.middle + (variable(k) * radius + middle) * one.radius
+        numbers |= dict.fromkeys(one.entry.paths, number)
+    return start_set(replaced(config, numbers), monomials_of(len(tolerances)), scale)

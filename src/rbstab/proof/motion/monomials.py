@@ -1,4 +1,4 @@
-"""Polynomials in z of bounded degree, for |z_i| <= 1: their products and substitutions."""
+"""Polynomials in z of bounded degree, for |z_i| <= 1: their products."""
 
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -70,25 +70,6 @@ class Monomials:
         """The largest number of pairs with the same product."""
         ends = np.append(self.pairs[2], len(self.pairs[0]))
         return int(np.diff(ends).max())
-
-    def half(self, variable: int, side: int) -> Array:
-        """Return the matrix that replaces z_i by (z_i + side)/2: one half of the set.
-
-        Its entries are binomial coefficients over powers of 2: exact doubles.
-
-        Args:
-            variable: i.
-            side: -1 or 1.
-        """
-        matrix = np.zeros((len(self), len(self)))
-        for column, powers in enumerate(self.exponents):
-            n = powers[variable]
-            for k in range(n + 1):
-                target = list(powers)
-                target[variable] = k
-                row = self.place[tuple(target)]
-                matrix[row, column] = comb(n, k) * float(side) ** (n - k) / 2.0**n
-        return matrix
 
 
 @cache

@@ -30,9 +30,6 @@ MAX_ERROR = 1e-2
 MAX_TIME = 2.0**12
 """s: up to here, sums of multiples of 2⁻⁴⁰ s are exact doubles; no motion goes on."""
 
-NARROWEST = 2.0**-40
-"""A part with this width in z is not halved, so that the bounds of all parts are exact doubles."""
-
 MAX_STEPS = 500
 """Steps after which a set is given up. The motions of the paper need some 120."""
 
@@ -42,39 +39,6 @@ their times, shape (sets,), s, and their places among all starts, shape (sets,).
 
 Watch = Callable[[float, SetSteps], None]
 """Called with the time at the beginning of each proved step, s, and the step: of one set alone."""
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """A part of the starts.
-
-    Args:
-        low: The smallest z of the part, shape (variables,), in the z of the whole; exact.
-        high: The largest one.
-        start: The set of its starts.
-    """
-
-    low: Array
-    high: Array
-    start: MotionSet
-
-    def can_be_halved(self, variable: int) -> bool:
-        """Return whether the bounds of its halves along one variable are exact."""
-        return bool(self.high[variable] - self.low[variable] > NARROWEST)
-
-    def halves(self, variable: int) -> "tuple[Part, Part]":
-        """Return the two halves of the part along one variable."""
-        middle = (self.low[variable] + self.high[variable]) / 2
-        lower, upper = self.start.halves(variable)
-        high, low = self.high.copy(), self.low.copy()
-        high[variable] = low[variable] = middle
-        return Part(self.low, high, lower), Part(low, self.high, upper)
-
-
-def whole(starts: MotionSet) -> Part:
-    """Return all starts of a set, the only one, as a part."""
-    ones = np.ones(starts.space.variables)
-    return Part(-ones, ones, starts)
 
 
 class Followed(NamedTuple):

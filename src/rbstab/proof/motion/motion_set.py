@@ -12,7 +12,7 @@ from rbstab.proof.motion.linear_flow import frames_of
 from rbstab.proof.motion.models import Models, evaluated
 from rbstab.proof.motion.monomials import Monomials, monomials_up_to
 from rbstab.proof.motion.program import programs
-from rbstab.proof.motion.rounding import UNIT, rounded_up
+from rbstab.proof.motion.rounding import rounded_up
 
 POINT = monomials_up_to(0, 0)
 """The monomials of a set about a single start."""
@@ -68,23 +68,6 @@ class MotionSet:
         """Return the sets in a frame along the axes: larger sets."""
         frame = np.broadcast_to(np.diag(scale), self.frame.shape)
         return MotionSet(self.space, self.polynomial, frame, rounded_up(self.error / scale))
-
-    def halves(self, variable: int) -> "tuple[MotionSet, MotionSet]":
-        """Return the two halves of each set, z_i < 0 and z_i > 0, each with |z_i| <= 1 again.
-
-        Args:
-            variable: i.
-        """
-        lower, upper = (self._half(self.space.half(variable, side)) for side in (-1, 1))
-        return lower, upper
-
-    def _half(self, substitution: Array) -> "MotionSet":
-        polynomial = self.polynomial @ substitution.T
-        size = np.abs(self.polynomial) @ np.abs(substitution).T
-        rounding = rounded_up((len(self.space) + 2) * UNIT * size.sum(axis=-1))
-        inverse = frames_of(self.frame).inverse_size
-        apart = rounded_up(inverse @ rounding[..., np.newaxis])[..., 0]
-        return MotionSet(self.space, polynomial, self.frame, rounded_up(self.radius + apart))
 
     def nonlinearity(self, scale: Array) -> Array:
         """Return the size of all terms of degree 2 or more with each z_i, in scaled states.

@@ -5,8 +5,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from rbstab.config.numbers import Path, replaced
+from rbstab.config.numbers import replaced
 from rbstab.config.schema import Config
+from rbstab.config.source import Path
 from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.convergence.enclosed_system import start_set
 from rbstab.mechanics.numbers import Array

@@ -190,8 +190,7 @@ def _cut_down(
     wide = tube.within(np.abs(jump)[:, np.newaxis] * h)
     slopes = np.zeros((n, n))
     slopes[field.places[0], field.places[1]] = evaluated(field.step, wide).bound[n:, 0]
-    rest = on_tube[slice(n)].plus(-jump[:, np.newaxis]).bound[:, 0]
-    D = rounded_up(rest + rounded_up(slopes @ np.abs(jump)) * h)
+    D = rounded_up(on_tube.variation[:n, 0] + rounded_up(slopes @ np.abs(jump)) * h)
     moved = _moved_start(program, states, jump, (lows[0], highs[0]), scale)
     left = Disturbance(lambda _: D[np.newaxis], D[np.newaxis])
     again = set_steps(field, moved, scale, step.h, left)
@@ -221,7 +220,7 @@ def _moved_start(
     of_P = Models(states.space, around.polynomial, np.zeros_like(around.remainder))
     g, near = evaluated(program, of_P)[n + 2 : n + 3], evaluated(program, around)[n + 2 :]
     normal = near.polynomial[0, 1:, 0, 0]
-    off = near[1:].plus(-normal[:, np.newaxis]).bound[:, 0]
+    off = near.variation[1:, 0]
     # τ = -(g(P) + normal Qw)/G, and at most ρ beside it.
     inverse_error = 1.001 * max(high - G, G - low) / abs(G) / min(abs(low), abs(high)) + 4 * UNIT
     rho = near.bound[0, 0] * inverse_error + 1.001 * (off @ error + g.remainder[0, 0]) / abs(G)

@@ -77,6 +77,12 @@ class Models:
         return Models(self.space, varying, self.remainder).size
 
     @cached_property
+    def variation(self) -> Array:
+        """A bound on the functions without the constants of their polynomials, (models, sets)."""
+        found: Array = rounded_up(self.spread + self.remainder)
+        return found
+
+    @cached_property
     def bound(self) -> Array:
         """A bound on the functions, shape (models, sets)."""
         found: Array = rounded_up(self.size + self.remainder)
@@ -85,16 +91,8 @@ class Models:
     def range(self) -> tuple[Array, Array]:
         """Return the least and the largest values, rounded outwards, each (models, sets)."""
         middle = self.polynomial[0, ..., 0]
-        middle = np.where(np.isfinite(middle), middle, np.nan)
-        apart = rounded_up(self.spread + self.remainder)
+        middle, apart = np.where(np.isfinite(middle), middle, np.nan), self.variation
         return np.nextafter(middle - apart, -np.inf), np.nextafter(middle + apart, np.inf)
-
-    def plus(self, constants: Array) -> "Models":
-        """Return each model plus a double, shape (models, sets)."""
-        polynomial = self.polynomial.copy()
-        polynomial[0, ..., 0] += constants
-        error = self.remainder + 2 * UNIT * (self.size + np.abs(constants))
-        return Models(self.space, polynomial, rounded_up(error))
 
 
 def evaluated(program: Program, variables: Models) -> Models:

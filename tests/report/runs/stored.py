@@ -12,15 +12,14 @@ from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.proof.entries import ProvedRegion, ProvedState
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.runs.facts import facts_of
 from rbstab.store.document import write_document
 
 ORIGIN = (0.0, 0.0, 0.0)
 
 
-def facts(*paths):
-    """Return the facts on runs."""
-    return facts_of(read_sources(paths).runs)
+def runs_of(*paths):
+    """Return runs."""
+    return read_sources(paths).runs
 
 
 def store_proof(folder, text, states, *, level=1e9):

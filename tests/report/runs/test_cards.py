@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 import yaml
-from report.runs.stored import facts, store_proof
+from report.runs.stored import runs_of, store_proof
 from support.made_runs import PEAKS, V_START, made_config, made_file, made_result
 from support.results import with_data
 
@@ -34,13 +34,13 @@ def block_of(entries):
 
 
 def cards_of(*paths):
-    return block_of(facts(*paths)).cards
+    return block_of(runs_of(*paths)).cards
 
 
 def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_CARDS)]
     # Runs that are alike have no first one.
-    sentence, cards = answer_blocks(facts(*paths))
+    sentence, cards = answer_blocks(runs_of(*paths))
     assert sentence == (
         f"{MAX_CARDS} runs. Rests elsewhere: {MAX_CARDS}. Desired: upright (default), within 10°. "
         f"This start: seen ({MAX_CARDS}). Whole range: not decided ({MAX_CARDS})."
@@ -53,7 +53,7 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     # In both answers the runs are alike, as the sentence says.
     assert list(dict(cards.cards[0].facts)) == ["at rest from", "peak |E|"]
     assert list(dict(cards.words))[:4] == ["proved", "seen", "false", "not decided"]
-    more = answer_blocks(facts(*paths, made_file(tmp_path / "more.h5")))
+    more = answer_blocks(runs_of(*paths, made_file(tmp_path / "more.h5")))
     assert not any(isinstance(block, Cards) for block in more)
 
 
@@ -76,10 +76,9 @@ def test_a_card_begins_with_the_outcome(outcome, word, tone, tmp_path):
     kind, sureness, why = outcome
     pose = (0.0, math.radians(67.7), 0.0)
     outcome = Outcome(OutcomeKind(kind), Sureness(sureness), 5.0, pose, pose[1], None, why)
-    (entry,) = facts(made_file(tmp_path / "a.h5"))
+    (run,) = runs_of(made_file(tmp_path / "a.h5"))
     proved = Answer(Sureness.PROVED, "it converges")
-    answer = entry.answer._replace(outcome=outcome, this_start=proved)
-    sentence, cards = answer_blocks([dataclasses.replace(entry, answer=answer)])
+    sentence, cards = answer_blocks([with_answers(run, outcome=outcome, this_start=proved)])
     assert isinstance(sentence, str)
     assert isinstance(cards, Cards)
     first, this_start, _ = cards.cards[0].statements
@@ -91,18 +90,24 @@ def test_a_card_begins_with_the_outcome(outcome, word, tone, tmp_path):
 
 def test_the_summary_counts_all_answers(tmp_path):
     """Also those that say of which starts they are."""
-    (entry,) = facts(made_file(tmp_path / "a.h5"))
+    (run,) = runs_of(made_file(tmp_path / "a.h5"))
     every = Answer(Sureness.PROVED, "it converges", "returns")
     almost = Answer(Sureness.PROVED, "it converges", "almost every start rests elsewhere")
     open_question = Answer(Sureness.NOT_DECIDED, "it is unknown")
     several = [
-        dataclasses.replace(entry, answer=entry.answer._replace(whole_range=answer))
-        for answer in (open_question, almost, every, almost)
+        with_answers(run, whole_range=answer) for answer in (open_question, almost, every, almost)
     ]
     assert answer_sentence(several).endswith(
         " Whole range: almost every start rests elsewhere: proved (2); returns: proved (1); "
         "not decided (1)."
     )
+
+
+def with_answers(run, **answers):
+    """Return a run with other answers."""
+    changed = dataclasses.replace(run)
+    changed.answers = run.answers._replace(answer=run.answer._replace(**answers))
+    return changed
 
 
 def margin_on_card(path):
@@ -125,8 +130,8 @@ def test_a_card_shows_the_margin_to_the_region(tmp_path):
     numbers = dict(cards_of(path)[0].facts)
     assert numbers["v(0)"] == f"{V_START:.4g} J"
     assert numbers["start above the rest state of c*"] == f"{start:.4g} J"
-    assert "v(0)/c*" in dict(block_of(facts(path)).words)
-    without = block_of(facts(made_file(tmp_path / "other" / "unproved.h5")))
+    assert "v(0)/c*" in dict(block_of(runs_of(path)).words)
+    without = block_of(runs_of(made_file(tmp_path / "other" / "unproved.h5")))
     assert "c*" not in without.note
     assert list(dict(without.words))[-3:] == ["v(0)", "peak |E|", "peak |θ2|"]
 
@@ -157,7 +162,7 @@ def slower(path):
 def test_who_is_at_rest_first_and_who_is_not(tmp_path):
     early = made_file(tmp_path / "early.h5")
     other = slower(tmp_path / "other.h5")
-    _, sentence, _ = answer_blocks(facts(early, other, late(tmp_path / "late.h5")))
+    _, sentence, _ = answer_blocks(runs_of(early, other, late(tmp_path / "late.h5")))
     assert isinstance(sentence, str)
     assert sentence.startswith("At rest first: early, from ")
     assert "; last: other, from " in sentence
@@ -171,10 +176,10 @@ def test_a_peak_that_the_samples_do_not_show_is_explained(tmp_path):
     """The error of the largest |E| is not known."""
     fast = with_data(made_result(), "peak_distance_error", np.array(np.nan))
     write_result(tmp_path / "fast.h5", fast)
-    cards = block_of(facts(tmp_path / "fast.h5"))
+    cards = block_of(runs_of(tmp_path / "fast.h5"))
     assert dict(cards.cards[0].facts)["peak |E|"].startswith("≥ ")
     assert "≥" in dict(cards.words)["peak |E|"]
-    (entry,) = facts(made_file(tmp_path / "a.h5"))
+    (entry,) = runs_of(made_file(tmp_path / "a.h5"))
     assert FACTS["peak |E|"].shown(entry) == f"{np.linalg.norm(PEAKS):.4g} m"
 
 
@@ -194,10 +199,9 @@ def test_both_numbers_of_the_margin_count_from_one_rest_state(
     inside, rest_state, zero, margin, tmp_path
 ):
     path = made_file(tmp_path / "a.h5", lyapunov_zero=zero)
-    (entry,) = facts(path)
-    entry = dataclasses.replace(
-        entry,
+    (run,) = runs_of(path)
+    run.answers = run.answers._replace(
         region=RegionCheck(inside, 100.0, 200.0),
         convergence=Convergence(True, rest_state=rest_state, bound=40.0),
     )
-    assert dict(block_of([entry]).cards[0].facts).get("v(0)/c*") == margin
+    assert dict(block_of([run]).cards[0].facts).get("v(0)/c*") == margin

@@ -10,7 +10,6 @@ from support.sections import figures_in
 from rbstab.experiment.summary import summary_of
 from rbstab.report.model.figure import MUTED
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.facts import facts_of
 from rbstab.report.runs.figures.extremes import MOST_COLOURED, extremes_in_colour
 from rbstab.report.runs.sections import figures_section
 from rbstab.report.writers.vega.specification import specification
@@ -30,10 +29,8 @@ def made_run(number, *, rest=1.0, peak=0.1, status="completed", end=3.0):
         Path(f"r{number}.h5"),
         Result(result.variables, result.attributes, result.config),
         None,
-        known_summary=summary,
     )
-    # A cached property is stored in the dictionary of its object.
-    run.__dict__["settling_time"] = rest
+    run.summary, run.settling_time = summary, rest
     return run
 
 
@@ -81,7 +78,7 @@ def test_the_extremes_are_coloured_and_named(changes, coloured, words):
 
 @pytest.fixture(scope="module")
 def sections():
-    return [figures_section(facts_of(made_runs()))]
+    return [figures_section(made_runs())]
 
 
 def test_grey_curves_are_behind_and_keep_their_names(sections):

@@ -13,7 +13,6 @@ from rbstab.config.load import load_config
 from rbstab.experiment.locus import linearised_at_rest
 from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.report.model.figure import Level, Points, Stack
-from rbstab.report.runs.facts import facts_of
 from rbstab.report.runs.figures.eigenvalues import eigenvalue_figure
 from rbstab.report.runs.figures.extremes import MAX_CURVES
 from rbstab.report.runs.figures.states import HELD
@@ -21,7 +20,7 @@ from rbstab.report.runs.sections import MOST_FIGURES, figures_section
 
 
 def figures_of(*runs):
-    return figures_in([figures_section(facts_of(runs))])
+    return figures_in([figures_section(runs)])
 
 
 @functools.cache
@@ -203,7 +202,7 @@ def test_where_a_stop_holds_the_pitch_its_zero_eigenvalues_are_not_drawn():
 def test_of_many_runs_the_extremes_are_drawn():
     kinds = ("embedded", "free", "permanent")
     runs = [without_config(run_of(kinds[n % 3], n, f"run {n}")) for n in range(MAX_CURVES + 1)]
-    section = figures_section(facts_of(runs))
+    section = figures_section(runs)
     figures = figures_in([section])
     # In 0.3 s no run settles; of equal runs it is the first.
     labels = {line.label for line in lines_of(figures["runs-decay"].panels[0])}

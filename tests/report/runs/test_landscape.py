@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from report.runs.stored import facts
+from report.runs.stored import runs_of
 from support.made_runs import LARGEST_PITCH, V_START, made_config, made_file
 from support.proofs import parabola
 
@@ -63,14 +63,14 @@ def paths(tmp_path):
 
 
 def test_without_a_proof_there_is_no_figure(paths):
-    assert landscape_figure(facts(*paths)) is None
+    assert landscape_figure(runs_of(*paths)) is None
 
 
 def test_a_body_with_and_without_a_barrier_has_one_panel(paths, tmp_path):
     """U = ½ |Θ|², whose least value along θ2 is ½ θ2²; the barrier adds 3 tan² θ2."""
     for text in (config_text(), config_text(True), config_text(False, "body.mass=50")):
         store_proof(tmp_path, text)
-    figure = landscape_figure(facts(*paths))
+    figure = landscape_figure(runs_of(*paths))
     assert figure is not None
     assert [panel.title for panel in figure.panels] == ["bare, guarded", "other"]
     assert len(figure.caption.split()) <= 40

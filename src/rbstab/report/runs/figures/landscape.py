@@ -11,7 +11,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.profile import least_along_pitch, without_barriers
 from rbstab.report.model.figure import MUTED, Axis, Figure, Level, Line, Mark, Panel, Points
 from rbstab.report.model.words import listed
-from rbstab.report.runs.facts import RunFacts
+from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.curves import axis_of
 
 PITCH = np.linspace(-np.pi / 2, np.pi / 2, 241)
@@ -34,16 +34,16 @@ CAPTION = (
 LEVEL_CAPTION = " Below c*, dashed, every motion is proved to converge."
 
 
-def landscape_figure(facts: Sequence[RunFacts]) -> Figure | None:
+def landscape_figure(runs: Sequence[Run]) -> Figure | None:
     """Return the figure, with a panel for each body; None if no proof has an energy.
 
     Runs of one body and controller, with and without barriers, share a panel.
     """
-    bodies: dict[str, list[RunFacts]] = {}
-    for entry in facts:
-        proof, config = entry.proof, entry.run.config
+    bodies: dict[str, list[Run]] = {}
+    for run in runs:
+        proof, config = run.proof, run.config
         if config is not None and proof is not None and proof.reduced_energy is not None:
-            bodies.setdefault(_without_barriers(config), []).append(entry)
+            bodies.setdefault(_without_barriers(config), []).append(run)
     panels = tuple(_panel(body) for body in list(bodies.values())[:MOST])
     if not panels:
         return None
@@ -61,25 +61,25 @@ def _without_barriers(config: Config) -> str:
     return json.dumps(sections | {"elements": others}, sort_keys=True)
 
 
-def _has_barrier(entry: RunFacts) -> bool:
-    elements = () if entry.run.config is None else entry.run.config.elements.values()
+def _has_barrier(run: Run) -> bool:
+    elements = () if run.config is None else run.config.elements.values()
     return any(getattr(element, "method", None) == "barrier" for element in elements)
 
 
-def _panel(body: Sequence[RunFacts]) -> Panel:
+def _panel(body: Sequence[Run]) -> Panel:
     """Return the least energies, rest states, levels and runs, above the lowest rest state."""
-    proofs = {_has_barrier(entry): entry.proof for entry in body if entry.proof is not None}
+    proofs = {_has_barrier(run): run.proof for run in body if run.proof is not None}
     first = next(iter(proofs.values()))
     zero = first.states[0].energy if first.states else 0.0
     motions = [
         Line(
-            entry.run.result["orientation"][:, 1],
-            entry.run.result["energy"].sum(axis=1) - zero,
-            entry.run.label,
-            entry.run.number,
-            group=entry.run.legend,
+            run.result["orientation"][:, 1],
+            run.result["energy"].sum(axis=1) - zero,
+            run.label,
+            run.number,
+            group=run.legend,
         )
-        for entry in body
+        for run in body
     ]
     profiles: list[tuple[Array, str]] = []
     levels: list[Level] = []
@@ -104,7 +104,7 @@ def _panel(body: Sequence[RunFacts]) -> Panel:
     ]
     at = np.array([state for state in states if state[1] <= top]).reshape(-1, 2)
     marks += [*motions, *levels, Points(at[:, 0], at[:, 1], "rest state", MUTED)]
-    title = listed(entry.run.label for entry in body)
+    title = listed(run.label for run in body)
     return Panel(axis_of("orientation", 1), Axis("energy", "J"), tuple(marks), title)
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple, Self
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Figure
-from rbstab.report.model.words import NO_VALUE, number
+from rbstab.report.model.words import number
 
 
 class Head(NamedTuple):
@@ -88,15 +88,11 @@ class Table:
     ) -> Self:
         """Return a table of plain entries; a column whose entries are numbers is one of numbers."""
         cells = tuple(tuple(map(Cell.of, row)) for row in rows)
-        named = [Head(head) if isinstance(head, str) else head for head in heads]
-        columns = zip(named, zip(*cells, strict=True), strict=True)
-        typed = (head._replace(numbers=_are_numbers(column)) for head, column in columns)
+        typed = []
+        for head, column in zip(heads, zip(*cells, strict=True), strict=True):
+            numbers = all(cell.value is not None for cell in column)
+            typed.append((Head(head) if isinstance(head, str) else head)._replace(numbers=numbers))
         return cls(name, title, tuple(typed), cells, note)
-
-
-def _are_numbers(cells: Iterable[Cell]) -> bool:
-    texts = {cell.text for cell in cells if cell.value is None}
-    return texts <= {NO_VALUE} and any(cell.value is not None for cell in cells)
 
 
 @dataclass(frozen=True, eq=False)

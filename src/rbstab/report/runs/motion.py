@@ -12,13 +12,13 @@ from rbstab.mechanics import attitude
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Animation, Tie
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import norms
 from rbstab.report.runs.solid import solid_of
 
 MAX_FRAMES = 360
 """Maximum number of frames. A page stores the pose of each; more would not be visible."""
 
 
+@np.errstate(all="ignore")
 def animation_of(run: Run) -> Animation:
     """Return the motion of a run's body, with its shape.
 
@@ -66,6 +66,6 @@ def _ties(run: Run, config: Config, turns: Rotation, samples: Array) -> tuple[Ti
         point, anchor = (np.array(parameter(section, end.name)) for end in (POINT, ANCHOR))
         own = forces[:, names.index(name)]
         toward = anchor - (X + turns.apply(point))
-        loads = np.copysign(norms(own), (own * toward).sum(axis=1))
+        loads = np.copysign(np.linalg.norm(own, axis=-1), (own * toward).sum(axis=1))
         ties.append(Tie(name, point, anchor, loads))
     return tuple(ties)

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 import yaml
-from report.runs.stored import runs_of, store_proof
+from report.runs.stored import runs_of, store_proof, with_v
 from support.made_runs import PEAKS, V_START, made_config, made_file, made_result
 from support.results import with_data
 
@@ -45,7 +45,6 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
         f"{MAX_CARDS} runs. Rests elsewhere: {MAX_CARDS}. Desired: upright (default), within 10°. "
         f"This start: seen ({MAX_CARDS}). Whole range: not decided ({MAX_CARDS})."
     )
-    assert isinstance(cards, Cards)
     assert [card.title for card in cards.cards] == [str(k) for k in range(MAX_CARDS)]
     (outcome,) = cards.cards[0].statements
     assert re.fullmatch(r"Rests elsewhere, [0-9.]+° away: seen", outcome.word)
@@ -79,8 +78,6 @@ def test_a_card_begins_with_the_outcome(outcome, word, tone, tmp_path):
     (run,) = runs_of(made_file(tmp_path / "a.h5"))
     proved = Answer(Sureness.PROVED, "it converges")
     sentence, cards = answer_blocks([with_answers(run, outcome=outcome, this_start=proved)])
-    assert isinstance(sentence, str)
-    assert isinstance(cards, Cards)
     first, this_start, _ = cards.cards[0].statements
     assert (first.word, first.tone) == (word, tone)
     assert "at (0°, 67.7°, 0°), 67.7° from the desired attitude" in first.sentence.lower()
@@ -142,32 +139,15 @@ def test_a_run_that_ended_early_says_so_first(tmp_path):
     assert cards_of(made_file(tmp_path / "b.h5"))[0].alarm == ""
 
 
-def late(path, *changes):
-    """A run that is not at rest by its end."""
-    result = made_result(made_config(*changes))
-    result = with_data(result, "lyapunov", np.full_like(result["time"], V_START))
-    write_result(path, with_data(result, "settling_time", np.array(np.nan)))
-    return path
-
-
-def slower(path):
-    """Write a run that comes to rest later than the others."""
-    result = made_result()
-    v = V_START * (result["lyapunov"] / V_START) ** 0.9
-    result = with_data(result, "settling_time", result["settling_time"] / 0.9)
-    write_result(path, with_data(result, "lyapunov", v))
-    return path
-
-
 def test_who_is_at_rest_first_and_who_is_not(tmp_path):
     early = made_file(tmp_path / "early.h5")
-    other = slower(tmp_path / "other.h5")
-    _, sentence, _ = answer_blocks(runs_of(early, other, late(tmp_path / "late.h5")))
-    assert isinstance(sentence, str)
+    slower = with_v(tmp_path / "other.h5", lambda _, v: v**0.9 * V_START**0.1, 0.96)
+    late = with_v(tmp_path / "late.h5", lambda _, v: np.full_like(v, V_START))
+    _, sentence, _ = answer_blocks(runs_of(early, slower, late))
     assert sentence.startswith("At rest first: early, from ")
     assert "; last: other, from " in sentence
     assert sentence.endswith("; not by the end: late.")
-    cards = cards_of(early, tmp_path / "late.h5")
+    cards = cards_of(early, late)
     found = [[dict(card.facts)[name] for name in ("this start", "at rest from")] for card in cards]
     assert found == [["seen", "0.8635 s"], ["not decided", "-"]]
 
@@ -198,8 +178,7 @@ def test_a_peak_that_the_samples_do_not_show_is_explained(tmp_path):
 def test_both_numbers_of_the_margin_count_from_one_rest_state(
     inside, rest_state, zero, margin, tmp_path
 ):
-    path = made_file(tmp_path / "a.h5", lyapunov_zero=zero)
-    (run,) = runs_of(path)
+    (run,) = runs_of(made_file(tmp_path / "a.h5", lyapunov_zero=zero))
     run.answers = run.answers._replace(
         region=RegionCheck(inside, 100.0, 200.0),
         convergence=Convergence(True, rest_state=rest_state, bound=40.0),

@@ -10,7 +10,7 @@ from support.sections import figures_in
 from rbstab.experiment.summary import summary_of
 from rbstab.report.model.figure import MUTED
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.extremes import MOST_COLOURED, extremes_in_colour
+from rbstab.report.runs.figures.extremes import MAX_CURVES, MOST_COLOURED, extremes_in_colour
 from rbstab.report.runs.sections import figures_section
 from rbstab.report.writers.vega.specification import specification
 from rbstab.store.result import Result
@@ -44,6 +44,14 @@ def made_runs():
 def test_few_runs_have_a_colour_each():
     runs = made_runs()[:MOST_COLOURED]
     assert extremes_in_colour(runs) == (tuple(runs), "")
+
+
+def test_of_many_runs_only_the_extremes_are_drawn():
+    runs = [made_run(k, rest=1.0 + k) for k in range(MAX_CURVES + 1)]
+    looks, sentence = extremes_in_colour(runs)
+    assert [(run.label, run.number) for run in looks] == [("r0", 0), (f"r{MAX_CURVES}", 1)]
+    assert sentence.startswith(f"Of {len(runs)} runs, the figures show the extremes: r0 (first at")
+    assert len(extremes_in_colour(runs[:-1])[0]) == MAX_CURVES
 
 
 NEVER = float("nan")

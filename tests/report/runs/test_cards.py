@@ -27,9 +27,12 @@ from rbstab.report.runs.facts import FACTS
 from rbstab.store.result import write_result
 
 
-def block_of(entries):
-    *_, cards = answer_blocks(entries)
-    assert isinstance(cards, Cards)
+def blocks_of(runs):
+    return answer_blocks(runs)
+
+
+def block_of(runs):
+    *_, cards = blocks_of(runs)
     return cards
 
 
@@ -40,7 +43,7 @@ def cards_of(*paths):
 def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_CARDS)]
     # Runs that are alike have no first one.
-    sentence, cards = answer_blocks(runs_of(*paths))
+    sentence, cards = blocks_of(runs_of(*paths))
     assert sentence == (
         f"{MAX_CARDS} runs. Rests elsewhere: {MAX_CARDS}. Desired: upright (default), within 10°. "
         f"This start: seen ({MAX_CARDS}). Whole range: not decided ({MAX_CARDS})."
@@ -52,7 +55,7 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     # In both answers the runs are alike, as the sentence says.
     assert list(dict(cards.cards[0].facts)) == ["at rest from", "peak |E|"]
     assert list(dict(cards.words))[:4] == ["proved", "seen", "false", "not decided"]
-    more = answer_blocks(runs_of(*paths, made_file(tmp_path / "more.h5")))
+    more = blocks_of(runs_of(*paths, made_file(tmp_path / "more.h5")))
     assert not any(isinstance(block, Cards) for block in more)
 
 
@@ -77,7 +80,7 @@ def test_a_card_begins_with_the_outcome(outcome, word, tone, tmp_path):
     outcome = Outcome(OutcomeKind(kind), Sureness(sureness), 5.0, pose, pose[1], None, why)
     (run,) = runs_of(made_file(tmp_path / "a.h5"))
     proved = Answer(Sureness.PROVED, "it converges")
-    sentence, cards = answer_blocks([with_answers(run, outcome=outcome, this_start=proved)])
+    sentence, cards = blocks_of([with_answers(run, outcome=outcome, this_start=proved)])
     first, this_start, _ = cards.cards[0].statements
     assert (first.word, first.tone) == (word, tone)
     assert "at (0°, 67.7°, 0°), 67.7° from the desired attitude" in first.sentence.lower()
@@ -143,7 +146,7 @@ def test_who_is_at_rest_first_and_who_is_not(tmp_path):
     early = made_file(tmp_path / "early.h5")
     slower = with_v(tmp_path / "other.h5", lambda _, v: v**0.9 * V_START**0.1, 0.96)
     late = with_v(tmp_path / "late.h5", lambda _, v: np.full_like(v, V_START))
-    _, sentence, _ = answer_blocks(runs_of(early, slower, late))
+    _, sentence, _ = blocks_of(runs_of(early, slower, late))
     assert sentence.startswith("At rest first: early, from ")
     assert "; last: other, from " in sentence
     assert sentence.endswith("; not by the end: late.")

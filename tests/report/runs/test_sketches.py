@@ -9,6 +9,11 @@ from support.made_runs import DECAY, V_START, made_file
 
 from rbstab.report.runs.sketches import decay_sketches
 
+
+def sketches_of(runs):
+    return decay_sketches(runs)
+
+
 END = 2.0
 """s: the duration of a made up run."""
 
@@ -19,7 +24,7 @@ def run(tmp_path):
 
 
 def test_an_exponential_decay_is_a_straight_line_from_corner_to_corner(run):
-    (sketch,) = decay_sketches([run])
+    (sketch,) = sketches_of([run])
     ((label, points),) = sketch.curves
     assert label == ""
     assert points[:, 0] == pytest.approx(np.linspace(0, 1, 401))
@@ -30,7 +35,7 @@ def test_an_exponential_decay_is_a_straight_line_from_corner_to_corner(run):
 
 
 def test_the_dot_stands_where_the_run_is_at_rest(run):
-    (sketch,) = decay_sketches([run])
+    (sketch,) = sketches_of([run])
     ((across, up),) = sketch.marks.tolist()
     # v = v(0)/1000 at t = ln(1000)/8.
     assert across == pytest.approx(math.log(1000) / DECAY / END)
@@ -40,7 +45,7 @@ def test_the_dot_stands_where_the_run_is_at_rest(run):
 
 def test_all_runs_have_the_scale_of_the_lowest(run, tmp_path):
     slow = runs_of(with_v(tmp_path / "slow.h5", lambda t, _: V_START * np.exp(-t)))[0]
-    fast, other = decay_sketches([run, slow])
+    fast, other = sketches_of([run, slow])
     assert fast.caption == other.caption
     ((_, points),) = other.curves
     # One decade of the slow run is as high as one of the fast run.
@@ -54,7 +59,7 @@ def test_round_off_is_not_drawn(tmp_path):
         v[-1] = -1e-21
         return v
 
-    (sketch,) = decay_sketches(runs_of(with_v(tmp_path / "a.h5", change)))
+    (sketch,) = sketches_of(runs_of(with_v(tmp_path / "a.h5", change)))
     ((_, points),) = sketch.curves
     # Until t = 1 s, sample 200, v falls by exp(8); along the lower edge it would seem to stay.
     assert sketch.y_ends == ("0.00034", "1")

@@ -10,7 +10,7 @@ from typing import NamedTuple, Self
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Figure
-from rbstab.report.model.words import number
+from rbstab.report.model.words import number, with_unit
 
 
 class Head(NamedTuple):
@@ -26,7 +26,7 @@ class Head(NamedTuple):
     @property
     def text(self) -> str:
         """The label with the unit."""
-        return f"{self.label} [{self.unit}]" if self.unit not in ("", "1") else self.label
+        return with_unit(self.label, self.unit)
 
 
 MARKS = {"good": "✓", "bad": "✗", "warning": "!"}

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from rbstab.config.sections.reference import Reference
 from rbstab.experiment.summary import ReferenceValue, reference_values_of
 from rbstab.report.model.document import Block, Cell, Entry, Section, Table
-from rbstab.report.model.words import NO_VALUE, listed, untrusted, vector
+from rbstab.report.model.words import NO_VALUE, listed, untrusted, vector, with_unit
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.config_tables import value_text
 from rbstab.report.runs.facts import ended_early
@@ -91,7 +91,7 @@ def _claim(run: Run) -> tuple[Entry, ...]:
 
 def _row(label: str, value: ReferenceValue) -> tuple[Entry, ...]:
     differences = [c - p for c, p in zip(value.computed, value.printed, strict=True)]
-    name = f"{value.name.replace('_', ' ')} [{value.unit}]"
+    name = with_unit(value.name.replace("_", " "), value.unit)
     vectors = map(vector, (value.computed, differences))
     return label, name, vector(value.printed), _exact(value), *vectors
 

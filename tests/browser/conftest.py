@@ -1,15 +1,10 @@
 """A real browser with a report open. Its tests are marked `browser` and fail without a browser."""
 
 import shutil
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Dialog, Page, sync_playwright
-from support.browser import Opened
+from playwright.sync_api import BrowserContext, sync_playwright
 
-from rbstab.report.model.document import Report
 from rbstab.report.writers.html import page as html_of
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
@@ -27,7 +22,7 @@ SWITCHES = (
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
+def browser():
     """A running Chromium or Chrome."""
     path = next(filter(None, map(shutil.which, NAMES)), None)
     if path is None:
@@ -39,16 +34,16 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture
-def opened(browser: Browser, tmp_path: Path) -> Iterator[Opened]:
+def opened(browser, tmp_path):
     """A function that opens a report in a new page; any problem of the page fails the test."""
     problems: list[str] = []
     contexts: list[BrowserContext] = []
 
-    def refuse(dialog: Dialog) -> None:
+    def refuse(dialog):
         problems.append(f"dialog: {dialog.message}")
         dialog.accept()
 
-    def open_page(report: Report, **settings: Any) -> Page:
+    def open_page(report, **settings):
         file = tmp_path / f"{len(contexts)}.html"
         file.write_text(html_of(report), encoding="utf-8")
         context = browser.new_context(**{"viewport": {"width": 1200, "height": 900}, **settings})

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Locator, Page, expect
-from support.browser import Opened
+from playwright.sync_api import expect
+from support.browser import PHONE, drawn, point_in
 from support.made_sweeps import SPIN, code, write_sweep
 from support.pages import report as plain_report
 from support.sections import sweep_sections
@@ -24,7 +24,6 @@ pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 X, Y = "initial_angular_velocity_0", "initial_angular_velocity_1"
 GRID = {f"{SPIN}[0]": {"linspace": [-2, 2, 5]}, f"{SPIN}[1]": {"linspace": [0, 30, 4]}}
-PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 
 
 def columns(a):
@@ -37,49 +36,37 @@ def columns(a):
 
 
 @pytest.fixture
-def sweep(tmp_path: Path) -> Report:
+def sweep(tmp_path):
     """The report of a sweep of 5 by 4 members, with its plan beside it."""
     made = write_sweep(tmp_path / "the sweep" / "members.h5", GRID, columns)
     (made.path.parent / "plan.yaml").write_text("")
     return Report("Maps", "2026-01-02", "rbstab report", sweep_sections(made))
 
 
-def figure_in(report: Report, name: str) -> Figure:
+def figure_in(report, name):
     blocks = [block for section in report.sections for block in section.blocks]
     return next(b for b in blocks if isinstance(b, Figure) and b.name == name)
 
 
-def drawn(page: Page, name: str) -> Locator:
-    box = page.locator(f".drawing[data-name='{name}']")
-    box.scroll_into_view_if_needed()
-    expect(box.locator("svg.marks")).to_be_visible()
-    return box
-
-
-def point_at(box: Locator, figure: Figure, number: int, x: float, y: float) -> tuple[float, float]:
+def point_at(box, figure, number, x, y):
     """Return where a place of a map is in the window, in px, after scrolling to its panel.
 
     Its axes are linear, and the picture of its cells fills the panel.
     """
     (cells,) = [mark for mark in figure.panels[number].marks if isinstance(mark, Cells)]
     picture = box.locator(f".p{number}_group .mark-image image").last
-    picture.scroll_into_view_if_needed()
-    place = picture.bounding_box()
-    assert place is not None
     across, up = (
         (value - centres[0] + step / 2) / (step * len(centres))
         for value, centres, step in ((v, c, c[1] - c[0]) for v, c in ((x, cells.x), (y, cells.y)))
     )
-    return place["x"] + across * place["width"], place["y"] + (1 - up) * place["height"]
+    return point_in(picture, across, up)
 
 
-def panel_number(figure: Figure, title: str) -> int:
+def panel_number(figure, title):
     return [panel.title for panel in figure.panels].index(title)
 
 
-def test_the_pointer_names_both_parameters_the_value_and_the_member(
-    opened: Opened, sweep: Report
-) -> None:
+def test_the_pointer_names_both_parameters_the_value_and_the_member(opened, sweep):
     page = opened(sweep)
     figure = figure_in(sweep, "sweep-1-map")
     box = drawn(page, figure.name)
@@ -97,7 +84,7 @@ def test_the_pointer_names_both_parameters_the_value_and_the_member(
     expect(box.locator(".tip")).to_contain_text("largest |E1|, |E2| or |E3|: 402 m")
 
 
-def test_a_cell_without_a_value_says_why_and_the_legend_too(opened: Opened, sweep: Report) -> None:
+def test_a_cell_without_a_value_says_why_and_the_legend_too(opened, sweep):
     page = opened(sweep)
     figure = figure_in(sweep, "sweep-1-map")
     box = drawn(page, figure.name)
@@ -115,14 +102,20 @@ def test_a_cell_without_a_value_says_why_and_the_legend_too(opened: Opened, swee
             expect(legend.get_by_text(word, exact=True)).to_be_visible()
 
 
-@pytest.mark.parametrize("is_allowed", [True, False], ids=["copied", "shown"])
-def test_a_click_shows_the_command_of_the_member(
-    opened: Opened, sweep: Report, tmp_path: Path, is_allowed: bool
-) -> None:
+CLIPBOARD = pytest.mark.parametrize("is_allowed", [True, False], ids=["copied", "shown"])
+
+
+@pytest.fixture
+def page(opened, sweep, is_allowed):
+    """The page of the sweep; some browsers have no clipboard on a page from a disk."""
     page = opened(sweep, permissions=["clipboard-read", "clipboard-write"] if is_allowed else [])
     if not is_allowed:
-        # Some browsers have none on a page from a disk.
         page.evaluate("Object.defineProperty(navigator, 'clipboard', { value: undefined })")
+    return page
+
+
+@CLIPBOARD
+def test_a_click_shows_the_command_of_the_member(page, sweep, tmp_path, is_allowed):
     figure = figure_in(sweep, "sweep-1-map")
     box = drawn(page, figure.name)
     place = point_at(box, figure, panel_number(figure, "settling time of v [s]"), 0, 20)
@@ -148,13 +141,8 @@ def test_a_click_shows_the_command_of_the_member(
     expect(note).to_contain_text("--member 0")
 
 
-@pytest.mark.parametrize("is_allowed", [True, False], ids=["copied", "shown"])
-def test_a_button_copies_the_command_of_a_notable_member(
-    opened: Opened, sweep: Report, tmp_path: Path, is_allowed: bool
-) -> None:
-    page = opened(sweep, permissions=["clipboard-read", "clipboard-write"] if is_allowed else [])
-    if not is_allowed:
-        page.evaluate("Object.defineProperty(navigator, 'clipboard', { value: undefined })")
+@CLIPBOARD
+def test_a_button_copies_the_command_of_a_notable_member(page, tmp_path, is_allowed):
     row = page.locator("[id='table.sweep-1-notable'] tbody tr").nth(1)
     member = row.get_by_role("rowheader").get_attribute("data-value")
     assert member is not None
@@ -167,7 +155,7 @@ def test_a_button_copies_the_command_of_a_notable_member(
         assert page.evaluate("navigator.clipboard.readText()") == command
 
 
-def test_a_tap_on_a_phone_shows_the_command(opened: Opened, sweep: Report) -> None:
+def test_a_tap_on_a_phone_shows_the_command(opened, sweep):
     page = opened(sweep, **PHONE)
     box = drawn(page, "sweep-1-first")
     page.touchscreen.tap(*point_at(box, figure_in(sweep, "sweep-1-first"), 0, -1, 20))
@@ -175,7 +163,7 @@ def test_a_tap_on_a_phone_shows_the_command(opened: Opened, sweep: Report) -> No
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
 
 
-def downloaded(page: Page, name: str) -> list[list[str]]:
+def downloaded(page, name):
     """Click the CSV button of a figure, and return the rows of the file."""
     with page.expect_download() as waiting:
         page.locator(f"[id='figure.{name}']").get_by_role("button", name="CSV").click()
@@ -183,7 +171,7 @@ def downloaded(page: Page, name: str) -> list[list[str]]:
     return list(csv.reader(StringIO(Path(waiting.value.path()).read_text(encoding="utf-8"))))
 
 
-def same(one: str, other: str) -> bool:
+def same(one, other):
     """Return whether two entries are the same text, or the same number in single precision."""
     try:
         return bool(np.isclose(float(one), float(other), rtol=1e-5, atol=1e-12, equal_nan=True))
@@ -192,7 +180,7 @@ def same(one: str, other: str) -> bool:
 
 
 @pytest.mark.parametrize("name", ["over-time", "maps", "counts"])
-def test_the_button_gives_the_data_of_any_figure(opened: Opened, name: str) -> None:
+def test_the_button_gives_the_data_of_any_figure(opened, name):
     report = plain_report()
     page = opened(report)
     found = downloaded(page, name)
@@ -205,7 +193,7 @@ def test_the_button_gives_the_data_of_any_figure(opened: Opened, name: str) -> N
     assert {(row[0], row[3]) for row in found} == kinds
 
 
-def test_the_data_of_maps_is_whole(opened: Opened, sweep: Report) -> None:
+def test_the_data_of_maps_is_whole(opened, sweep):
     page = opened(sweep)
     name = "sweep-1-map"
     found = downloaded(page, name)

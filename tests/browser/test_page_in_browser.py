@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Locator, Page, expect
-from support.browser import Opened
+from playwright.sync_api import expect
+from support.browser import PHONE, drawn, point_to
 from support.pages import END, hostile_report, report
 
 from rbstab.report.model.document import Section
@@ -15,35 +15,30 @@ from rbstab.report.model.figure import Axis, Figure, Line, Panel
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
-PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+
+@pytest.fixture
+def page(opened):
+    """The page of a report with a block of every kind."""
+    return opened(report())
 
 
-def drawn(page: Page, name: str) -> Locator:
-    """Scroll to a figure, wait until it is drawn, and return it."""
-    box = page.locator(f".drawing[data-name='{name}']")
-    box.scroll_into_view_if_needed()
-    expect(box.locator("svg.marks")).to_be_visible()
-    return box
-
-
-def curves(box: Locator) -> list[str | None]:
+def curves(box):
     """Return the opacities of the curves and areas of a figure, panel by panel."""
     paths = box.locator(".mark-line.role-mark path, .mark-area.role-mark path")
     return [path.get_attribute("opacity") for path in paths.all()]
 
 
-def ticks(box: Locator, panel: int) -> list[float]:
+def ticks(box, panel):
     """Return the numbers at the horizontal axis of a panel, ascending."""
     texts = box.locator(f".p{panel}_group .role-axis .role-axis-label").first.locator("text")
     return sorted(float(text.replace("−", "-")) for text in texts.all_text_contents() if text)
 
 
-def names(page: Page) -> list[str]:
+def names(page):
     return page.locator("tbody th a").all_inner_texts()
 
 
-def test_every_figure_is_drawn(opened: Opened) -> None:
-    page = opened(report())
+def test_every_figure_is_drawn(page):
     for name, panels in (("over-time", 3), ("maps", 2), ("counts", 3)):
         box = drawn(page, name)
         for number in range(panels):
@@ -53,8 +48,7 @@ def test_every_figure_is_drawn(opened: Opened) -> None:
     assert len([address for address in addresses if address.startswith("data:image/png")]) == 4
 
 
-def test_a_table_is_sorted_by_values_with_the_mouse(opened: Opened) -> None:
-    page = opened(report())
+def test_a_table_is_sorted_by_values_with_the_mouse(page):
     head = page.locator("thead th").nth(1)
     assert names(page) == ["beta", "alpha", "gamma"]
     # The values are 10, 9 and NaN; sorted as texts, 10 would come before 9.
@@ -68,8 +62,7 @@ def test_a_table_is_sorted_by_values_with_the_mouse(opened: Opened) -> None:
         assert names(page) == expected
 
 
-def test_the_legend_hides_and_shows_all_curves_of_a_name(opened: Opened) -> None:
-    page = opened(report())
+def test_the_legend_hides_and_shows_all_curves_of_a_name(page):
     box = drawn(page, "over-time")
     legend = page.locator("[id='figure.over-time'] .legend")
     assert legend.locator("button").all_inner_texts() == ["first", "second", "bound", "one", "two"]
@@ -85,7 +78,7 @@ def test_the_legend_hides_and_shows_all_curves_of_a_name(opened: Opened) -> None
     assert curves(box) == whole
 
 
-def test_a_figure_offers_a_picture_and_to_send_nothing(opened: Opened) -> None:
+def test_a_figure_offers_a_picture_and_to_send_nothing(opened):
     page = opened(report(), color_scheme="dark")
     drawn(page, "over-time")
     tools = page.locator("[id='figure.over-time'] .tools button")
@@ -100,20 +93,19 @@ def test_a_figure_offers_a_picture_and_to_send_nothing(opened: Opened) -> None:
     assert ">second<" in picture
 
 
-def pose(page: Page, name: str) -> list[float]:
+def pose(page, name):
     """Return the shown positions of the centre of gravity and of the contact point."""
     text = page.locator(f"canvas[data-name='{name}']").get_attribute("data-pose")
     assert text is not None
     return [float(number) for number in text.split()]
 
 
-def test_the_slider_moves_all_bodies_and_the_cursors(opened: Opened) -> None:
-    page = opened(report())
+def test_the_slider_moves_all_bodies_and_the_cursors(page):
     box = drawn(page, "over-time")
     slider = page.get_by_label("Time", exact=True)
     cursor = box.locator(".p0_group .mark-rule.role-mark line").last
 
-    def place() -> float:
+    def place():
         box.scroll_into_view_if_needed()
         page.wait_for_timeout(100)
         found: float = cursor.evaluate("e => e.getBoundingClientRect().left")
@@ -141,19 +133,16 @@ def test_the_slider_moves_all_bodies_and_the_cursors(opened: Opened) -> None:
     assert 0.99 * END < pose(page, "run-1")[0] < END
 
 
-def test_a_click_on_a_curve_sets_the_time(opened: Opened) -> None:
-    page = opened(report())
-    place = drawn(page, "over-time").locator(".p0_group path.background").first.bounding_box()
-    assert place is not None
-    page.mouse.move(place["x"] + place["width"] / 4, place["y"] + place["height"] / 2)
-    page.mouse.click(place["x"] + place["width"] / 4, place["y"] + place["height"] / 2)
+def test_a_click_on_a_curve_sets_the_time(page):
+    point_to(drawn(page, "over-time"), 0, 0.25)
+    page.mouse.down()
+    page.mouse.up()
     slider = page.get_by_label("Time", exact=True)
     expect(slider).not_to_have_value("0")
     assert float(slider.input_value()) == pytest.approx(END / 4, abs=0.06)
 
 
-def test_a_zoom_holds_in_all_panels_and_in_other_colours(opened: Opened) -> None:
-    page = opened(report())
+def test_a_zoom_holds_in_all_panels_and_in_other_colours(page):
     box = drawn(page, "over-time")
     assert ticks(box, 0)[-1] == END
     page.locator("[id='figure.over-time'] .tools button", has_text="+").click()
@@ -169,12 +158,9 @@ def test_a_zoom_holds_in_all_panels_and_in_other_colours(opened: Opened) -> None
     assert ticks(box, 2)[-1] == END
 
 
-def test_the_wheel_zooms_with_ctrl_and_scrolls_without(opened: Opened) -> None:
-    page = opened(report())
+def test_the_wheel_zooms_with_ctrl_and_scrolls_without(page):
     box = drawn(page, "over-time")
-    place = box.locator(".p0_group path.background").first.bounding_box()
-    assert place is not None
-    page.mouse.move(place["x"] + place["width"] / 2, place["y"] + place["height"] / 2)
+    point_to(box, 0)
     before = ticks(box, 0)
     page.mouse.wheel(0, 50)
     page.wait_for_timeout(200)
@@ -188,12 +174,9 @@ def test_the_wheel_zooms_with_ctrl_and_scrolls_without(opened: Opened) -> None:
     assert ticks(box, 0)[-1] < END
 
 
-def test_the_pointer_reads_the_curves(opened: Opened) -> None:
-    page = opened(report())
+def test_the_pointer_reads_the_curves(page):
     box = drawn(page, "over-time")
-    place = box.locator(".p0_group path.background").first.bounding_box()
-    assert place is not None
-    page.mouse.move(place["x"] + place["width"] / 2, place["y"] + place["height"] / 2)
+    point_to(box, 0)
     lines = box.locator(".tip").inner_text().split("\n")
     values = dict(line.removesuffix(" m").split(" = ") for line in lines[1:])
     time = float(lines[0].split(" = ")[1].removesuffix(" s"))
@@ -202,7 +185,7 @@ def test_the_pointer_reads_the_curves(opened: Opened) -> None:
     assert float(values["second"]) == pytest.approx(np.cos(time), abs=1e-3)
 
 
-def test_the_pointer_says_nothing_false_of_a_curve(opened: Opened) -> None:
+def test_the_pointer_says_nothing_false_of_a_curve(opened):
     """On logarithmic axes a straight line is a power law; an orbit has no one value at a place."""
     turn = np.linspace(0, 2 * np.pi, 41)
     square = Axis("x", ends=(-2.0, 2.0))
@@ -215,9 +198,7 @@ def test_the_pointer_says_nothing_false_of_a_curve(opened: Opened) -> None:
     box = drawn(page, "made")
     found = []
     for panel in (0, 1):
-        place = box.locator(f".p{panel}_group path.background").first.bounding_box()
-        assert place is not None
-        page.mouse.move(place["x"] + place["width"] / 2, place["y"] + place["height"] / 2)
+        point_to(box, panel)
         page.wait_for_timeout(50)
         tip = box.locator(".tip")
         found.append(tip.inner_text().partition("y = ")[2] if tip.is_visible() else "")
@@ -226,7 +207,7 @@ def test_the_pointer_says_nothing_false_of_a_curve(opened: Opened) -> None:
     assert found[1] == ""
 
 
-def test_play_and_pause(opened: Opened) -> None:
+def test_play_and_pause(opened):
     page = opened(report(), reduced_motion="reduce")
     slider = page.get_by_label("Time", exact=True)
     assert float(slider.input_value()) == 0
@@ -238,8 +219,7 @@ def test_play_and_pause(opened: Opened) -> None:
     assert slider.input_value() == reached
 
 
-def test_a_view_turns_by_dragging_and_by_keys(opened: Opened) -> None:
-    page = opened(report())
+def test_a_view_turns_by_dragging_and_by_keys(page):
     canvas = page.locator("canvas").first
     canvas.scroll_into_view_if_needed()
     looks = [canvas.screenshot()]
@@ -259,7 +239,7 @@ def test_a_view_turns_by_dragging_and_by_keys(opened: Opened) -> None:
     assert len(set(looks)) == 4
 
 
-def test_nothing_is_wider_than_a_telephone(opened: Opened) -> None:
+def test_nothing_is_wider_than_a_telephone(opened):
     page = opened(report(), **PHONE)
     for name in ("over-time", "maps", "counts"):
         drawn(page, name)
@@ -282,12 +262,12 @@ def test_nothing_is_wider_than_a_telephone(opened: Opened) -> None:
     expect(columns).to_have_count(first)
 
 
-def luminance(page: Page, selector: str, what: str) -> float:
+def luminance(page, selector, what):
     colour = page.locator(selector).first.evaluate(f"e => getComputedStyle(e).{what}")
     return sum(map(float, re.findall(r"[\d.]+", colour)[:3])) / 3
 
 
-def test_dark_pages_have_light_texts_also_in_figures(opened: Opened) -> None:
+def test_dark_pages_have_light_texts_also_in_figures(opened):
     page = opened(report(), color_scheme="dark")
     drawn(page, "over-time")
     for theme, low, high in (("dark", 0, 60), ("light", 200, 255)):
@@ -299,7 +279,7 @@ def test_dark_pages_have_light_texts_also_in_figures(opened: Opened) -> None:
         page.locator(".theme").click()
 
 
-def test_on_paper_everything_is_there_and_light(opened: Opened, tmp_path: Path) -> None:
+def test_on_paper_everything_is_there_and_light(opened, tmp_path):
     page = opened(report(), color_scheme="dark")
     # The page draws its figures one after the other, also those far from the view.
     expect(page.locator(".drawing svg.marks")).to_have_count(3)
@@ -310,7 +290,7 @@ def test_on_paper_everything_is_there_and_light(opened: Opened, tmp_path: Path) 
     assert luminance(page, ".drawing .role-axis-label text", "fill") < 80
 
 
-def test_hostile_texts_are_texts(opened: Opened) -> None:
+def test_hostile_texts_are_texts(opened):
     page = opened(hostile_report())
     box = drawn(page, "figure")
     page.locator("canvas").scroll_into_view_if_needed()
@@ -323,7 +303,7 @@ def test_hostile_texts_are_texts(opened: Opened) -> None:
     assert "<img src=x onerror=alert(2)>" in legend.inner_text()
 
 
-def test_without_scripts_the_tables_are_there_and_figures_say_why_not(opened: Opened) -> None:
+def test_without_scripts_the_tables_are_there_and_figures_say_why_not(opened):
     page = opened(report(), java_script_enabled=False)
     assert page.locator("tbody tr").count() == 3
     assert page.get_by_text("This figure needs JavaScript.").count() == 3

@@ -1,10 +1,8 @@
 """Protects the page at the widths of a desktop and of a phone: cards, tables, details that fold."""
 
-from pathlib import Path
-
 import pytest
 from playwright.sync_api import expect
-from support.browser import Opened
+from support.browser import PHONE
 from support.made_runs import made_file
 from support.made_sweeps import SPIN, write_sweep
 from support.sections import sweep_sections
@@ -16,12 +14,11 @@ from rbstab.report.reading.sources import read_sources
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 
 DESKTOP = {"viewport": {"width": 1400, "height": 900}}
-PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 WIDTHS = pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desktop", "phone"])
 
 
 @pytest.fixture
-def compared(tmp_path: Path) -> Report:
+def compared(tmp_path):
     """The report of a sweep of three variants over three parameters."""
     vary = {
         "controller.variant": {"each": {"values": ["free", "permanent", "visco-elastic"]}},
@@ -42,7 +39,7 @@ def compared(tmp_path: Path) -> Report:
 
 
 @pytest.fixture
-def runs(tmp_path: Path) -> Report:
+def runs(tmp_path):
     """The report of five runs, one of which ended early."""
     status = {"e": "range left"}
     paths = [
@@ -53,9 +50,7 @@ def runs(tmp_path: Path) -> Report:
 
 @WIDTHS
 @pytest.mark.parametrize("kind", ["compared", "runs"])
-def test_the_page_never_scrolls_sideways(
-    opened: Opened, kind: str, size: dict, request: pytest.FixtureRequest
-) -> None:
+def test_the_page_never_scrolls_sideways(opened, kind, size, request):
     page = opened(request.getfixturevalue(kind), **size)
     assert kind != "runs" or 3 < page.locator(".drawing").count() <= 6
     for box in page.locator(".drawing").all():
@@ -71,7 +66,7 @@ def test_the_page_never_scrolls_sideways(
 
 
 @WIDTHS
-def test_the_answers_are_seen_first(opened: Opened, compared: Report, size: dict) -> None:
+def test_the_answers_are_seen_first(opened, compared, size):
     page = opened(compared, **size)
     section = page.locator("main > section").first
     expect(section.locator("p").first).to_contain_text("Returns: 1200 of 1200 members.")
@@ -83,7 +78,7 @@ def test_the_answers_are_seen_first(opened: Opened, compared: Report, size: dict
 
 
 @WIDTHS
-def test_the_answers_of_runs_are_seen_first(opened: Opened, runs: Report, size: dict) -> None:
+def test_the_answers_of_runs_are_seen_first(opened, runs, size):
     page = opened(runs, **size)
     card = page.locator(".card").first
     word = card.locator(".word").first
@@ -93,9 +88,7 @@ def test_the_answers_of_runs_are_seen_first(opened: Opened, runs: Report, size: 
 
 
 @WIDTHS
-def test_the_first_columns_of_a_table_are_seen(
-    opened: Opened, compared: Report, size: dict
-) -> None:
+def test_the_first_columns_of_a_table_are_seen(opened, compared, size):
     page = opened(compared, **size)
     for box in page.locator(".scroll").all():
         if not box.is_visible():
@@ -112,9 +105,7 @@ def test_the_first_columns_of_a_table_are_seen(
 
 
 @WIDTHS
-def test_details_are_folded_until_they_are_opened(
-    opened: Opened, compared: Report, size: dict
-) -> None:
+def test_details_are_folded_until_they_are_opened(opened, compared, size):
     page = opened(compared, **size)
     section = page.locator("section[id$='-plan']")
     table = section.locator("table").first
@@ -128,7 +119,7 @@ def test_details_are_folded_until_they_are_opened(
     expect(page.locator("main > section").first.locator("details")).to_have_count(0)
 
 
-def test_sentences_in_a_table_are_seen_whole_on_a_phone(opened: Opened) -> None:
+def test_sentences_in_a_table_are_seen_whole_on_a_phone(opened):
     """A table of facts, folded: its sentences break, and the mark that unfolds it is seen."""
     sentence = "the rest state that the motion approaches; proved to be the only one in the range"
     facts = Table(

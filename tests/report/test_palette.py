@@ -38,11 +38,15 @@ XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1
 """CIE XYZ of linear sRGB."""
 
 
+def linear(tone):
+    """Return the linear red, green and blue of a colour of sRGB."""
+    shares = np.array([*bytes.fromhex(tone[1:])]) / 255
+    return np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
+
+
 def lab(tone, vision):
     """Return a colour in CIE L*a*b*, where distances are about those that people see."""
-    shares = np.array([*bytes.fromhex(tone[1:])]) / 255
-    linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
-    seen = XYZ @ np.clip(vision @ linear, 0, 1) / XYZ.sum(axis=1)
+    seen = XYZ @ np.clip(vision @ linear(tone), 0, 1) / XYZ.sum(axis=1)
     root = np.where(seen > 0.008856, np.cbrt(seen), 7.787 * seen + 16 / 116)
     return np.array([116 * root[1] - 16, 500 * (root[0] - root[1]), 200 * (root[1] - root[2])])
 
@@ -73,13 +77,7 @@ def test_answers_show_on_a_page(page):
 @pytest.mark.parametrize("number", [*ANSWERS, *range(len(COLOURS))])
 def test_numbers_on_a_colour_are_in_the_tone_with_more_contrast(number):
     """The contrast of WCAG 2: of both tones, the larger one, which is at least 4.5."""
-
-    def luminance(text):
-        parts = np.array([int(text[k : k + 2], 16) for k in (1, 3, 5)]) / 255
-        linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
-        return float(XYZ[1] @ linear)
-
-    own = luminance(colour(number))
+    own = float(XYZ[1] @ linear(colour(number)))
     ratios = {"#FFFFFF": 1.05 / (own + 0.05), "#000000": (own + 0.05) / 0.05}
     assert contrast(number) == max(ratios, key=lambda tone: ratios[tone])
     assert max(ratios.values()) > 4.5

@@ -1,8 +1,32 @@
-"""The type of the fixture `opened` of the browser tests."""
+"""What the tests of pages in a real browser have in common."""
 
 from collections.abc import Callable
 
-from playwright.sync_api import Page
+from playwright.sync_api import Locator, Page, expect
 
 Opened = Callable[..., Page]
 """Open a report as a page, with options of the browser context."""
+
+PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+
+
+def drawn(page: Page, name: str) -> Locator:
+    """Scroll to a figure, wait until it is drawn, and return it."""
+    box = page.locator(f".drawing[data-name='{name}']")
+    box.scroll_into_view_if_needed()
+    expect(box.locator("svg.marks")).to_be_visible()
+    return box
+
+
+def point_in(place: Locator, across: float, up: float) -> tuple[float, float]:
+    """Return a point in an element, in px of the window, by its shares of the width and height."""
+    place.scroll_into_view_if_needed()
+    box = place.bounding_box()
+    assert box is not None
+    return box["x"] + across * box["width"], box["y"] + (1 - up) * box["height"]
+
+
+def point_to(box: Locator, panel: int, across: float = 0.5) -> None:
+    """Move the pointer to half the height of a panel of a figure."""
+    background = box.locator(f".p{panel}_group path.background").first
+    box.page.mouse.move(*point_in(background, across, 0.5))

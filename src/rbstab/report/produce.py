@@ -1,7 +1,6 @@
 """Build and write a report, even if the content of some results raises errors."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,7 +10,7 @@ from rich.console import Console
 from rbstab.report.build import report_of
 from rbstab.report.model.document import Report, Unread
 from rbstab.report.model.words import untrusted
-from rbstab.report.reading.sources import Sources
+from rbstab.report.reading.sources import Run, Sources, SweepFile
 from rbstab.report.writers.plain_data import data_of
 from rbstab.report.writers.text import print_report
 from rbstab.report.writers.write import FormatUnavailableError, write_report
@@ -64,33 +63,19 @@ def produce(
 
 def _usable(sources: Sources, command: str, form: str) -> Sources:
     """Return the sources in which the results that fail alone are unread."""
-    alone = Sources((), (), ())
-    failed: list[Unread] = []
-    runs, sweeps = [], []
-    for run in sources.runs:
-        reason = _failure(replace(alone, runs=(run,)), command, form)
-        if reason is None:
-            runs.append(run)
+    found: list[Run | SweepFile | Unread] = [*sources.unread]
+    every: list[Run | SweepFile] = [*sources.runs, *sources.sweeps]
+    for one in every:
+        try:
+            _rehearse(report_of(Sources.of([one]), command), form)
+        except Exception as error:
+            if _is_of_the_system(error):
+                raise
+            reason = f"its content cannot be shown ({type(error).__name__}: {error})"
+            found.append(Unread(untrusted(one.path), untrusted(reason)))
         else:
-            failed.append(Unread(untrusted(run.path), reason))
-    for sweep in sources.sweeps:
-        reason = _failure(replace(alone, sweeps=(sweep,)), command, form)
-        if reason is None:
-            sweeps.append(sweep)
-        else:
-            failed.append(Unread(untrusted(sweep.path), reason))
-    return Sources(tuple(runs), tuple(sweeps), (*sources.unread, *failed))
-
-
-def _failure(sources: Sources, command: str, form: str) -> str | None:
-    """Return why the report of one result cannot be made; None if it can."""
-    try:
-        _rehearse(report_of(sources, command), form)
-    except Exception as error:
-        if _is_of_the_system(error):
-            raise
-        return untrusted(f"its content cannot be shown ({type(error).__name__}: {error})")
-    return None
+            found.append(one)
+    return Sources.of(found)
 
 
 def _rehearse(report: Report, form: str) -> None:

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 import yaml
-from report.runs.stored import facts, store_proof
+from report.runs.stored import runs_of, store_proof, with_v
 from support.made_runs import PEAKS, V_START, made_config, made_file, made_result
 from support.results import with_data
 
@@ -27,25 +27,27 @@ from rbstab.report.runs.facts import FACTS
 from rbstab.store.result import write_result
 
 
-def block_of(entries):
-    *_, cards = answer_blocks(entries)
-    assert isinstance(cards, Cards)
+def blocks_of(runs):
+    return answer_blocks(runs)
+
+
+def block_of(runs):
+    *_, cards = blocks_of(runs)
     return cards
 
 
 def cards_of(*paths):
-    return block_of(facts(*paths)).cards
+    return block_of(runs_of(*paths)).cards
 
 
 def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     paths = [made_file(tmp_path / f"{k}.h5") for k in range(MAX_CARDS)]
     # Runs that are alike have no first one.
-    sentence, cards = answer_blocks(facts(*paths))
+    sentence, cards = blocks_of(runs_of(*paths))
     assert sentence == (
         f"{MAX_CARDS} runs. Rests elsewhere: {MAX_CARDS}. Desired: upright (default), within 10°. "
         f"This start: seen ({MAX_CARDS}). Whole range: not decided ({MAX_CARDS})."
     )
-    assert isinstance(cards, Cards)
     assert [card.title for card in cards.cards] == [str(k) for k in range(MAX_CARDS)]
     (outcome,) = cards.cards[0].statements
     assert re.fullmatch(r"Rests elsewhere, [0-9.]+° away: seen", outcome.word)
@@ -53,7 +55,7 @@ def test_each_run_has_a_card_unless_there_are_many(tmp_path):
     # In both answers the runs are alike, as the sentence says.
     assert list(dict(cards.cards[0].facts)) == ["at rest from", "peak |E|"]
     assert list(dict(cards.words))[:4] == ["proved", "seen", "false", "not decided"]
-    more = answer_blocks(facts(*paths, made_file(tmp_path / "more.h5")))
+    more = blocks_of(runs_of(*paths, made_file(tmp_path / "more.h5")))
     assert not any(isinstance(block, Cards) for block in more)
 
 
@@ -76,12 +78,9 @@ def test_a_card_begins_with_the_outcome(outcome, word, tone, tmp_path):
     kind, sureness, why = outcome
     pose = (0.0, math.radians(67.7), 0.0)
     outcome = Outcome(OutcomeKind(kind), Sureness(sureness), 5.0, pose, pose[1], None, why)
-    (entry,) = facts(made_file(tmp_path / "a.h5"))
+    (run,) = runs_of(made_file(tmp_path / "a.h5"))
     proved = Answer(Sureness.PROVED, "it converges")
-    answer = entry.answer._replace(outcome=outcome, this_start=proved)
-    sentence, cards = answer_blocks([dataclasses.replace(entry, answer=answer)])
-    assert isinstance(sentence, str)
-    assert isinstance(cards, Cards)
+    sentence, cards = blocks_of([with_answers(run, outcome=outcome, this_start=proved)])
     first, this_start, _ = cards.cards[0].statements
     assert (first.word, first.tone) == (word, tone)
     assert "at (0°, 67.7°, 0°), 67.7° from the desired attitude" in first.sentence.lower()
@@ -91,18 +90,24 @@ def test_a_card_begins_with_the_outcome(outcome, word, tone, tmp_path):
 
 def test_the_summary_counts_all_answers(tmp_path):
     """Also those that say of which starts they are."""
-    (entry,) = facts(made_file(tmp_path / "a.h5"))
+    (run,) = runs_of(made_file(tmp_path / "a.h5"))
     every = Answer(Sureness.PROVED, "it converges", "returns")
     almost = Answer(Sureness.PROVED, "it converges", "almost every start rests elsewhere")
     open_question = Answer(Sureness.NOT_DECIDED, "it is unknown")
     several = [
-        dataclasses.replace(entry, answer=entry.answer._replace(whole_range=answer))
-        for answer in (open_question, almost, every, almost)
+        with_answers(run, whole_range=answer) for answer in (open_question, almost, every, almost)
     ]
     assert answer_sentence(several).endswith(
         " Whole range: almost every start rests elsewhere: proved (2); returns: proved (1); "
         "not decided (1)."
     )
+
+
+def with_answers(run, **answers):
+    """Return a run with other answers."""
+    changed = dataclasses.replace(run)
+    changed.answers = run.answers._replace(answer=run.answer._replace(**answers))
+    return changed
 
 
 def margin_on_card(path):
@@ -125,8 +130,8 @@ def test_a_card_shows_the_margin_to_the_region(tmp_path):
     numbers = dict(cards_of(path)[0].facts)
     assert numbers["v(0)"] == f"{V_START:.4g} J"
     assert numbers["start above the rest state of c*"] == f"{start:.4g} J"
-    assert "v(0)/c*" in dict(block_of(facts(path)).words)
-    without = block_of(facts(made_file(tmp_path / "other" / "unproved.h5")))
+    assert "v(0)/c*" in dict(block_of(runs_of(path)).words)
+    without = block_of(runs_of(made_file(tmp_path / "other" / "unproved.h5")))
     assert "c*" not in without.note
     assert list(dict(without.words))[-3:] == ["v(0)", "peak |E|", "peak |θ2|"]
 
@@ -137,32 +142,15 @@ def test_a_run_that_ended_early_says_so_first(tmp_path):
     assert cards_of(made_file(tmp_path / "b.h5"))[0].alarm == ""
 
 
-def late(path, *changes):
-    """A run that is not at rest by its end."""
-    result = made_result(made_config(*changes))
-    result = with_data(result, "lyapunov", np.full_like(result["time"], V_START))
-    write_result(path, with_data(result, "settling_time", np.array(np.nan)))
-    return path
-
-
-def slower(path):
-    """Write a run that comes to rest later than the others."""
-    result = made_result()
-    v = V_START * (result["lyapunov"] / V_START) ** 0.9
-    result = with_data(result, "settling_time", result["settling_time"] / 0.9)
-    write_result(path, with_data(result, "lyapunov", v))
-    return path
-
-
 def test_who_is_at_rest_first_and_who_is_not(tmp_path):
     early = made_file(tmp_path / "early.h5")
-    other = slower(tmp_path / "other.h5")
-    _, sentence, _ = answer_blocks(facts(early, other, late(tmp_path / "late.h5")))
-    assert isinstance(sentence, str)
+    slower = with_v(tmp_path / "other.h5", lambda _, v: v**0.9 * V_START**0.1, 0.96)
+    late = with_v(tmp_path / "late.h5", lambda _, v: np.full_like(v, V_START))
+    _, sentence, _ = blocks_of(runs_of(early, slower, late))
     assert sentence.startswith("At rest first: early, from ")
     assert "; last: other, from " in sentence
     assert sentence.endswith("; not by the end: late.")
-    cards = cards_of(early, tmp_path / "late.h5")
+    cards = cards_of(early, late)
     found = [[dict(card.facts)[name] for name in ("this start", "at rest from")] for card in cards]
     assert found == [["seen", "0.8635 s"], ["not decided", "-"]]
 
@@ -171,10 +159,10 @@ def test_a_peak_that_the_samples_do_not_show_is_explained(tmp_path):
     """The error of the largest |E| is not known."""
     fast = with_data(made_result(), "peak_distance_error", np.array(np.nan))
     write_result(tmp_path / "fast.h5", fast)
-    cards = block_of(facts(tmp_path / "fast.h5"))
+    cards = block_of(runs_of(tmp_path / "fast.h5"))
     assert dict(cards.cards[0].facts)["peak |E|"].startswith("≥ ")
     assert "≥" in dict(cards.words)["peak |E|"]
-    (entry,) = facts(made_file(tmp_path / "a.h5"))
+    (entry,) = runs_of(made_file(tmp_path / "a.h5"))
     assert FACTS["peak |E|"].shown(entry) == f"{np.linalg.norm(PEAKS):.4g} m"
 
 
@@ -193,11 +181,9 @@ def test_a_peak_that_the_samples_do_not_show_is_explained(tmp_path):
 def test_both_numbers_of_the_margin_count_from_one_rest_state(
     inside, rest_state, zero, margin, tmp_path
 ):
-    path = made_file(tmp_path / "a.h5", lyapunov_zero=zero)
-    (entry,) = facts(path)
-    entry = dataclasses.replace(
-        entry,
+    (run,) = runs_of(made_file(tmp_path / "a.h5", lyapunov_zero=zero))
+    run.answers = run.answers._replace(
         region=RegionCheck(inside, 100.0, 200.0),
         convergence=Convergence(True, rest_state=rest_state, bound=40.0),
     )
-    assert dict(block_of([entry]).cards[0].facts).get("v(0)/c*") == margin
+    assert dict(block_of([run]).cards[0].facts).get("v(0)/c*") == margin

@@ -11,7 +11,7 @@ from support.results import with_data
 from rbstab.experiment.simulate import simulate
 from rbstab.report.model.words import number
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.facts import FACTS, facts_of
+from rbstab.report.runs.facts import FACTS
 from rbstab.report.runs.figures.events import events_figure
 from rbstab.report.runs.figures.lyapunov import decay_figure, energy_figure
 from rbstab.report.runs.sketches import decay_sketches
@@ -82,7 +82,5 @@ def test_a_run_from_rest_has_its_largest_v(shaken):
         np.testing.assert_allclose(points[inside, 1], (data / data.max())[inside], atol=1e-12)
     place = int(np.argmax(from_rest))
     at = f"{number(from_rest[place])} J at {number(run.result['time'][place])} s"
-    (facts,) = facts_of([run])
-    assert FACTS["largest v"].shown(facts) == at
-    (passive,) = facts_of([run_of({})])
-    assert FACTS["largest v"].shown(passive) == ""
+    assert FACTS["largest v"].shown(run) == at
+    assert FACTS["largest v"].shown(run_of({})) == ""

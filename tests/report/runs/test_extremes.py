@@ -10,8 +10,7 @@ from support.sections import figures_in
 from rbstab.experiment.summary import summary_of
 from rbstab.report.model.figure import MUTED
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.facts import facts_of
-from rbstab.report.runs.figures.extremes import MOST_COLOURED, extremes_in_colour
+from rbstab.report.runs.figures.extremes import MAX_CURVES, MOST_COLOURED, extremes_in_colour
 from rbstab.report.runs.sections import figures_section
 from rbstab.report.writers.vega.specification import specification
 from rbstab.store.result import Result
@@ -30,10 +29,8 @@ def made_run(number, *, rest=1.0, peak=0.1, status="completed", end=3.0):
         Path(f"r{number}.h5"),
         Result(result.variables, result.attributes, result.config),
         None,
-        known_summary=summary,
     )
-    # A cached property is stored in the dictionary of its object.
-    run.__dict__["settling_time"] = rest
+    run.summary, run.settling_time = summary, rest
     return run
 
 
@@ -47,6 +44,14 @@ def made_runs():
 def test_few_runs_have_a_colour_each():
     runs = made_runs()[:MOST_COLOURED]
     assert extremes_in_colour(runs) == (tuple(runs), "")
+
+
+def test_of_many_runs_only_the_extremes_are_drawn():
+    runs = [made_run(k, rest=1.0 + k) for k in range(MAX_CURVES + 1)]
+    looks, sentence = extremes_in_colour(runs)
+    assert [(run.label, run.number) for run in looks] == [("r0", 0), (f"r{MAX_CURVES}", 1)]
+    assert sentence.startswith(f"Of {len(runs)} runs, the figures show the extremes: r0 (first at")
+    assert len(extremes_in_colour(runs[:-1])[0]) == MAX_CURVES
 
 
 NEVER = float("nan")
@@ -81,7 +86,7 @@ def test_the_extremes_are_coloured_and_named(changes, coloured, words):
 
 @pytest.fixture(scope="module")
 def sections():
-    return [figures_section(facts_of(made_runs()))]
+    return [figures_section(made_runs())]
 
 
 def test_grey_curves_are_behind_and_keep_their_names(sections):

@@ -6,22 +6,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.figure_runs import KINDS, SAMPLES, lines_of, run_of, without_config
+from support.figure_runs import KINDS, lines_of, run_of, without_config
 from support.sections import figures_in
 
 from rbstab.config.load import load_config
 from rbstab.experiment.locus import linearised_at_rest
 from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.report.model.figure import Level, Points, Stack
-from rbstab.report.runs.facts import facts_of
 from rbstab.report.runs.figures.eigenvalues import eigenvalue_figure
-from rbstab.report.runs.figures.extremes import MAX_CURVES
 from rbstab.report.runs.figures.states import HELD
 from rbstab.report.runs.sections import MOST_FIGURES, figures_section
 
 
 def figures_of(*runs):
-    return figures_in([figures_section(facts_of(runs))])
+    return figures_in([figures_section(runs)])
 
 
 @functools.cache
@@ -198,22 +196,3 @@ def test_where_a_stop_holds_the_pitch_its_zero_eigenvalues_are_not_drawn():
     assert isinstance(points, Points)
     assert (points.x != 0).all()
     assert "held by a stop" in figure.caption
-
-
-def test_of_many_runs_the_extremes_are_drawn():
-    kinds = ("embedded", "free", "permanent")
-    runs = [without_config(run_of(kinds[n % 3], n, f"run {n}")) for n in range(MAX_CURVES + 1)]
-    section = figures_section(facts_of(runs))
-    figures = figures_in([section])
-    # In 0.3 s no run settles; of equal runs it is the first.
-    labels = {line.label for line in lines_of(figures["runs-decay"].panels[0])}
-    largest = max(runs[:3], key=lambda run: run.summary.peak_distance).label
-    assert labels == {"run 0", largest}
-    assert str(section.blocks[0]).startswith(f"Of {len(runs)} runs, the figures show the extremes:")
-
-
-def test_up_to_that_many_there_are_curves():
-    runs = [without_config(run_of("free", n, f"run {n}")) for n in range(MAX_CURVES)]
-    panel = figures_of(*runs)["runs-rotation"].panels[0]
-    assert len(lines_of(panel)) == MAX_CURVES
-    assert all(len(line.x) == SAMPLES for line in lines_of(panel))

@@ -1,25 +1,19 @@
 """Protects the energy landscape: curves are those of the stored proofs and runs."""
 
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
 import pytest
 import yaml
-from report.runs.stored import facts
+from report.runs.stored import runs_of, store_proof
 from support.made_runs import LARGEST_PITCH, V_START, made_config, made_file
-from support.proofs import parabola
 
 from rbstab.config.load import load_config, resolved_yaml
-from rbstab.experiment.proof_cache import proof_file
-from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.model import Energy
 from rbstab.proof.record import energy_record
 from rbstab.report.model.figure import Level, Line, Points
 from rbstab.report.runs.figures.landscape import landscape_figure
-from rbstab.store.document import write_document
 
 STIFFNESS = 6.0
 BARRIER = {"kind": "guard", "method": "barrier", "stiffness": STIFFNESS}
@@ -41,36 +35,27 @@ def energy(barrier):
     return energy_record(Energy(U, closed=frozenset({1} if barrier else ())))
 
 
-def store_proof(folder, text):
-    """Store a proof of that energy, with a certified region."""
-    config = load_config(yaml.safe_load(text))
-    (state,) = parabola((0.0, 0.0, 0.0), 1.0)["states"]
-    zero = {"position": (0.0, 0.0, 0.0), "connector_state": (), "energy": 0.0}
-    region: dict[str, Any] = {"energy": LEVEL, "level": LEVEL, "lower_bound": LEVEL, "proved": True}
-    region |= {"attained_at": (0.0, 0.0, 0.0), "face": None}
-    data = {"id": proof_id(config), "outcome": "all", "proved": True, "unique": True}
-    data |= {"examined": 1, "seconds": 0.1, "undecided": (), "states": [state | zero]}
-    data |= {"region": region, "reduced_energy": energy(bool(config.elements))}
-    proof = Proof.model_validate(data)
-    write_document(proof_file(folder, config), proof.model_dump(mode="json"))
+TEXTS = {
+    "bare": (config_text(), False),
+    "guarded": (config_text(barrier=True), True),
+    "other": (config_text(False, "body.mass=50"), False),
+}
 
 
 @pytest.fixture
 def paths(tmp_path):
-    texts = {"bare": config_text(), "guarded": config_text(barrier=True)}
-    texts["other"] = config_text(False, "body.mass=50")
-    return [made_file(tmp_path / f"{name}.h5", text) for name, text in texts.items()]
+    return [made_file(tmp_path / f"{name}.h5", text) for name, (text, _) in TEXTS.items()]
 
 
 def test_without_a_proof_there_is_no_figure(paths):
-    assert landscape_figure(facts(*paths)) is None
+    assert landscape_figure(runs_of(*paths)) is None
 
 
 def test_a_body_with_and_without_a_barrier_has_one_panel(paths, tmp_path):
     """U = ½ |Θ|², whose least value along θ2 is ½ θ2²; the barrier adds 3 tan² θ2."""
-    for text in (config_text(), config_text(True), config_text(False, "body.mass=50")):
-        store_proof(tmp_path, text)
-    figure = landscape_figure(facts(*paths))
+    for text, barrier in TEXTS.values():
+        store_proof(tmp_path, text, level=LEVEL, energy=energy(barrier))
+    figure = landscape_figure(runs_of(*paths))
     assert figure is not None
     assert [panel.title for panel in figure.panels] == ["bare, guarded", "other"]
     assert len(figure.caption.split()) <= 40

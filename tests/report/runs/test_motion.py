@@ -1,7 +1,6 @@
 """Protects the animation of a run: the body is where the stored arrays put it, in few frames."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from rbstab.report.reading.sources import Run
 from rbstab.report.runs.motion import MAX_FRAMES, animation_of
 
 
-def run(variant: str, with_gravity: bool = False, **changes: Any) -> Run:
+def run(variant, with_gravity=False, **changes):
     config = load_config(paper_config(variant, with_gravity, **changes))
     return Run(0, "run-1", "a", Path("a.h5"), rbstab.simulate(config), config)
 
@@ -23,9 +22,7 @@ def run(variant: str, with_gravity: bool = False, **changes: Any) -> Run:
     ("variant", "anchor"),
     [("permanent", "origin"), ("visco-elastic", "origin"), ("visco-elastic", "equilibrium")],
 )
-def test_the_contact_point_is_off_its_anchor_by_the_stored_displacement(
-    variant: str, anchor: str
-) -> None:
+def test_the_contact_point_is_off_its_anchor_by_the_stored_displacement(variant, anchor: str):
     source = run(variant, with_gravity=True, controller={"anchor": anchor})
     motion = animation_of(source)
     at = np.searchsorted(source.result["time"], motion.times)
@@ -34,7 +31,7 @@ def test_the_contact_point_is_off_its_anchor_by_the_stored_displacement(
     np.testing.assert_allclose(E, source.result["contact_displacement"][at], atol=1e-12)
 
 
-def test_a_view_has_no_more_frames_than_it_needs_and_both_ends() -> None:
+def test_a_view_has_no_more_frames_than_it_needs_and_both_ends():
     source = run("visco-elastic", samples=2001)
     motion = animation_of(source)
     assert len(motion.times) == MAX_FRAMES
@@ -45,11 +42,11 @@ def test_a_view_has_no_more_frames_than_it_needs_and_both_ends() -> None:
     assert (steps[:-1].inv() * steps[1:]).magnitude().max() < 0.25
 
 
-def test_a_free_body_is_tied_to_nothing() -> None:
+def test_a_free_body_is_tied_to_nothing():
     assert animation_of(run("free")).anchor is None
 
 
-def test_without_a_config_there_is_no_body_to_show() -> None:
+def test_without_a_config_there_is_no_body_to_show():
     source = run("free")
     with pytest.raises(ValueError, match="config cannot be read"):
         animation_of(Run(0, "run-1", "a", source.path, source.result, None))

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from report.runs.stored import facts
+from report.runs.stored import runs_of
 from support.made_runs import made_config, made_file
 
 from rbstab.config.load import load_config, resolved_yaml
@@ -76,7 +76,7 @@ def test_a_changed_run_is_named_and_not_compared(tmp_path):
         made_file(tmp_path / f"{name}.h5", made_config(reference=reference | {"source": source}))
         for name, source in (("a", "a book"), ("b", "paper, section 6.1"))
     ]
-    section = reference_section(facts(*paths))
+    section = reference_section(runs_of(*paths))
     assert section is not None
     tables = {block.name: block for block in section.blocks if isinstance(block, Table)}
     assert [row[0].text for row in tables["reference"].rows] == ["a"]
@@ -92,7 +92,7 @@ def test_the_claim_of_the_paper_stands_with_its_own_cases_only(tmp_path):
         made_file(tmp_path / f"{name}.h5", resolved_yaml(config))
         for name, config in configs.items()
     ]
-    section = reference_section(facts(*paths, made_file(tmp_path / "other.h5")))
+    section = reference_section(runs_of(*paths, made_file(tmp_path / "other.h5")))
     assert section is not None
     (table,) = [block for block in section.blocks if isinstance(block, Table)]
     claims = [[cell.text for cell in row[:4]] for row in table.rows if row[2].text == CLAIM]

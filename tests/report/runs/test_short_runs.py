@@ -12,7 +12,6 @@ from support.figure_runs import (
 )
 from support.sections import figures_in
 
-from rbstab.report.runs.facts import facts_of
 from rbstab.report.runs.sections import figures_section
 from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.figure_files import figure_bytes
@@ -20,8 +19,7 @@ from rbstab.report.writers.figure_files import figure_bytes
 
 def figures_of(*runs):
     """Return all figures of runs except eigenvalues, and decimate each of them."""
-    facts = facts_of([without_config(run) for run in runs])
-    figures = figures_in([figures_section(facts)])
+    figures = figures_in([figures_section([without_config(run) for run in runs])])
     for figure in figures.values():
         assert len(decimate(figure).panels) == len(figure.panels)
     return figures

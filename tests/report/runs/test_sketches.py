@@ -4,52 +4,27 @@ import math
 
 import numpy as np
 import pytest
-from support.made_runs import DECAY, V_START, made_file, made_result
+from report.runs.stored import runs_of, with_v
+from support.made_runs import DECAY, V_START, made_file
 
-from rbstab.report.reading.sources import read_sources
 from rbstab.report.runs.sketches import decay_sketches
-from rbstab.store.result import write_result
+
+
+def sketches_of(runs):
+    return decay_sketches(runs)
+
 
 END = 2.0
 """s: the duration of a made up run."""
 
 
-def run_of(path):
-    [run] = read_sources([path]).runs
-    return run
-
-
-def with_v(path, change):
-    """Write a made up run with another v, which does not settle, as a source of a report."""
-    result = made_result()
-    v = result.variables["lyapunov"]
-    data = change(result["time"], v.data.copy())
-    result.variables["lyapunov"] = v._replace(data=data)
-    settled = result.variables["settling_time"]
-    result.variables["settling_time"] = settled._replace(data=np.array(np.nan))
-    write_result(path, result)
-    return run_of(path)
-
-
-def sketches_of(*runs):
-    """Return the sketches of runs that all have one."""
-    found = [sketch for sketch in decay_sketches(runs) if sketch is not None]
-    assert len(found) == len(runs)
-    return found
-
-
-def dots(sketch):
-    assert sketch.marks is not None
-    return sketch.marks.tolist()
-
-
 @pytest.fixture
 def run(tmp_path):
-    return run_of(made_file(tmp_path / "a.h5"))
+    return runs_of(made_file(tmp_path / "a.h5"))[0]
 
 
 def test_an_exponential_decay_is_a_straight_line_from_corner_to_corner(run):
-    (sketch,) = sketches_of(run)
+    (sketch,) = sketches_of([run])
     ((label, points),) = sketch.curves
     assert label == ""
     assert points[:, 0] == pytest.approx(np.linspace(0, 1, 401))
@@ -60,8 +35,8 @@ def test_an_exponential_decay_is_a_straight_line_from_corner_to_corner(run):
 
 
 def test_the_dot_stands_where_the_run_is_at_rest(run):
-    (sketch,) = sketches_of(run)
-    ((across, up),) = dots(sketch)
+    (sketch,) = sketches_of([run])
+    ((across, up),) = sketch.marks.tolist()
     # v = v(0)/1000 at t = ln(1000)/8.
     assert across == pytest.approx(math.log(1000) / DECAY / END)
     assert up == pytest.approx(1 - across, abs=1e-6)
@@ -69,13 +44,13 @@ def test_the_dot_stands_where_the_run_is_at_rest(run):
 
 
 def test_all_runs_have_the_scale_of_the_lowest(run, tmp_path):
-    slow = with_v(tmp_path / "slow.h5", lambda t, _: V_START * np.exp(-t))
-    fast, other = sketches_of(run, slow)
+    slow = runs_of(with_v(tmp_path / "slow.h5", lambda t, _: V_START * np.exp(-t)))[0]
+    fast, other = sketches_of([run, slow])
     assert fast.caption == other.caption
     ((_, points),) = other.curves
     # One decade of the slow run is as high as one of the fast run.
     assert points[-1, 1] == pytest.approx(1 - 1 / DECAY)
-    assert not dots(other)
+    assert not len(other.marks)
 
 
 def test_round_off_is_not_drawn(tmp_path):
@@ -84,7 +59,7 @@ def test_round_off_is_not_drawn(tmp_path):
         v[-1] = -1e-21
         return v
 
-    (sketch,) = sketches_of(with_v(tmp_path / "a.h5", change))
+    (sketch,) = sketches_of(runs_of(with_v(tmp_path / "a.h5", change)))
     ((_, points),) = sketch.curves
     # Until t = 1 s, sample 200, v falls by exp(8); along the lower edge it would seem to stay.
     assert sketch.y_ends == ("0.00034", "1")
@@ -99,5 +74,6 @@ def test_a_run_without_a_positive_start_has_no_picture(run, start, tmp_path):
         v[0] = start
         return v
 
-    assert decay_sketches([with_v(tmp_path / "b.h5", change), run])[0] is None
-    assert decay_sketches([with_v(tmp_path / "c.h5", change)]) == [None]
+    (other,) = runs_of(with_v(tmp_path / "b.h5", change))
+    assert decay_sketches([other, run])[0] is None
+    assert decay_sketches([other]) == [None]

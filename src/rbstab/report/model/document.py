@@ -3,12 +3,14 @@
 All texts are plain text. Each writer escapes them for its own format.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Figure
+from rbstab.report.model.words import number, with_unit
 
 
 class Head(NamedTuple):
@@ -24,7 +26,7 @@ class Head(NamedTuple):
     @property
     def text(self) -> str:
         """The label with the unit."""
-        return f"{self.label} [{self.unit}]" if self.unit not in ("", "1") else self.label
+        return with_unit(self.label, self.unit)
 
 
 MARKS = {"good": "✓", "bad": "✗", "warning": "!"}
@@ -45,6 +47,17 @@ class Cell(NamedTuple):
     target: str = ""
     command: str = ""
 
+    @classmethod
+    def of(cls, entry: "Entry") -> "Cell":
+        """Return a cell of a text, or of a number with four significant digits."""
+        if isinstance(entry, Cell):
+            return entry
+        return cls(entry) if isinstance(entry, str) else cls(number(entry), float(entry))
+
+
+Entry = Cell | str | float
+"""What becomes an entry of a table."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -63,6 +76,23 @@ class Table:
     heads: tuple[Head, ...]
     rows: tuple[tuple[Cell, ...], ...]
     note: str = ""
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        title: str,
+        heads: Iterable[Head | str],
+        rows: Iterable[Iterable[Entry]],
+        note: str = "",
+    ) -> Self:
+        """Return a table of plain entries; a column whose entries are numbers is one of numbers."""
+        cells = tuple(tuple(map(Cell.of, row)) for row in rows)
+        typed = []
+        for head, column in zip(heads, zip(*cells, strict=True), strict=True):
+            numbers = all(cell.value is not None for cell in column)
+            typed.append((Head(head) if isinstance(head, str) else head)._replace(numbers=numbers))
+        return cls(name, title, tuple(typed), cells, note)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.report.model.words import with_unit
 
 MUTED = 6
 """Number of the colour of what stands back: grey, the last colour of the palette."""
@@ -46,7 +47,7 @@ class Axis:
     @property
     def text(self) -> str:
         """The label with the unit, as shown at the axis."""
-        return f"{self.label} [{self.unit}]" if self.unit not in ("", "1") else self.label
+        return with_unit(self.label, self.unit)
 
 
 @dataclass(frozen=True, eq=False)

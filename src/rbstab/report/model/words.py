@@ -51,6 +51,11 @@ def vector(values: Iterable[float], digits: int = 4) -> str:
     return f"({', '.join(number(value, digits) for value in values)})"
 
 
+def with_unit(label: str, unit: str) -> str:
+    """Return a label with its unit in brackets; "" and "1" are those of a pure number."""
+    return label if unit in ("", "1") else f"{label} [{unit}]"
+
+
 def counted(count: int, singular: str, plural: str = "") -> str:
     """Format a count with its noun: "1 run", "2 runs", "10,000 runs"."""
     return f"{grouped(count)} {singular if count == 1 else plural or f'{singular}s'}"

@@ -1,7 +1,6 @@
 """What a report says about the stability of a run, found where the run is read."""
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from rbstab.analysis.certificate.verdict import Check, Verdict
@@ -35,7 +34,7 @@ class Answers(NamedTuple):
 
     Attributes:
         answer: What is known about stability, and how surely.
-        lines: The checks of its certificate.
+        lines: The checks of its certificate, also those that a later proof decides.
         convergence: What is proved of the exact motion; None for an older result.
         region: The check of the certified region; None if there is no region.
     """
@@ -56,13 +55,12 @@ def answers_of(result: Result, config: Config | None, proof: Proof | None) -> An
     """
     now = with_later_proof(result, config, proof)
     lines = tuple(certificate_lines(now))
+    regions = [
+        RegionCheck(line.verdict == Verdict.CERTIFIED, line.value, line.bound)
+        for line in lines
+        if line.check == CERTIFIED_REGION and not math.isnan(line.value)
+    ]
+    convergence = stored_convergence(now.attributes)
     return Answers(
-        answer_of(now, config, proof), lines, stored_convergence(now.attributes), _region(lines)
+        answer_of(now, config, proof), lines, convergence, regions[0] if regions else None
     )
-
-
-def _region(lines: Sequence[Check]) -> RegionCheck | None:
-    for line in lines:
-        if line.check == CERTIFIED_REGION and not math.isnan(line.value):
-            return RegionCheck(line.verdict == Verdict.CERTIFIED, line.value, line.bound)
-    return None

@@ -1,25 +1,34 @@
-"""The sources of a report: the results that could be read."""
+"""The sources of a report: the results that could be read.
+
+A result that cannot be read raises no error: it is returned as `Unread`.
+"""
 
 import os
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from rbstab.config.schema import Config
+from rbstab.experiment.answers.run_answer import RunAnswer
+from rbstab.experiment.proof_cache import cached_proof
+from rbstab.experiment.stored_config import stored_config
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.summary import (
     Summary,
+    is_driven,
     settling_time_of,
     stores_v_minus_work,
     summary_of,
 )
+from rbstab.processes.mapped import mapped
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
-from rbstab.report.reading.answers import Answers
-from rbstab.report.reading.read_results import ReadRun, ReadSweep, read_all
-from rbstab.report.reading.untrusted import file_of
+from rbstab.report.reading.answers import Answers, answers_of
+from rbstab.report.reading.untrusted import file_of, result_of
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
 
@@ -27,56 +36,7 @@ MAX_LABEL_LENGTH = 48
 """Maximum number of characters of a label; labels must fit in legends."""
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
-    """A single run.
-
-    Args:
-        number: The number of its colour: its number among the runs, from 0, if these are few.
-        name: Its anchor, unique in a report: "run-1".
-        label: Its name in legends and tables, unique among the runs; from the name of its file.
-        path: Its file.
-        result: The content of the file.
-        config: Its config; None if this version of the program cannot read it.
-        data: The stored config as plain data, not validated; empty if it is not YAML.
-        known_summary: Its summary, if it was computed already.
-        known_answers: The answers about it, if they were computed already.
-        legend: The entry in legends that it shares with others, in grey; "" if it has its own.
-    """
-
-    number: int
-    name: str
-    label: str
-    path: Path
-    result: Result
-    config: Config | None
-    data: Mapping[str, Any] = field(default_factory=dict)
-    known_summary: Summary | None = None
-    known_answers: Answers | None = None
-    legend: str = ""
-
-    @cached_property
-    def summary(self) -> Summary:
-        """Its summary: first and last values of v, energy residual, peaks."""
-        return self.known_summary or summary_of(self.result)
-
-    @cached_property
-    def stores_v_minus_work(self) -> bool:
-        """Whether the result stores v - ε in place of v (on s = F + κE)."""
-        return stores_v_minus_work(self.result)
-
-    @property
-    def is_driven(self) -> bool:
-        """Whether inputs supply power to the body."""
-        return "supplied_power" in self.result and "supplied_energy" in self.result
-
-    @cached_property
-    def settling_time(self) -> float:
-        """The time from which v stays below v(0)/1000, s; NaN if the run has not settled."""
-        return settling_time_of(self.result)
-
-
-@dataclass(frozen=True)
+@dataclass
 class SweepFile:
     """A sweep; the report reads only the columns that it needs (`read_sweep`).
 
@@ -93,6 +53,70 @@ class SweepFile:
     path: Path
 
 
+@dataclass(eq=False)
+class Run:
+    """A single run. What is found from its result is found once, where it is needed first.
+
+    Args:
+        number: The number of its colour: its number among the runs, from 0, if these are few.
+        name: Its anchor, unique in a report: "run-1".
+        label: Its name in legends and tables, unique among the runs; from the name of its file.
+        path: Its file.
+        result: The content of the file.
+        config: Its config; None if this version of the program cannot read it.
+        data: The stored config as plain data, not validated; empty if it is not YAML.
+        legend: The entry in legends that it shares with others, in grey; "" if it has its own.
+    """
+
+    number: int
+    name: str
+    label: str
+    path: Path
+    result: Result
+    config: Config | None
+    data: Mapping[str, Any] = field(default_factory=dict)
+    legend: str = ""
+
+    @cached_property
+    def summary(self) -> Summary:
+        """Its summary: first and last values of v, energy residual, peaks."""
+        return summary_of(self.result)
+
+    @cached_property
+    def answers(self) -> Answers:
+        """What is known of its stability, with the proof that lies beside it now."""
+        return answers_of(self.result, self.config, self.proof)
+
+    @property
+    def answer(self) -> RunAnswer:
+        """What is known about stability, and how surely."""
+        return self.answers.answer
+
+    @cached_property
+    def stores_v_minus_work(self) -> bool:
+        """Whether the result stores v - ε in place of v (on s = F + κE)."""
+        return stores_v_minus_work(self.result)
+
+    @cached_property
+    def settling_time(self) -> float:
+        """The time from which v stays below v(0)/1000, s; NaN if the run has not settled."""
+        return settling_time_of(self.result)
+
+    @property
+    def proof(self) -> Proof | None:
+        """The stored proof for its body, gravity and controller; None without one."""
+        return None if self.config is None else cached_proof(self.path.parent, self.config)
+
+    @property
+    def is_driven(self) -> bool:
+        """Whether inputs supply power to the body."""
+        return is_driven(self.result)
+
+    def attribute(self, name: str) -> str:
+        """Return an attribute of the result as text; "" if it is missing."""
+        return str(self.result.attributes.get(name, ""))
+
+
 @dataclass(frozen=True)
 class Sources:
     """The sources of a report.
@@ -107,9 +131,19 @@ class Sources:
     sweeps: tuple[SweepFile, ...]
     unread: tuple[Unread, ...]
 
+    @classmethod
+    def of(cls, found: Iterable[Run | SweepFile | Unread]) -> Self:
+        """Return the sources among some results."""
+        every = list(found)
+        return cls(
+            tuple(one for one in every if isinstance(one, Run)),
+            tuple(one for one in every if isinstance(one, SweepFile)),
+            tuple(one for one in every if isinstance(one, Unread)),
+        )
+
 
 def read_sources(paths: Iterable[str | Path]) -> Sources:
-    """Read results; those that cannot be read are listed with the reasons.
+    """Read results, many of them in several processes; those that cannot be read have reasons.
 
     Args:
         paths: Files of runs, folders of sweeps, or members files of sweeps. Duplicates are
@@ -118,17 +152,36 @@ def read_sources(paths: Iterable[str | Path]) -> Sources:
     unique: dict[str, Path] = {}
     for path in map(Path, paths):
         unique.setdefault(_identity(path), path)
-    runs: list[ReadRun] = []
-    sweeps: list[Path] = []
-    unread: list[Unread] = []
-    for found in read_all(list(unique.values())):
-        if isinstance(found, Unread):
-            unread.append(found)
-        elif isinstance(found, ReadSweep):
-            sweeps.append(found.file)
-        else:
-            runs.append(found)
-    return Sources(_runs(runs), _sweeps(sweeps), tuple(unread))
+    found = Sources.of(mapped(read_one, list(unique.values())))
+    _name("run", found.runs, [run.path for run in found.runs])
+    # All sweep files have the same name; only the names of their folders differ.
+    _name("sweep", found.sweeps, [sweep.path.absolute().parent for sweep in found.sweeps])
+    return found
+
+
+def read_one(path: Path) -> Run | SweepFile | Unread:
+    """Read a result, without the names that tell it from others."""
+    try:
+        file = file_of(path)
+        result = result_of(file)
+        if result is None:
+            return SweepFile(0, "", "", file)
+        run = Run(0, "", "", file, result, *stored_config(result))
+    except Exception as error:
+        # Whatever a file contains, the others are still reported.
+        return Unread(untrusted(path), _reason(path, error))
+    # What takes long is found here, by several processes. Where it fails, the report finds it again
+    # with its error.
+    with suppress(Exception):
+        _ = run.summary, run.answers
+    return run
+
+
+def _reason(path: Path, error: Exception) -> str:
+    """Return the message of an error without the path, which is shown beside it."""
+    expected = isinstance(error, StoreError | OSError | ValueError)
+    text = str(error) if expected else f"its content is wrong ({type(error).__name__}: {error})"
+    return untrusted(text.removeprefix(f"{path} ").removeprefix(f"{path}: "))
 
 
 def _identity(path: Path) -> str:
@@ -139,41 +192,21 @@ def _identity(path: Path) -> str:
         return os.path.abspath(path)  # noqa: PTH100 (`Path.absolute` keeps "..")
 
 
-def _runs(found: list[ReadRun]) -> tuple[Run, ...]:
-    labels = unique_labels([read.file for read in found])
-    return tuple(
-        Run(
-            number,
-            f"run-{number + 1}",
-            label,
-            read.file,
-            read.result,
-            *read.stored,
-            known_summary=read.summary,
-            known_answers=read.answers,
-        )
-        for number, (label, read) in enumerate(zip(labels, found, strict=True))
-    )
+def _name(kind: str, sources: Sequence[Run | SweepFile], paths: Sequence[Path]) -> None:
+    """Number sources of a kind, and name them after some paths."""
+    for number, (source, label) in enumerate(zip(sources, unique_labels(paths), strict=True)):
+        source.number, source.name, source.label = number, f"{kind}-{number + 1}", label
 
 
-def _sweeps(found: list[Path]) -> tuple[SweepFile, ...]:
-    # All sweep files have the same name; only the names of their folders differ.
-    labels = unique_labels([file.absolute().parent for file in found])
-    return tuple(
-        SweepFile(number, f"sweep-{number + 1}", label, file)
-        for number, (label, file) in enumerate(zip(labels, found, strict=True))
-    )
-
-
-def unique_labels(paths: list[Path]) -> list[str]:
+def unique_labels(paths: Sequence[Path]) -> list[str]:
     """Return unique labels: file names without suffix; folders are added if names are equal.
 
     Long labels are cut at the end. Labels that are equal after the cut are numbered.
     """
     parts = [(*path.absolute().parts[1:-1], path.stem) for path in paths]
     depths = [1] * len(parts)
-    labels = [part[-1] for part in parts]
     while True:
+        labels = ["/".join(part[-depth:]) for part, depth in zip(parts, depths, strict=True)]
         counts = Counter(labels)
         clashing = [
             k for k, part in enumerate(parts) if counts[labels[k]] > 1 and depths[k] < len(part)
@@ -182,11 +215,9 @@ def unique_labels(paths: list[Path]) -> list[str]:
             break
         for k in clashing:
             depths[k] += 1
-            labels[k] = "/".join(parts[k][-depths[k] :])
     short = [untrusted(label, MAX_LABEL_LENGTH) for label in labels]
-    counts, used = Counter(short), Counter[str]()
-    for k, label in enumerate(short):
-        if counts[label] > 1:
-            used[label] += 1
-            short[k] = f"{label} ({used[label]})"
-    return short
+    counts = Counter(short)
+    return [
+        f"{label} ({short[: k + 1].count(label)})" if counts[label] > 1 else label
+        for k, label in enumerate(short)
+    ]

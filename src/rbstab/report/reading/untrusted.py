@@ -21,8 +21,11 @@ from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, unfinished
 from rbstab.sweep.folder.sweep_table import check_sweep
 from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS, Quantity, state_quantity
 
-TEXT_QUANTITY = "transition_kind"
-"""The only quantity that is text."""
+TEXTS = (
+    *("transition_kind", "part"),
+    *(f"certificate/{column}" for column in ("check", "verdict", "quantity")),
+)
+"""The arrays that are text; the others are numbers."""
 
 
 def file_of(path: Path) -> Path:
@@ -73,24 +76,22 @@ def _check_arrays(file: Path, result: Result) -> None:
     """Check that a result has the arrays of a run, with the right types and shapes."""
     lengths = dict(RUN_DIMENSIONS)
     own = [_own_state(name, result.variables[name]) for name in own_states_of(result)]
-    for quantity in (*QUANTITIES, *own):
-        variable = result.variables.get(quantity.name)
-        if variable is None and quantity.optional:
+    for name, dimensions, optional in (
+        *((one.name, one.dimensions, one.optional) for one in (*QUANTITIES, *own)),
+        ("part", ("part",), False),
+        *((f"certificate/{column}", ("check",), True) for column in Check._fields),
+    ):
+        variable = result.variables.get(name)
+        if variable is None and optional:
             continue
         if variable is None:
-            raise NotAResultError(f"{file} is damaged: it has no array {quantity.name}")
-        kinds = "O" if quantity.name == TEXT_QUANTITY else "fiu"
-        fits = variable.dimensions == quantity.dimensions and variable.data.dtype.kind in kinds
+            raise NotAResultError(f"{file} is damaged: it has no array {name}")
+        fits = variable.dimensions == dimensions
+        fits &= variable.data.dtype.kind in ("O" if name in TEXTS else "fiu")
         for dimension, length in zip(variable.dimensions, variable.data.shape, strict=fits):
             fits &= length > 0 and lengths.setdefault(dimension, length) == length
         if not fits:
-            raise NotAResultError(
-                f"{file} is damaged: its array {quantity.name} has a wrong type or shape"
-            )
-    parts = result.variables.get("part")
-    if parts is None or parts.data.shape != (lengths["part"],):
-        raise NotAResultError(f"{file} is damaged: its array part is missing or has a wrong shape")
-    _check_certificate(file, result)
+            raise NotAResultError(f"{file} is damaged: its array {name} has a wrong type or shape")
 
 
 def _own_state(name: str, variable: Variable) -> Quantity:
@@ -98,17 +99,6 @@ def _own_state(name: str, variable: Variable) -> Quantity:
     size = variable.data.shape[1] if variable.data.ndim == 2 else 0
     symbol, _, meaning = variable.long_name.partition(": ")
     return state_quantity(OwnState(name, symbol, variable.unit, meaning, size))
-
-
-def _check_certificate(file: Path, result: Result) -> None:
-    """Check that the columns of a certificate have the right types and equal lengths."""
-    columns = [result.variables.get(f"certificate/{name}") for name in Check._fields]
-    present = [column.data for column in columns if column is not None]
-    kinds = "".join("O" if data.dtype.kind in "OUT" else "f" for data in present)
-    if present and (kinds != "OOfffO" or len({data.shape for data in present}) > 1):
-        raise NotAResultError(
-            f"{file} is damaged: its certificate has columns of wrong types or lengths"
-        )
 
 
 def _printable(result: Result) -> Result:

@@ -9,12 +9,11 @@ from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
 from rbstab.experiment.convergence.convergence import EVERY_START
-from rbstab.integrate.status import RunStatus
 from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
 from rbstab.report.model.words import NO_VALUE, counted, listed, number
-from rbstab.report.runs.facts import FACTS, RunFacts
+from rbstab.report.reading.sources import Run
+from rbstab.report.runs.facts import ANSWER_TONES, FACTS, ended_early, outcome_tone
 from rbstab.report.runs.sketches import decay_sketches
-from rbstab.report.runs.tables import ANSWER_TONES, outcome_tone
 
 MAX_CARDS = 12
 """If there are more runs, their answers stand in the table of runs only."""
@@ -40,35 +39,43 @@ MORE_NUMBERS = ("peak |θ2|", "v(0)", "largest v", "start above the rest state o
 """More numbers on the card of a single run, where it has them."""
 
 
-def answer_blocks(facts: Sequence[RunFacts]) -> tuple[Block, ...]:
+def answer_blocks(runs: Sequence[Run]) -> tuple[Block, ...]:
     """Return the sentence, the cards, and what the words mean."""
-    sentences = answer_sentence(facts), *_first_at_rest(facts)
-    if len(facts) > MAX_CARDS:
+    sentences = answer_sentence(runs), *_first_at_rest(runs)
+    if len(runs) > MAX_CARDS:
         return (*sentences, meanings())
-    sketches = decay_sketches([entry.run for entry in facts])
-    if len(facts) == 1:
-        cards = [_whole_card(facts[0], sketches[0])]
-    else:
-        cards = _cards_of_several(facts, sketches)
+    # What is the same of all runs, the sentence says.
+    varying = [
+        name
+        for name in ("this_start", "whole_range")
+        if len({run.answer.answers[name].word for run in runs}) > 1
+    ]
+    has_desire = len(runs) == 1 or not _common_desire(runs)
+    cards = tuple(
+        _card(run, sketch, varying, is_alone=len(runs) == 1, has_desire=has_desire)
+        for run, sketch in zip(runs, decay_sketches(runs), strict=True)
+    )
     names = {name for card in cards for name, _ in card.facts}
-    words = [(f.name, f.words) for f in FACTS.values() if f.name in names and f.words]
-    if len(facts) > 1:
+    words = [
+        (fact.name, fact.words) for fact in FACTS.values() if fact.name in names and fact.words
+    ]
+    if len(runs) > 1:
         words.append(WHOLE_RANGE)
-    return (*sentences, Cards("answers", tuple(cards), (*words_with_meanings(), *words)))
+    return (*sentences, Cards("answers", cards, (*words_with_meanings(), *words)))
 
 
-def answer_sentence(facts: Sequence[RunFacts]) -> str:
+def answer_sentence(runs: Sequence[Run]) -> str:
     """Return a sentence with the outcomes of all runs, and the answers of several."""
-    if len(facts) == 1:
-        return f"{_capital(facts[0].answer.outcome.sentence)}."
-    kinds = Counter(entry.answer.outcome.kind for entry in facts)
+    if len(runs) == 1:
+        return f"{_capital(runs[0].answer.outcome.sentence)}."
+    kinds = Counter(run.answer.outcome.kind for run in runs)
     outcomes = "; ".join(f"{kind.words}: {kinds[kind]}" for kind in KINDS if kinds[kind])
-    kept = sum(entry.answer.whole_range.sentence == EVERY_START for entry in facts)
+    kept = sum(run.answer.whole_range.sentence == EVERY_START for run in runs)
     proved = f"; of {kept}, it is also proved that all motions stay in it" if kept else ""
     return (
-        f"{counted(len(facts), 'run')}. {_capital(outcomes)}.{_common_desire(facts)} "
-        f"This start: {_counts(entry.answer.this_start for entry in facts)}. "
-        f"Whole range: {_counts(entry.answer.whole_range for entry in facts)}{proved}."
+        f"{counted(len(runs), 'run')}. {_capital(outcomes)}.{_common_desire(runs)} "
+        f"This start: {_counts(run.answer.this_start for run in runs)}. "
+        f"Whole range: {_counts(run.answer.whole_range for run in runs)}{proved}."
     )
 
 
@@ -78,94 +85,69 @@ def _counts(answers: Iterable[Answer]) -> str:
     return "; ".join(f"{word} ({count})" for (_, word), count in sorted(counts.items()))
 
 
-def _first_at_rest(facts: Sequence[RunFacts]) -> tuple[str, ...]:
+def _first_at_rest(runs: Sequence[Run]) -> tuple[str, ...]:
     """Return a sentence that names the run that comes to rest first, of several of one body."""
-    bodies = [entry.run.data.get("body") for entry in facts]
-    times = {entry.run.label: entry.run.settling_time for entry in facts}
-    settled = sorted((time, label) for label, time in times.items() if not math.isnan(time))
-    if len(settled) < 2 or any(body != bodies[0] for body in bodies):
-        return ()
-    ends = settled[0], settled[-1]
-    first, last = (f"{label}, from {number(time)} s on" for time, label in ends)
-    others = [label for label, time in times.items() if math.isnan(time)]
-    without = f"; not by the end: {listed(others)}" if others else ""
+    settled = sorted((run.settling_time, run.label) for run in runs if _settles(run))
+    is_race = all(run.data.get("body") == runs[0].data.get("body") for run in runs)
     # Runs that are alike have no first one.
-    is_race = number(ends[0][0]) != number(ends[1][0])
-    return (f"At rest first: {first}; last: {last}{without}.",) if is_race else ()
+    if not settled or not is_race or number(settled[0][0]) == number(settled[-1][0]):
+        return ()
+    first, last = (f"{name}, from {number(time)} s on" for time, name in (settled[0], settled[-1]))
+    others = [run.label for run in runs if not _settles(run)]
+    without = f"; not by the end: {listed(others)}" if others else ""
+    return (f"At rest first: {first}; last: {last}{without}.",)
 
 
-def _whole_card(facts: RunFacts, sketch: Sketch | None) -> Card:
-    """Return the card of a single run, with all answers in sentences."""
-    answers = [
-        Statement(
-            QUESTIONS[name],
-            answer.word,
-            _capital(answer.sentence),
-            ANSWER_TONES.get(answer.sureness, ""),
-        )
-        for name, answer in facts.answer.answers.items()
-    ]
-    more = [(name, FACTS[name].shown(facts)) for name in MORE_NUMBERS]
-    return _of(facts, answers, [*_numbers(facts), *more], sketch)
+def _settles(run: Run) -> bool:
+    return not math.isnan(run.settling_time)
 
 
-def _cards_of_several(facts: Sequence[RunFacts], sketches: Sequence[Sketch | None]) -> list[Card]:
-    """Return the cards of several runs: what is the same of all, the sentence says.
-
-    The table of answers has their sentences.
-    """
-    varying = [
-        name
-        for name in ("this_start", "whole_range")
-        if len({entry.answer.answers[name].word for entry in facts}) > 1
-    ]
-    desired = not _common_desire(facts)
-    cards = []
-    for entry, sketch in zip(facts, sketches, strict=True):
-        answers = entry.answer.answers
-        words = [(name.replace("_", " "), answers[name].word) for name in varying]
-        cards.append(_of(entry, [], [*_numbers(entry), *words], sketch, desired=desired))
-    return cards
-
-
-def _common_desire(facts: Sequence[RunFacts]) -> str:
+def _common_desire(runs: Sequence[Run]) -> str:
     """Return the desired attitude of all runs as a sentence; "" if they differ."""
-    wishes = {str(wanted(entry.run.config)) for entry in facts}
+    wishes = {str(wanted(run.config)) for run in runs}
     return f" Desired: {wishes.pop()}." if len(wishes) == 1 else ""
 
 
-def _numbers(facts: RunFacts) -> list[tuple[str, str]]:
-    return [(name, FACTS[name].shown(facts) or NO_VALUE) for name in NUMBERS]
-
-
-def _of(
-    facts: RunFacts,
-    answers: Sequence[Statement],
-    numbers: Sequence[tuple[str, str]],
-    sketch: Sketch | None,
-    *,
-    desired: bool = True,
+def _card(
+    run: Run, sketch: Sketch | None, varying: Sequence[str], *, is_alone: bool, has_desire: bool
 ) -> Card:
-    """Return a card that begins with the outcome, and with what is wrong."""
-    status, end = facts.run.result.status, number(facts.run.summary.end_time)
+    """Return a card that begins with the outcome, and with what is wrong.
+
+    That of a single run has all answers in sentences. Of several runs, the words of those answers
+    that vary stand among the numbers; the table of answers has the sentences.
+    """
+    answers = run.answer.answers
+    statements = [
+        Statement(
+            question,
+            answers[name].word,
+            _capital(answers[name].sentence),
+            ANSWER_TONES.get(answers[name].sureness, ""),
+        )
+        for name, question in QUESTIONS.items()
+        if is_alone and name in answers
+    ]
+    facts = [(name, FACTS[name].shown(run) or NO_VALUE) for name in NUMBERS]
+    facts += [(name, FACTS[name].shown(run)) for name in MORE_NUMBERS if is_alone]
+    facts += [(name.replace("_", " "), answers[name].word) for name in varying]
+    early = ended_early(run)
     return Card(
-        facts.run.label,
-        (_outcome(facts, desired=desired), *answers),
-        tuple((name, text) for name, text in numbers if text),
+        run.label,
+        (_outcome(run, has_desire=has_desire), *statements),
+        tuple((name, text) for name, text in facts if text),
         target="certificates",
         sketch=sketch,
-        alarm="" if status == RunStatus.COMPLETED else f"ended early: {status} at {end} s",
+        alarm=f"ended early: {early}" if early else "",
     )
 
 
-def _outcome(facts: RunFacts, *, desired: bool) -> Statement:
+def _outcome(run: Run, *, has_desire: bool) -> Statement:
     """Return where the body rests, how far from where it should, and how surely."""
-    outcome = facts.answer.outcome
+    outcome = run.answer.outcome
     where = outcome.sentence.partition(outcome.kind.words)[2].removesuffix(f": {outcome.sureness}")
-    wish = f"Desired: {wanted(facts.run.config)}" if desired else ""
-    sentences = (_capital(where.removeprefix(":").strip()), wish)
+    wish = f"Desired: {wanted(run.config)}" if has_desire else ""
     word = f"{_capital(outcome.brief)}: {outcome.sureness}"
-    sentence = ". ".join(filter(None, sentences))
+    sentence = ". ".join(filter(None, (_capital(where.removeprefix(":").strip()), wish)))
     return Statement("Where does it rest?", word, sentence, outcome_tone(outcome))
 
 

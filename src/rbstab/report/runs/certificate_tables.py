@@ -6,25 +6,19 @@ from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.answers.words import word_of
 from rbstab.experiment.convergence.convergence import FALSE
-from rbstab.report.model.document import Block, Cell, Head, Section, Table
+from rbstab.report.model.document import Block, Cell, Entry, Head, Section, Table
 from rbstab.report.model.words import counted
+from rbstab.report.reading.sources import Run
 from rbstab.report.runs.answers import QUESTIONS
-from rbstab.report.runs.facts import RunFacts
-from rbstab.report.runs.tables import ANSWER_TONES, TONES, number_cell
+from rbstab.report.runs.facts import TONES, answer_cell
 
 MAX_FULL_CERTIFICATES = 8
 """If there are more runs, only failed checks are listed."""
 
-ANSWER_HEADS = (Head("run"), Head("question"), Head("how sure"), Head("answer"))
-
-LINE_HEADS = (
-    Head("run"),
-    Head("check"),
-    Head("how sure"),
-    Head("what is compared"),
-    Head("found"),
-    Head("time", "s", numbers=True),
-)
+ANSWERS = ("run", "question", "how sure", "answer")
+CONVERGENCE = ("run", "converges", "what is proved of the exact motion")
+CHECKS = ("run", "check", "how sure", "what is compared", "found", Head("time", "s"))
+"""The heads of the tables."""
 
 NOTE = (
     "Global stability and the certified region speak of the exact motion, the other checks of the "
@@ -33,66 +27,42 @@ NOTE = (
 )
 
 
-def certificate_section(facts: Sequence[RunFacts]) -> Section:
+def certificate_section(runs: Sequence[Run]) -> Section:
     """Return the section with answers, what is proved of the exact motions, and all checks."""
     blocks: list[Block] = []
-    if len(facts) > 1:
+    if len(runs) > 1:
         # The card of a single run has them.
-        rows = tuple(row for entry in facts for row in _answers(entry))
-        blocks.append(Table("answers-in-full", "Answers in full", ANSWER_HEADS, rows))
-    blocks += _convergence(facts)
-    in_full = len(facts) <= MAX_FULL_CERTIFICATES
-    lines = tuple(
-        _line(entry.run.label, line)
-        for entry in facts
-        for line in entry.lines
+        answers = [
+            (run.label, QUESTIONS[name], answer_cell(answer), answer.sentence)
+            for run in runs
+            for name, answer in run.answer.answers.items()
+        ]
+        blocks.append(Table.of("answers-in-full", "Answers in full", ANSWERS, answers))
+    proved = [
+        (run.label, Cell(found.word, tone="bad" if found.word == FALSE else ""), found.sentence)
+        for run in runs
+        if (found := run.answers.convergence) is not None
+    ]
+    if proved:
+        blocks.append(Table.of("convergence", "Convergence", CONVERGENCE, proved))
+    in_full = len(runs) <= MAX_FULL_CERTIFICATES
+    checks = [
+        _line(run.label, line)
+        for run in runs
+        for line in run.answers.lines
         if in_full or line.verdict == Verdict.VIOLATED
-    )
-    if lines:
+    ]
+    if checks:
         title = "Checks of the certificates" if in_full else "Checks that failed"
-        blocks.append(Table("certificate-lines", title, LINE_HEADS, lines, NOTE))
-    without = sum(not entry.lines for entry in facts)
+        blocks.append(Table.of("certificate-lines", title, CHECKS, checks, NOTE))
+    without = sum(not run.answers.lines for run in runs)
     if without:
         blocks.append(f"Without a certificate: {counted(without, 'result')} of an older rbstab.")
     return Section("certificates", "Certificates", tuple(blocks), folded=True)
 
 
-def _answers(facts: RunFacts) -> list[tuple[Cell, ...]]:
-    return [
-        (
-            Cell(facts.run.label),
-            Cell(QUESTIONS[name]),
-            Cell(answer.word, tone=ANSWER_TONES.get(answer.sureness, "")),
-            Cell(answer.sentence),
-        )
-        for name, answer in facts.answer.answers.items()
-    ]
-
-
-def _convergence(facts: Sequence[RunFacts]) -> list[Block]:
-    """Return a table with what is proved of the exact motion of each run; [] without any."""
-    rows = []
-    for entry in facts:
-        found = entry.convergence
-        if found is not None:
-            tone = "bad" if found.word == FALSE else ""
-            rows.append((Cell(entry.run.label), Cell(found.word, tone=tone), Cell(found.sentence)))
-    heads = (Head("run"), Head("converges"), Head("what is proved of the exact motion"))
-    return [Table("convergence", "Convergence", heads, tuple(rows))] if rows else []
-
-
-def check_cell(line: Check) -> Cell:
-    """Return a cell with the word for a check."""
+def _line(label: str, line: Check) -> tuple[Entry, ...]:
     word = word_of_check(line)
-    return Cell(word, tone=TONES.get(line.verdict, "") if word == word_of(line.verdict) else "")
-
-
-def _line(label: str, line: Check) -> tuple[Cell, ...]:
-    return (
-        Cell(label),
-        Cell(line.check),
-        check_cell(line),
-        Cell(line.quantity),
-        Cell(comparison(line)),
-        number_cell(line.when),
-    )
+    tone = TONES.get(line.verdict, "") if word == word_of(line.verdict) else ""
+    found = comparison(line)
+    return label, line.check, Cell(word, tone=tone), line.quantity, found, line.when

@@ -1,129 +1,87 @@
-"""What is known of a run, and the table of its numbers: each with name, unit, getter and words.
+"""What is said of a run in a few words or a number: each fact once, with name, unit and meaning.
 
-Tables, cards and comparisons choose numbers from `FACTS` by their names.
+Tables, cards and comparisons choose facts from `FACTS` by their names.
 """
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.certificate.verdict import Check
+from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.analysis.lyapunov import ENERGY_SCALE
+from rbstab.experiment.answers.outcome import Outcome, OutcomeKind
 from rbstab.experiment.answers.run_answer import (
     SAME_START,
     SETTLED,
     SETTLED_DRIVEN,
     STARTS_AT_REST,
-    RunAnswer,
+    Answer,
 )
-from rbstab.experiment.convergence.convergence import Convergence
+from rbstab.experiment.answers.state_words import kinds_of
+from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.convergence.zero_description import is_below_end
-from rbstab.experiment.proof_cache import cached_proof
-from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.summary import (
-    ReferenceValue,
-    at_least,
-    at_rest_from,
-    lyapunov_function_of,
-    reference_values_of,
-)
-from rbstab.report.model.document import Cell, Head
-from rbstab.report.model.words import number
-from rbstab.report.reading.answers import RegionCheck, answers_of
+from rbstab.experiment.summary import at_least, at_rest_from, lyapunov_function_of
+from rbstab.integrate.status import RunStatus
+from rbstab.report.model.document import Cell, Entry, Head
+from rbstab.report.model.words import NO_VALUE, number
 from rbstab.report.reading.sources import Run
 
+TONES = {Verdict.CERTIFIED.value: "good", Verdict.VIOLATED.value: "bad"}
+"""Tones of verdicts; what held but is not proved, and what is not decided, is no alarm."""
 
-@dataclass(frozen=True, eq=False)
-class RunFacts:
-    """A run with its certificate, proof and comparisons.
-
-    Args:
-        run: The run.
-        lines: The checks of its certificate, also those that a later proof decides.
-        proof: The stored proof for its body, gravity and controller; None without one.
-        region: The check of the certified region; None if there is none.
-        convergence: What is proved of the exact motion; None for an older result.
-        answer: What is known about stability, and how surely.
-        comparisons: Printed values of the config's `reference`, each with the computed one.
-    """
-
-    run: Run
-    lines: tuple[Check, ...]
-    proof: Proof | None
-    region: RegionCheck | None
-    convergence: Convergence | None
-    answer: RunAnswer
-    comparisons: tuple[ReferenceValue, ...]
-
-    def attribute(self, name: str) -> str:
-        """Return an attribute of the result as text; "" if it is missing."""
-        return str(self.run.result.attributes.get(name, ""))
-
-
-def facts_of(runs: Sequence[Run]) -> tuple[RunFacts, ...]:
-    """Return the facts of runs, in their order."""
-    return tuple(map(_facts, runs))
-
-
-def _facts(run: Run) -> RunFacts:
-    result, config = run.result, run.config
-    proof = None if config is None else cached_proof(run.path.parent, config)
-    reference = config.reference if config is not None else None
-    known = run.known_answers or answers_of(result, config, proof)
-    return RunFacts(
-        run=run,
-        lines=known.lines,
-        proof=proof,
-        region=known.region,
-        convergence=known.convergence,
-        answer=known.answer,
-        comparisons=tuple(
-            reference_values_of(result, reference, run.summary) if reference is not None else ()
-        ),
-    )
+ANSWER_TONES = {Sureness.FALSE: "bad"}
+"""Tones of answers. Green is only the outcome of a body that rests where it should: it may be
+proved that it does not."""
 
 
 class Fact(NamedTuple):
-    """A number of a run.
+    """A fact about a run.
 
     Attributes:
         name: Its name in tables and on cards.
-        unit: Its unit; "" for a pure number.
-        value: Gets it; NaN if the run has none.
+        unit: Its unit; "" for a pure number and for words.
+        get: Gets it, as an entry of a table; NaN if the run has none.
         words: What it means; "" if its name says it.
-        text: Gets its text without unit, where that is not just the number.
-        digits: Its significant digits.
     """
 
     name: str
     unit: str
-    value: Callable[[RunFacts], float]
+    get: Callable[[Run], Entry]
     words: str = ""
-    text: Callable[[RunFacts], str] | None = None
-    digits: int = 4
 
     @property
     def head(self) -> Head:
         """The head of its column."""
-        return Head(self.name, self.unit, numbers=True)
+        return Head(self.name, self.unit)
 
-    def cell(self, facts: RunFacts) -> Cell:
-        """Return its entry in a table."""
-        value = self.value(facts)
-        known = self.text is not None and not math.isnan(value)
-        text = self.text(facts) if self.text is not None and known else number(value, self.digits)
-        return Cell(text, value)
-
-    def shown(self, facts: RunFacts) -> str:
+    def shown(self, run: Run) -> str:
         """Return it with its unit; "" if the run has none."""
-        cell = self.cell(facts)
-        if cell.value is None or math.isnan(cell.value):
+        text, value, *_ = Cell.of(self.get(run))
+        if value is None or math.isnan(value):
             return ""
-        degrees = f" ({math.degrees(cell.value):.4g}°)" if self.unit == "rad" else ""
-        return f"{cell.text} {self.unit}".strip() + degrees
+        degrees = f" ({math.degrees(value):.4g}°)" if self.unit == "rad" else ""
+        return f"{text} {self.unit}".strip() + degrees
+
+
+def answer_cell(answer: Answer, target: str = "") -> Cell:
+    """Return how sure an answer is, with its tone."""
+    return Cell(answer.word, tone=ANSWER_TONES.get(answer.sureness, ""), target=target)
+
+
+def outcome_tone(outcome: Outcome) -> str:
+    """Return the tone of an outcome; a body that still moves, or may leave, is no alarm."""
+    tones = dict.fromkeys((OutcomeKind.LEFT_RANGE, OutcomeKind.FAILED), "bad")
+    tones |= dict.fromkeys((OutcomeKind.RESTS_ELSEWHERE, OutcomeKind.UNSTABLE), "warning")
+    return "good" if outcome.is_good else tones.get(outcome.kind, "")
+
+
+def ended_early(run: Run) -> str:
+    """Return how and when a run ended early; "" for one that did not."""
+    status = run.result.status
+    end = number(run.summary.end_time)
+    return "" if status == RunStatus.COMPLETED else f"{status} at {end} s"
 
 
 class Margin(NamedTuple):
@@ -138,105 +96,133 @@ class Margin(NamedTuple):
         return self.start / self.level
 
 
-def margin_of(facts: RunFacts) -> Margin | None:
-    """Return v(0) and the level with which it is compared; None if no finite level is proved.
+NO_MARGIN = Margin(math.nan, math.nan)
+
+
+def margin_of(run: Run) -> Margin:
+    """Return v(0) and the level with which it is compared; NaN if no finite level is proved.
 
     It is the region that contains the start, or that proves convergence (perhaps that of all θ1 and
     θ3), or else that of the lowest rest state. Where every start converges there is no level.
     """
-    region, found = facts.region, facts.convergence
-    if region is not None and region.inside:
-        return _margin(region.start, region.level)
-    if found is None or not found.proved or found.bound is None:
-        return None if region is None else _margin(region.start, region.level)
-    if region is not None and found.rest_state == 1:
-        return _margin(region.start, found.bound)
+    region, found = run.answers.region, run.answers.convergence
+    level = found.bound if found is not None and found.proved else None
+    if level is None or (region is not None and region.inside):
+        margin = NO_MARGIN if region is None else Margin(region.start, region.level)
+    elif region is not None and found is not None and found.rest_state == 1:
+        margin = Margin(region.start, level)
     # The stored v counts from the rest state below the end of the motion, if it says so.
-    if not is_below_end(facts.attribute("lyapunov_zero")):
-        return None
-    return _margin(facts.run.summary.lyapunov_start, found.bound)
+    elif is_below_end(run.attribute("lyapunov_zero")):
+        margin = Margin(run.summary.lyapunov_start, level)
+    else:
+        margin = NO_MARGIN
+    return margin if 0.0 < margin.level < math.inf and math.isfinite(margin.start) else NO_MARGIN
 
 
-def _margin(start: float, level: float) -> Margin | None:
-    return Margin(start, level) if 0.0 < level < math.inf and math.isfinite(start) else None
-
-
-def _ratio(facts: RunFacts) -> float:
-    margin = margin_of(facts)
-    return math.nan if margin is None else margin.ratio
-
-
-def _other_start(facts: RunFacts) -> float:
+def _other_start(run: Run) -> float:
     """Return v(0) as it is compared with c*; NaN if it is that of the run."""
-    margin = margin_of(facts)
-    own = facts.run.summary.lyapunov_start
-    if margin is None or math.isclose(margin.start, own, rel_tol=SAME_START):
+    start = margin_of(run).start
+    same = math.isclose(start, run.summary.lyapunov_start, rel_tol=SAME_START)
+    return math.nan if same else start
+
+
+def _tilt(run: Run) -> Entry:
+    tilt = run.answer.outcome.tilt
+    if tilt is None:
         return math.nan
-    return margin.start
+    return Cell(number(round(math.degrees(tilt), 3), 3), math.degrees(tilt))
 
 
-def _largest_v(facts: RunFacts) -> tuple[float, float]:
-    """Return the largest v of a run that inputs drive, J, and its time, s; NaN of another run."""
-    v = np.asarray(lyapunov_function_of(facts.run.result), dtype=float)
-    if not facts.run.is_driven or not np.any(np.isfinite(v)):
-        return math.nan, math.nan
+def _at_rest_from(run: Run) -> Cell:
+    return Cell(at_rest_from(run.result) or NO_VALUE, run.settling_time)
+
+
+def _last_v(run: Run) -> Cell:
+    """Return v at the end, with the name of what stands in its place on s = F + κE."""
+    v = run.summary.lyapunov_end
+    return Cell(f"{number(v)}{' (v - ε)' if run.stores_v_minus_work else ''}", v)
+
+
+def _largest_v(run: Run) -> Entry:
+    """Return the largest v of a run that inputs drive, with its time."""
+    v = np.asarray(lyapunov_function_of(run.result), dtype=float)
+    if not run.is_driven or not np.any(np.isfinite(v)):
+        return math.nan
     place = int(np.nanargmax(v))
-    return float(v[place]), float(facts.run.result["time"][place])
+    largest, time = float(v[place]), float(run.result["time"][place])
+    return Cell(f"{number(largest)} J at {number(time)} s", largest)
 
 
-def _last_v(facts: RunFacts) -> str:
-    """Return v at the end as text, with the name of what stands in its place on s = F + κE."""
-    work = " (v - ε)" if facts.run.stores_v_minus_work else ""
-    return f"{number(facts.run.summary.lyapunov_end)}{work}"
-
-
-def _tilt(facts: RunFacts) -> float:
-    tilt = facts.answer.outcome.tilt
-    return math.nan if tilt is None else math.degrees(tilt)
+def _peak(value: float, *, resolved: bool) -> Cell:
+    """Return a peak, with ≥ if it may be larger between the samples."""
+    return Cell(at_least(resolved or math.isnan(value)) + number(value), value)
 
 
 def _peak_by_axis(axis: int) -> Fact:
-    return Fact(f"peak E{axis + 1}", "m", lambda f: f.run.summary.peak_contact_displacement[axis])
+    return Fact(f"peak E{axis + 1}", "m", lambda run: run.summary.peak_contact_displacement[axis])
+
+
+def _status(run: Run) -> Cell:
+    early = ended_early(run)
+    return Cell(early or run.result.status, tone="bad" if early else "")
+
+
+def _rest_states(run: Run) -> Cell:
+    proof = run.proof
+    if proof is None:
+        return Cell(NO_VALUE)
+    count = len(proof.states)
+    tone = "warning" if proof.globally_stable is False else ""
+    found = "" if proof.proved else " found"
+    kinds = f": {kinds_of(proof.states)}" if count > 1 else ""
+    return Cell(f"{count}{found}{kinds}", float(count), tone)
+
+
+def _in_region(run: Run) -> str:
+    region = run.answers.region
+    return NO_VALUE if region is None else "yes" if region.inside else "no"
+
+
+def _checks(run: Run) -> Cell:
+    verdict = run.attribute("verdict")
+    return Cell(word_of(verdict) or NO_VALUE, tone=TONES.get(verdict, ""), target="certificates")
+
+
+def _outcome(run: Run) -> Cell:
+    outcome = run.answer.outcome
+    return Cell(outcome.kind.words, tone=outcome_tone(outcome))
 
 
 FACTS = {
     fact.name: fact
     for fact in (
+        Fact("run", "", lambda run: run.label),
+        Fact("outcome", "", _outcome),
         Fact(
             "tilt",
             "°",
             _tilt,
             "the angle from the desired attitude to that at which it rests, or at its end",
-            text=lambda f: number(round(_tilt(f), 3), 3),
         ),
+        Fact("this start", "", lambda run: answer_cell(run.answer.this_start, "certificates")),
+        Fact("whole range", "", lambda run: answer_cell(run.answer.whole_range, "certificates")),
         Fact(
             "at rest from",
             "s",
-            lambda f: f.run.settling_time,
+            _at_rest_from,
             f"{SETTLED} from then on; where inputs supply power, {SETTLED_DRIVEN}. "
             f"{STARTS_AT_REST}. ≤: the samples do not show it better",
-            text=lambda f: at_rest_from(f.run.result),
         ),
         Fact(
             "v(0)",
             "J",
-            lambda f: f.run.summary.lyapunov_start,
+            lambda run: run.summary.lyapunov_start,
             "the Lyapunov function v at the start; v is an energy that damping takes away, zero at "
             "the rest state below the end of the motion. On a surface s = F + κE, v - ε stands in "
             "its place: ε is the work of the contact force",
         ),
-        Fact(
-            "v(end)",
-            "J",
-            lambda f: f.run.summary.lyapunov_end,
-            text=_last_v,
-        ),
-        Fact(
-            "largest v",
-            "",
-            lambda f: _largest_v(f)[0],
-            text=lambda f: "{} J at {} s".format(*map(number, _largest_v(f))),
-        ),
+        Fact("v(end)", "J", _last_v),
+        Fact("largest v", "", _largest_v),
         Fact(
             "start above the rest state of c*",
             "J",
@@ -246,7 +232,7 @@ FACTS = {
         Fact(
             "v(0)/c*",
             "",
-            _ratio,
+            lambda run: margin_of(run).ratio,
             "c* is a level of v below which every motion is proved to converge; here both count "
             "from the rest state of that proof. Below 1 the start has the proof, above 1 nothing "
             "follows",
@@ -254,31 +240,33 @@ FACTS = {
         Fact(
             "peak |E|",
             "m",
-            lambda f: f.run.summary.peak_distance,
+            lambda run: _peak(
+                run.summary.peak_distance, resolved=run.summary.displacement_resolved
+            ),
             "E is the displacement of the contact point from its anchor. ≥: between the samples "
             "the peak may be larger",
-            text=lambda f: (
-                at_least(f.run.summary.displacement_resolved) + number(f.run.summary.peak_distance)
-            ),
         ),
         *map(_peak_by_axis, range(3)),
         Fact(
             "peak |θ2|",
             "rad",
-            lambda f: f.run.summary.largest_pitch,
+            lambda run: _peak(run.summary.largest_pitch, resolved=run.summary.pitch_resolved),
             "θ2 is the second Euler angle. The range is |θ2| < π/2 rad, and |θ1| and |θ3| < π",
-            text=lambda f: (
-                at_least(f.run.summary.pitch_resolved) + number(f.run.summary.largest_pitch)
-            ),
         ),
         Fact(
             f"|r|/{ENERGY_SCALE}",
             "",
-            lambda f: f.run.summary.relative_residual,
+            lambda run: Cell(
+                number(run.summary.relative_residual, 2), run.summary.relative_residual
+            ),
             "the largest energy residual r = v(t) - v(0) - ∫v' dt, which is the error of the "
             "computation",
-            digits=2,
         ),
+        Fact("status", "", _status),
+        Fact("rest states", "", _rest_states),
+        Fact("in certified region", "", _in_region),
+        Fact("variant", "", lambda run: run.attribute("variant") or NO_VALUE),
+        Fact("checks", "", _checks),
     )
 }
-"""The numbers of a run by their names."""
+"""The facts about a run by their names."""

@@ -12,13 +12,13 @@ from rbstab.mechanics import attitude
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Animation, Tie
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import norms
 from rbstab.report.runs.solid import solid_of
 
 MAX_FRAMES = 360
 """Maximum number of frames. A page stores the pose of each; more would not be visible."""
 
 
+@np.errstate(all="ignore")
 def animation_of(run: Run) -> Animation:
     """Return the motion of a run's body, with its shape.
 
@@ -56,16 +56,16 @@ def _ties(run: Run, config: Config, turns: Rotation, samples: Array) -> tuple[Ti
     """Return the elements with a point and an anchor, with their loads at some samples."""
     if "element_force" not in run.result:
         return ()
-    names = [str(name) for name in run.result["element"]]
-    forces, X = run.result["element_force"][samples], run.result["position"][samples]
+    forces = run.result["element_force"][samples].swapaxes(0, 1)
+    by_name = dict(zip(run.result["element"].tolist(), forces, strict=True))
+    X = run.result["position"][samples]
     ties = []
     for name, section in config.elements.items():
-        gains = declarations_of(section).gains
-        if name not in names or not {POINT, ANCHOR} <= set(gains):
+        if name not in by_name or not {POINT, ANCHOR} <= set(declarations_of(section).gains):
             continue
         point, anchor = (np.array(parameter(section, end.name)) for end in (POINT, ANCHOR))
-        own = forces[:, names.index(name)]
         toward = anchor - (X + turns.apply(point))
-        loads = np.copysign(norms(own), (own * toward).sum(axis=1))
+        along = (by_name[name] * toward).sum(axis=1)
+        loads = np.copysign(np.linalg.norm(by_name[name], axis=-1), along)
         ties.append(Tie(name, point, anchor, loads))
     return tuple(ties)

@@ -2,22 +2,16 @@
 
 from collections.abc import Sequence
 
-from rbstab.experiment.summary import ReferenceValue
-from rbstab.integrate.status import RunStatus
-from rbstab.report.model.document import Block, Cell, Head, Section, Table
-from rbstab.report.model.words import NO_VALUE, listed, number, untrusted, vector
+from rbstab.config.sections.reference import Reference
+from rbstab.experiment.summary import ReferenceValue, reference_values_of
+from rbstab.report.model.document import Block, Cell, Entry, Section, Table
+from rbstab.report.model.words import NO_VALUE, listed, untrusted, vector, with_unit
+from rbstab.report.reading.sources import Run
 from rbstab.report.runs.config_tables import value_text
-from rbstab.report.runs.facts import RunFacts
+from rbstab.report.runs.facts import ended_early
 from rbstab.report.runs.paper_cases import CASES, changed_keys
 
-HEADS = (
-    Head("run"),
-    Head("quantity"),
-    Head("printed"),
-    Head("verdict"),
-    Head("computed"),
-    Head("computed - printed"),
-)
+HEADS = ("run", "quantity", "printed", "verdict", "computed", "computed - printed")
 
 NOTE = (
     "Disproved: the exact motion of this config, with its numbers as they are written, is proved "
@@ -29,11 +23,7 @@ NOTE = (
 CLAIM = "globally stable"
 """What the paper says of its controlled bodies, in the range of eq. 5."""
 
-CHANGED_HEADS = (
-    Head("run"),
-    Head("source"),
-    Head("keys that differ, and the values of the source"),
-)
+CHANGED_HEADS = ("run", "source", "keys that differ, and the values of the source")
 
 CHANGED_NOTE = (
     "What the source prints says nothing about these runs, so they are not compared with it: they "
@@ -41,96 +31,73 @@ CHANGED_NOTE = (
 )
 
 
-def reference_section(facts: Sequence[RunFacts]) -> Section | None:
+def reference_section(runs: Sequence[Run]) -> Section | None:
     """Return the section with printed and computed values; None if no config has a `reference`."""
-    changes = {entry.run.label: _changes(entry) for entry in facts}
-    own = [entry for entry in facts if not changes[entry.run.label]]
-    changed = [entry for entry in facts if changes[entry.run.label]]
-    rows = [_row(entry.run.label, value) for entry in own for value in entry.comparisons]
-    rows += [_claim(entry) for entry in own if _is_of_paper(entry)]
-    blocks: list[Block] = list(_sentences(own))
+    changes = {run.label: _changes(run) for run in runs}
+    own = {run: reference for run in runs if (reference := _of(run)) and not changes[run.label]}
+    labels: dict[str, list[str]] = {}
+    for run, reference in own.items():
+        note = f": {untrusted(reference.note)}" if reference.note else ""
+        labels.setdefault(f"{untrusted(reference.source)}{note}", []).append(run.label)
+    blocks: list[Block] = [f"{listed(named)}: {source}." for source, named in labels.items()]
+    values = [
+        (run, value)
+        for run, reference in own.items()
+        for value in reference_values_of(run.result, reference, run.summary)
+    ]
+    rows = [_row(run.label, value) for run, value in values]
+    rows += [_claim(run) for run, reference in own.items() if _is_of_paper(run, reference)]
     if rows:
-        blocks += _stopped(own)
-        blocks.append(Table("reference", "Printed and computed", HEADS, tuple(rows), NOTE))
+        early = {run.label: end for run, _ in values if (end := ended_early(run))}
+        blocks += [
+            f"{label}: ended early: {end}. Its computed values describe the motion until then."
+            for label, end in early.items()
+        ]
+        blocks.append(Table.of("reference", "Printed and computed", HEADS, rows, NOTE))
+    changed = [
+        (run.label, untrusted(reference.source), changes[run.label])
+        for run in runs
+        if (reference := _of(run)) and changes[run.label]
+    ]
     if changed:
-        others = tuple(
-            (Cell(entry.run.label), Cell(untrusted(_source(entry))), Cell(changes[entry.run.label]))
-            for entry in changed
-        )
-        blocks.append(
-            Table("reference-changed", "Changed configs", CHANGED_HEADS, others, CHANGED_NOTE)
-        )
-    if not blocks:
-        return None
-    return Section("source", "Comparison with the source", tuple(blocks))
+        table = "reference-changed", "Changed configs", CHANGED_HEADS, changed, CHANGED_NOTE
+        blocks.append(Table.of(*table))
+    return Section("source", "Comparison with the source", tuple(blocks)) if blocks else None
 
 
-def _is_of_paper(entry: RunFacts) -> bool:
-    """Whether a run is a case of the paper as it stands there: without elements of its own."""
-    config = entry.run.config
-    return config is not None and _source(entry) in CASES and not config.elements
+def _of(run: Run) -> Reference | None:
+    return None if run.config is None else run.config.reference
 
 
-def _claim(entry: RunFacts) -> tuple[Cell, ...]:
-    """Return what the paper says of the stability of its case, beside what is known."""
-    answer = entry.answer.whole_range
-    return (
-        *(Cell(entry.run.label), Cell("the body is"), Cell(CLAIM)),
-        *(Cell(answer.word), Cell(answer.sentence), Cell(NO_VALUE)),
-    )
-
-
-def _changes(entry: RunFacts) -> str:
+def _changes(run: Run) -> str:
     """Return the keys in which a run differs from the case of its source; "" for none."""
-    config, data = entry.run.config, entry.run.data
-    keys = changed_keys(config, data) if config is not None and data else {}
+    keys = {} if run.config is None else changed_keys(run.config, run.data)
     return "; ".join(
         f"{untrusted(key)} = {value_text(value)} ({value_text(printed)})"
         for key, (value, printed) in keys.items()
     )
 
 
-def _source(entry: RunFacts) -> str:
-    reference = entry.run.config.reference if entry.run.config is not None else None
-    return reference.source if reference is not None else ""
+def _is_of_paper(run: Run, reference: Reference) -> bool:
+    """Whether a run is a case of the paper as it stands there: without elements of its own."""
+    return reference.source in CASES and run.config is not None and not run.config.elements
 
 
-def _sentences(facts: Sequence[RunFacts]) -> list[str]:
-    """Return a sentence for each source, with its note and the runs that refer to it."""
-    labels: dict[str, list[str]] = {}
-    for entry in facts:
-        reference = entry.run.config.reference if entry.run.config is not None else None
-        if reference is not None:
-            note = f": {untrusted(reference.note)}" if reference.note else ""
-            labels.setdefault(f"{untrusted(reference.source)}{note}", []).append(entry.run.label)
-    return [f"{listed(runs)}: {sentence}." for sentence, runs in labels.items()]
+def _claim(run: Run) -> tuple[Entry, ...]:
+    """Return what the paper says of the stability of its case, beside what is known."""
+    answer = run.answer.whole_range
+    return run.label, "the body is", CLAIM, answer.word, answer.sentence, NO_VALUE
 
 
-def _stopped(facts: Sequence[RunFacts]) -> list[str]:
-    """Return a warning for each run that stopped before the time of the printed values."""
-    return [
-        f"{entry.run.label}: the run stopped at {number(entry.run.summary.end_time)} s "
-        f"({entry.run.result.status}). Its computed values describe the motion until then."
-        for entry in facts
-        if entry.comparisons and entry.run.result.status != RunStatus.COMPLETED
-    ]
+def _row(label: str, value: ReferenceValue) -> tuple[Entry, ...]:
+    differences = [c - p for c, p in zip(value.computed, value.printed, strict=True)]
+    name = with_unit(value.name.replace("_", " "), value.unit)
+    vectors = map(vector, (value.computed, differences))
+    return label, name, vector(value.printed), _exact(value), *vectors
 
 
-def _row(label: str, comparison: ReferenceValue) -> tuple[Cell, ...]:
-    computed, printed = comparison.computed, comparison.printed
-    differences = [c - p for c, p in zip(computed, printed, strict=True)]
-    return (
-        Cell(label),
-        Cell(f"{comparison.name.replace('_', ' ')} [{comparison.unit}]"),
-        Cell(vector(printed)),
-        _exact(comparison),
-        *(Cell(vector(values)) for values in (computed, differences)),
-    )
-
-
-def _exact(comparison: ReferenceValue) -> Cell:
-    if comparison.exact is None:
+def _exact(value: ReferenceValue) -> Cell:
+    """Return whether a printed value may be that of the exact motion, if this is known."""
+    if value.exact is None:
         return Cell(NO_VALUE)
-    if comparison.disproved:
-        return Cell("disproved", tone="bad")
-    return Cell("possible")
+    return Cell("disproved", tone="bad") if value.disproved else Cell("possible")

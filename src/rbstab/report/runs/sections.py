@@ -1,13 +1,13 @@
 """The figures of runs: at most six, chosen by what the runs have."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+
+import numpy as np
 
 from rbstab.config.user_code.permission import has_code
 from rbstab.report.model.document import Block, Section
-from rbstab.report.model.figure import Figure
 from rbstab.report.model.words import listed
-from rbstab.report.runs.facts import RunFacts
+from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.eigenvalues import eigenvalue_figure
 from rbstab.report.runs.figures.events import events_figure
 from rbstab.report.runs.figures.extremes import extremes_in_colour
@@ -18,38 +18,28 @@ from rbstab.report.runs.figures.states import contact_figure, phase_figure, rota
 MOST_FIGURES = 6
 
 
-def figures_section(facts: Sequence[RunFacts]) -> Section:
-    """Return the section with the figures of runs."""
-    runs, sentence = extremes_in_colour([entry.run for entry in facts])
-    shown = {run.name: run for run in runs}
-    looks = [
-        replace(entry, run=shown[entry.run.name]) for entry in facts if entry.run.name in shown
-    ]
+@np.errstate(all="ignore")
+def figures_section(runs: Sequence[Run]) -> Section:
+    """Return the section with the figures of runs, the most important ones first."""
+    looks, sentence = extremes_in_colour(runs)
     # Of curves that cover each other, the last one is seen.
-    looks.sort(key=lambda entry: not entry.run.legend)
-    title = "Figures" if len(facts) == 1 else "Comparison of runs"
-    blocks: list[Block] = [*([sentence] if sentence else []), *_figures(looks)]
-    with_code = [run.label for run in runs if run.config is not None and has_code(run.config)]
+    shown = sorted(looks, key=lambda run: not run.legend)
+    figures = [
+        rotation_figure(shown),
+        contact_figure(shown),
+        decay_figure(shown),
+        landscape_figure(shown),
+        *([events_figure(shown[0]), energy_figure(shown[0])] if len(shown) == 1 else []),
+        eigenvalue_figure(shown),
+        phase_figure(shown),
+    ]
+    blocks: list[Block] = [sentence] if sentence else []
+    blocks += [figure for figure in figures if figure is not None][:MOST_FIGURES]
+    with_code = [run.label for run in looks if run.config is not None and has_code(run.config)]
     if with_code:
         blocks.append(
             "No eigenvalues are drawn for runs with elements of users, whose code a report never "
             f"runs: {listed(with_code)}. The command rbstab stability --allow-python prints them."
         )
+    title = "Figures" if len(runs) == 1 else "Comparison of runs"
     return Section("figures", title, tuple(blocks))
-
-
-def _figures(facts: Sequence[RunFacts]) -> list[Figure]:
-    """Return the figures, the most important ones first."""
-    runs = [entry.run for entry in facts]
-    alone = runs[0] if len(runs) == 1 else None
-    found = (
-        rotation_figure(runs),
-        contact_figure(runs),
-        decay_figure(runs),
-        landscape_figure(facts),
-        events_figure(alone) if alone else None,
-        energy_figure(alone) if alone else None,
-        eigenvalue_figure(runs),
-        phase_figure(runs),
-    )
-    return [figure for figure in found if figure is not None][:MOST_FIGURES]

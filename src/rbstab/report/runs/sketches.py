@@ -14,6 +14,7 @@ LOWEST = 1e-8
 """v / v(0) below which a decay is not drawn: there round-off would fill the picture."""
 
 
+@np.errstate(all="ignore")
 def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
     """Return v(t)/v(0) of each run, with a dot from which on it is at rest.
 
@@ -42,7 +43,7 @@ def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
         t = run.result["time"] - run.result["time"][0]
         y = ratio / high if linear else np.log(ratio / low) / np.log(high / low)
         rest = run.settling_time - run.result["time"][0]
-        dots = np.array([rest]) if rest > 0 else np.zeros(0)
+        dots = np.array([rest] if rest > 0 else [])
         marks = np.column_stack([dots / end, np.interp(dots, t, y)])
         curve = np.column_stack([t / end, y])
         return Sketch(caption, (("", curve),), marks, ("0 s", f"{number(end)} s"), y_ends)
@@ -55,10 +56,9 @@ def _ratio(run: Run, *, by_largest: bool) -> Array | None:
 
     What is not above `LOWEST` is not drawn on a logarithmic scale.
     """
-    t, v = run.result["time"], np.asarray(lyapunov_function_of(run.result), dtype=float)
-    unit = np.max(v, where=np.isfinite(v), initial=0.0) if by_largest else v[:1].sum()
-    if run.settling_time == 0.0 or not np.isfinite(unit) or unit <= 0 or not np.ptp(t) > 0:
+    v = lyapunov_function_of(run.result)
+    unit = v.max(where=np.isfinite(v), initial=0.0) if by_largest else v[0]
+    if run.settling_time == 0.0 or not 0.0 < unit < np.inf or not np.ptp(run.result["time"]) > 0:
         return None
-    with np.errstate(all="ignore"):
-        ratio = v / unit
+    ratio = v / unit
     return np.where(np.isfinite(ratio) & (ratio > (0.0 if by_largest else LOWEST)), ratio, np.nan)

@@ -34,21 +34,15 @@ def solid_of(body: Body) -> Solid:
 
 def _unit_cube() -> tuple[Array, Array]:
     """Return the cube from -1 to 1, each face in squares of two triangles that look outwards."""
-    u, v = np.meshgrid(*(np.linspace(-1.0, 1.0, CELLS + 1),) * 2, indexing="ij")
-    row, column = np.meshgrid(np.arange(CELLS), np.arange(CELLS), indexing="ij")
-    corner = (row * (CELLS + 1) + column).ravel()
-    right, above = corner + CELLS + 1, corner + 1
-    face = np.concatenate(
-        [np.column_stack([corner, right, right + 1]), np.column_stack([corner, right + 1, above])]
-    )
-    vertices: list[Array] = []
-    triangles: list[Array] = []
-    for axis in range(3):
-        for side in (-1.0, 1.0):
-            place = np.zeros((u.size, 3))
-            place[:, axis] = side
-            # In a cyclic order of the axes, u times v looks along the third one.
-            place[:, (axis + 1) % 3], place[:, (axis + 2) % 3] = u.ravel(), v.ravel()
-            triangles.append(len(vertices) * u.size + (face if side > 0 else face[:, ::-1]))
-            vertices.append(place)
-    return np.concatenate(vertices), np.concatenate(triangles)
+    corners = np.arange((CELLS + 1) ** 2).reshape(CELLS + 1, CELLS + 1)
+    corner, right, above = corners[:-1, :-1], corners[1:, :-1], corners[:-1, 1:]
+    halves = (corner, right, corners[1:, 1:]), (corner, corners[1:, 1:], above)
+    squares = np.concatenate([np.stack(half, axis=-1).reshape(-1, 3) for half in halves])
+    across, up = np.linspace(-1.0, 1.0, CELLS + 1)[np.array(np.indices(corners.shape))]
+    face = np.stack([across, up, np.ones_like(up)], axis=-1).reshape(-1, 3)
+    # The face at z = 1, turned to each axis by a cyclic change of the axes. Its mirror image in the
+    # centre is the opposite face; there a triangle looks outwards if its corners change places.
+    faces = [side * np.roll(face, axis, axis=1) for axis in range(3) for side in (1, -1)]
+    triangles = [squares, squares[:, ::-1]] * 3
+    shifted = [corners.size * number + own for number, own in enumerate(triangles)]
+    return np.concatenate(faces), np.concatenate(shifted)

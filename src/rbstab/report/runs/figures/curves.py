@@ -1,11 +1,9 @@
 """Axes and curves of stored quantities, with the words and symbols of `docs/notation.md`."""
 
-from collections.abc import Sequence
-
-import numpy as np
+from collections.abc import Iterable, Sequence
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.figure import Axis, Line, Panel
+from rbstab.report.model.figure import Axis, Figure, Line, Mark, Panel
 from rbstab.report.model.palette import COLOURS
 from rbstab.report.reading.sources import Run
 from rbstab.systems.quantities import BY_NAME
@@ -14,6 +12,15 @@ TIME = Axis("time t", "s")
 
 DISPLAY_NAMES = {"lyapunov": "Lyapunov function", "orientation": "Euler angle"}
 """Words for quantities whose stored name is not clear enough."""
+
+Curves = tuple[Axis, Sequence[Mark]]
+"""The vertical axis of a panel over time, and its marks."""
+
+
+def time_figure(name: str, title: str, panels: Iterable[Curves], caption: str = "") -> Figure:
+    """Return a figure of panels over time, two side by side."""
+    drawn = tuple(Panel(TIME, axis, tuple(marks)) for axis, marks in panels)
+    return Figure(name, title, drawn, columns=2, caption=caption, shares_time=True)
 
 
 def axis_of(
@@ -28,9 +35,7 @@ def axis_of(
         log: Whether the axis is logarithmic.
     """
     quantity = BY_NAME[name]
-    symbol = quantity.symbol
-    if component is not None:
-        symbol = component_of(name, component)
+    symbol = quantity.symbol if component is None else component_of(name, component)
     words = [DISPLAY_NAMES.get(name, name.replace("_", " "))]
     if symbol != "-":
         words.append(f"|{symbol}|" if size and not symbol.startswith("|") else symbol)
@@ -43,26 +48,19 @@ def component_of(name: str, number: int) -> str:
     return f"{'θ' if symbol == 'Θ' else symbol}{number + 1}"
 
 
-def components(run: Run, name: str) -> Panel:
+def components(run: Run, name: str) -> Curves:
     """Return the components of a vector of a run over time."""
     t, columns = run.result["time"], run.result[name].T
-    curves = (
+    return axis_of(name), [
         Line(t, column, component_of(name, number), colour=number, dash=number)
         for number, column in enumerate(columns)
-    )
-    return Panel(TIME, axis_of(name), tuple(curves))
+    ]
 
 
 def curve_of(run: Run, y: Array, x: Array | None = None) -> Line:
     """Return a curve in the colour of its run."""
-    return Line(
-        run.result["time"] if x is None else x,
-        y,
-        run.label,
-        colour=run.number,
-        dash=run.number // len(COLOURS),
-        group=run.legend,
-    )
+    x, dash = run.result["time"] if x is None else x, run.number // len(COLOURS)
+    return Line(x, y, run.label, colour=run.number, dash=dash, group=run.legend)
 
 
 def acting_parts(run: Run) -> list[str]:
@@ -77,16 +75,15 @@ def parts_of(run: Run, names: Sequence[str], values: Array) -> list[Line]:
     A part has one colour in all figures; inputs, without energy, follow the others.
     """
     colours = list(dict.fromkeys((*acting_parts(run), *names)))
-    curves = []
-    for name, column in zip(names, values.T, strict=True):
-        if column.any():
-            number = colours.index(name)
-            dash = number // len(COLOURS)
-            curves.append(Line(run.result["time"], column, name, colour=number, dash=dash))
-    return curves
+    numbers = [colours.index(name) for name in names]
+    return [
+        Line(run.result["time"], column, name, colour=number, dash=number // len(COLOURS))
+        for name, number, column in zip(names, numbers, values.T, strict=True)
+        if column.any()
+    ]
 
 
-def norms(values: Array) -> Array:
-    """Return the norms of vectors, shape (..., 3); a norm that overflows is infinite."""
-    with np.errstate(all="ignore"):
-        return np.asarray(np.linalg.norm(values, axis=-1))
+def has_guard(run: Run, method: str) -> bool:
+    """Whether a run has an element with a method, such as a barrier or a stop."""
+    elements = () if run.config is None else run.config.elements.values()
+    return any(getattr(element, "method", None) == method for element in elements)

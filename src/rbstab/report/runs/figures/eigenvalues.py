@@ -12,11 +12,12 @@ from rbstab.experiment.locus import LocusPoint, linearised_at_rest
 from rbstab.report.model.figure import Axis, Figure, Level, Panel, Points
 from rbstab.report.model.words import counted
 from rbstab.report.reading.sources import Run
+from rbstab.report.runs.figures.curves import has_guard
 
 REAL, IMAGINARY = Axis("real part Re λ", "1/s"), Axis("imaginary part Im λ", "1/s")
 
-SYMBOLS = (1, 2, 3, 4, 5, 6)
-"""Numbers of the symbols of runs: all are open, so that equal eigenvalues of two runs are seen.
+SYMBOLS = 6
+"""The symbols of runs, from 1 on: all are open, so that equal eigenvalues of two runs are seen.
 There is one less than colours, so that runs with the same symbol have other colours."""
 
 SLOW_FACTOR = 10.0
@@ -35,7 +36,8 @@ def eigenvalue_figure(runs: Sequence[Run]) -> Figure | None:
         if point is None or point.linearisation is None or point.orientation is None:
             continue
         values = point.linearisation.eigenvalues
-        if _has_stop(run) and (values == 0).any():
+        # A stop may hold θ2 at rest: its eigenvalues, then zero, say nothing on stability.
+        if has_guard(run, "stop") and (values == 0).any():
             values = values[values != 0]
             notes.append("θ2, held by a stop, has none.")
         slowest = -float(values.real.max())
@@ -47,12 +49,14 @@ def eigenvalue_figure(runs: Sequence[Run]) -> Figure | None:
                 np.where(are_real(slow), 0.0, slow.imag),
                 f"{run.label}, at {in_degrees(point.orientation)}",
                 colour=run.number,
-                symbol=SYMBOLS[run.number % len(SYMBOLS)],
+                symbol=1 + run.number % SYMBOLS,
                 texts=tuple(map(_described, slow.tolist())),
                 group=run.legend,
             )
         )
-        if _slides_on_surface(run):
+        # On s = F + κE the body is linearised as held at E = 0.
+        surface = getattr(run.config and run.config.controller, "surface", None)
+        if getattr(surface, "slope", None) is not None:
             notes.append("Not drawn: the modes exp(-κt) of a sliding surface.")
     if not marks:
         return None
@@ -61,23 +65,9 @@ def eigenvalue_figure(runs: Sequence[Run]) -> Figure | None:
         notes.append(f"Not drawn: {fast} that decay over {factor} times as fast as the slowest.")
     if len(marks) < len(runs):
         notes.append(f"Not known of {counted(len(runs) - len(marks), 'run')}.")
-    # What stands back is behind.
-    ordered = sorted(marks, key=lambda mark: not mark.group)
-    panel = Panel(REAL, IMAGINARY, (*ordered, BORDER))
+    panel = Panel(REAL, IMAGINARY, (*marks, BORDER))
     caption = " ".join(dict.fromkeys(notes))
     return Figure("runs-eigenvalues", "Eigenvalues at the rest state", (panel,), caption=caption)
-
-
-def _has_stop(run: Run) -> bool:
-    """Whether a stop may hold θ2 at rest: its eigenvalues, then zero, say nothing on stability."""
-    elements = () if run.config is None else run.config.elements.values()
-    return any(getattr(element, "method", None) == "stop" for element in elements)
-
-
-def _slides_on_surface(run: Run) -> bool:
-    """Whether a run slides on s = F + κE: its body is linearised as held at E = 0."""
-    controller = None if run.config is None else run.config.controller
-    return getattr(getattr(controller, "surface", None), "slope", None) is not None
 
 
 def _point(run: Run) -> LocusPoint | None:
@@ -86,8 +76,7 @@ def _point(run: Run) -> LocusPoint | None:
     if run.config is None or has_code(run.config):
         return None
     try:
-        with np.errstate(all="ignore"):
-            return linearised_at_rest(run.config)
+        return linearised_at_rest(run.config)
     # Numbers near overflow can make the computation fail; the report then omits the run.
     except (ArithmeticError, ValueError, KeyError, ConfigError, np.linalg.LinAlgError):
         return None

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from rbstab.report.model.figure import Axis, Figure, Level, Line, Mark, Panel, Points
+from rbstab.report.model.figure import Axis, Figure, Level, Line, Mark, Points
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import TIME, axis_of, component_of, norms, parts_of
+from rbstab.report.runs.figures.curves import Curves, axis_of, component_of, parts_of, time_figure
 from rbstab.store.result import Result
 
 KINDS = {"stick": (1, 0), "release": (2, 2)}
@@ -29,17 +29,11 @@ def events_figure(run: Run) -> Figure | None:
             "Modes are those at the samples; up to the dashed line the motion is reproducible in "
             "double precision."
         )
-    return Figure(
-        f"{run.name}-events",
-        "Events and loads of elements",
-        tuple(panels),
-        columns=2,
-        caption=" ".join(notes),
-        shares_time=True,
-    )
+    name, title = f"{run.name}-events", "Events and loads of elements"
+    return time_figure(name, title, panels, " ".join(notes))
 
 
-def _stop(result: Result) -> list[Panel]:
+def _stop(result: Result) -> list[Curves]:
     """Return θ2 with impacts and the ends of rests, and the energy that impacts took away."""
     t, angle = result["time"], float(result["stop_angle"])
     pitch = result["orientation"][:, 1]
@@ -55,15 +49,15 @@ def _stop(result: Result) -> list[Panel]:
         marks.append(Points(times, at, f"{name} of a rest", colour=look, symbol=look))
     lost = Line(t, result["impact_loss"], "lost in impacts", colour=4, step=True)
     return [
-        Panel(TIME, axis_of("orientation", 1), tuple(marks)),
-        Panel(TIME, axis_of("impact_loss"), (lost,)),
+        (axis_of("orientation", 1), marks),
+        (axis_of("impact_loss"), [lost]),
     ]
 
 
-def _sliding(result: Result) -> list[Panel]:
+def _sliding(result: Result) -> list[Curves]:
     """Return the mode of each axis with its sticks and releases, and the energy of chatter."""
     t, limit = result["time"], Level(float(result["trusted_until"]), "trusted until", vertical=True)
-    panels = []
+    panels: list[Curves] = []
     for axis in range(3):
         mode = result["mode"][:, axis].astype(float)
         marks: list[Mark] = [Line(t, mode, "mode", step=True)]
@@ -72,20 +66,19 @@ def _sliding(result: Result) -> list[Panel]:
             for kind, (colour, symbol) in KINDS.items():
                 times = result["transition_time"][own & (result["transition_kind"] == kind)]
                 marks.append(Points(times, 0.0 * times, kind, colour=colour, symbol=symbol))
-        panels.append(Panel(TIME, Axis(f"mode of axis {axis + 1}", whole=True), (*marks, limit)))
-    energies = (
+        panels.append((Axis(f"mode of axis {axis + 1}", whole=True), [*marks, limit]))
+    energies = [
         Line(t, result["chatter_energy"], "chatter energy e", colour=3),
         Line(t, result["discarded_energy"], "discarded energy", colour=4, dash=1),
-    )
-    return [*panels, Panel(TIME, Axis("energy", "J", log=True), (*energies, limit))]
+    ]
+    return [*panels, (Axis("energy", "J", log=True), [*energies, limit])]
 
 
-def _elements(run: Run) -> list[Panel]:
+def _elements(run: Run) -> list[Curves]:
     """Return the sizes of the forces and the couples of elements that act."""
     names = [str(name) for name in run.result["element"]]
-    panels = []
-    for quantity in ("element_force", "element_couple"):
-        lines = parts_of(run, names, norms(run.result[quantity]))
-        if lines:
-            panels.append(Panel(TIME, axis_of(quantity), tuple(lines)))
-    return panels
+    curves = {
+        quantity: parts_of(run, names, np.linalg.norm(run.result[quantity], axis=-1))
+        for quantity in ("element_force", "element_couple")
+    }
+    return [(axis_of(quantity), lines) for quantity, lines in curves.items() if lines]

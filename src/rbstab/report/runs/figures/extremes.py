@@ -4,8 +4,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from rbstab.integrate.status import RunStatus
 from rbstab.report.model.figure import MUTED
 from rbstab.report.model.words import counted, listed
@@ -35,43 +33,39 @@ def extremes_in_colour(runs: Sequence[Run]) -> tuple[tuple[Run, ...], str]:
     """
     if len(runs) <= MOST_COLOURED:
         return tuple(runs), ""
-    chosen: dict[int, list[str]] = {}
-    for role, place in _roles(runs):
-        chosen.setdefault(place, []).append(role)
-    numbers = {place: number for number, place in enumerate(sorted(chosen))}
-    others = counted(len(runs) - len(chosen), "other run")
-    looks = tuple(
-        replace(run, number=numbers[place])
-        if place in chosen
-        else replace(run, number=MUTED, legend=others)
-        for place, run in enumerate(runs)
-    )
-    named = listed(f"{runs[place].label} ({', '.join(chosen[place])})" for place in sorted(chosen))
+    chosen: dict[Run, list[str]] = {}
+    for role, run in _roles(runs):
+        chosen.setdefault(run, []).append(role)
+    extremes = [run for run in runs if run in chosen]
+    named = listed(f"{run.label} ({', '.join(chosen[run])})" for run in extremes)
+    looks = {run: replace(run, number=number) for number, run in enumerate(extremes)}
     if len(runs) > MAX_CURVES:
-        extremes = tuple(run for run in looks if not run.legend)
-        return extremes, f"Of {len(runs)} runs, the figures show the extremes: {named}."
+        sentence = f"Of {len(runs)} runs, the figures show the extremes: {named}."
+        return tuple(looks.values()), sentence
+    others = counted(len(runs) - len(extremes), "other run")
     sentence = (
         f"In the figures of all {len(runs)} runs, the extremes have colours: {named}. "
-        f"The {others} {'is' if len(runs) - len(chosen) == 1 else 'are'} grey."
+        f"The {others} {'is' if len(runs) - len(extremes) == 1 else 'are'} grey."
     )
-    return looks, sentence
+    grey = {run: replace(run, number=MUTED, legend=others) for run in runs}
+    return tuple((grey | looks).values()), sentence
 
 
-def _roles(runs: Sequence[Run]) -> list[tuple[str, int]]:
-    """Return what is extreme, each with the place of its run; the first of equal runs."""
-    early = [k for k, run in enumerate(runs) if run.result.status != RunStatus.COMPLETED]
-    early.sort(key=lambda k: runs[k].summary.end_time)
-    roles = [("ended early", k) for k in early[:MOST_EARLY]]
-    completed = [k for k in range(len(runs)) if k not in early]
-    rest = {k: runs[k].settling_time for k in completed if not math.isnan(runs[k].settling_time)}
-    never = [k for k in completed if k not in rest]
-    if rest:
-        roles.append(("first at rest", min(rest, key=rest.__getitem__)))
+def _roles(runs: Sequence[Run]) -> list[tuple[str, Run]]:
+    """Return what is extreme, each with its run; the first of equal runs."""
+    early = [run for run in runs if run.result.status != RunStatus.COMPLETED]
+    early.sort(key=lambda run: run.summary.end_time)
+    roles = [("ended early", run) for run in early[:MOST_EARLY]]
+    completed = [run for run in runs if run not in early]
+    at_rest = [run for run in completed if not math.isnan(run.settling_time)]
+    never = [run for run in completed if run not in at_rest]
+    if at_rest:
+        roles.append(("first at rest", min(at_rest, key=lambda run: run.settling_time)))
     if never:
         roles.append(("not at rest by its end", never[0]))
-    elif rest:
-        roles.append(("last at rest", max(rest, key=rest.__getitem__)))
-    peaks = {k: p for k in completed if np.isfinite(p := runs[k].summary.peak_distance)}
-    if max(peaks.values(), default=0.0) > HELD:
-        roles.append(("largest peak of |E|", max(peaks, key=peaks.__getitem__)))
+    elif at_rest:
+        roles.append(("last at rest", max(at_rest, key=lambda run: run.settling_time)))
+    moved = [run for run in completed if HELD < run.summary.peak_distance < math.inf]
+    if moved:
+        roles.append(("largest peak of |E|", max(moved, key=lambda run: run.summary.peak_distance)))
     return roles

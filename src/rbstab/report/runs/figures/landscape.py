@@ -7,12 +7,13 @@ import numpy as np
 
 from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.profile import least_along_pitch, without_barriers
 from rbstab.report.model.figure import MUTED, Axis, Figure, Level, Line, Mark, Panel, Points
 from rbstab.report.model.words import listed
-from rbstab.report.runs.facts import RunFacts
-from rbstab.report.runs.figures.curves import axis_of
+from rbstab.report.reading.sources import Run
+from rbstab.report.runs.figures.curves import axis_of, has_guard
 
 PITCH = np.linspace(-np.pi / 2, np.pi / 2, 241)
 """rad."""
@@ -34,16 +35,16 @@ CAPTION = (
 LEVEL_CAPTION = " Below c*, dashed, every motion is proved to converge."
 
 
-def landscape_figure(facts: Sequence[RunFacts]) -> Figure | None:
+def landscape_figure(runs: Sequence[Run]) -> Figure | None:
     """Return the figure, with a panel for each body; None if no proof has an energy.
 
     Runs of one body and controller, with and without barriers, share a panel.
     """
-    bodies: dict[str, list[RunFacts]] = {}
-    for entry in facts:
-        proof, config = entry.proof, entry.run.config
-        if config is not None and proof is not None and proof.reduced_energy is not None:
-            bodies.setdefault(_without_barriers(config), []).append(entry)
+    bodies: dict[str, list[tuple[Run, Proof]]] = {}
+    for run in runs:
+        proof = run.proof
+        if run.config is not None and proof is not None and proof.reduced_energy is not None:
+            bodies.setdefault(_without_barriers(run.config), []).append((run, proof))
     panels = tuple(_panel(body) for body in list(bodies.values())[:MOST])
     if not panels:
         return None
@@ -61,53 +62,41 @@ def _without_barriers(config: Config) -> str:
     return json.dumps(sections | {"elements": others}, sort_keys=True)
 
 
-def _has_barrier(entry: RunFacts) -> bool:
-    elements = () if entry.run.config is None else entry.run.config.elements.values()
-    return any(getattr(element, "method", None) == "barrier" for element in elements)
-
-
-def _panel(body: Sequence[RunFacts]) -> Panel:
+def _panel(body: Sequence[tuple[Run, Proof]]) -> Panel:
     """Return the least energies, rest states, levels and runs, above the lowest rest state."""
-    proofs = {_has_barrier(entry): entry.proof for entry in body if entry.proof is not None}
+    proofs = {has_guard(run, "barrier"): proof for run, proof in body}
     first = next(iter(proofs.values()))
     zero = first.states[0].energy if first.states else 0.0
-    motions = [
+    marks: list[Mark] = [
         Line(
-            entry.run.result["orientation"][:, 1],
-            entry.run.result["energy"].sum(axis=1) - zero,
-            entry.run.label,
-            entry.run.number,
-            group=entry.run.legend,
+            run.result["orientation"][:, 1],
+            run.result["energy"].sum(axis=1) - zero,
+            run.label,
+            run.number,
+            group=run.legend,
         )
-        for entry in body
+        for run, _ in body
     ]
-    profiles: list[tuple[Array, str]] = []
-    levels: list[Level] = []
+    least: dict[str, Array] = {}
     states: list[tuple[float, float]] = []
     for guarded, proof in sorted(proofs.items(), key=lambda pair: pair[0]):
         if proof.reduced_energy is None:
             continue
         energy, wide = proof.reduced_energy.energy, proof.unwrapped
         end = RANGE_END if wide is None or wide.end is None else np.array(wide.end)
-        if not profiles:
-            bare = least_along_pitch(without_barriers(energy), PITCH, end) - zero
-            profiles.append((bare, "least, without barrier"))
-        if guarded:
-            profiles.append((least_along_pitch(energy, PITCH, end) - zero, "least, with barrier"))
+        curves = {"without": without_barriers(energy)} | ({"with": energy} if guarded else {})
+        for word, U in curves.items():
+            least.setdefault(f"least, {word} barrier", least_along_pitch(U, PITCH, end) - zero)
         if proof.region is not None and proof.region.proved:
-            levels.append(Level(proof.region.lower_bound, "c*"))
+            marks.append(Level(proof.region.lower_bound, "c*"))
         states += [(state.orientation[1], state.energy - zero) for state in proof.states]
-    top = HEADROOM * max(_largest(profiles[0][0]), *(_largest(line.y) for line in motions))
-    marks: list[Mark] = [
+    shown = least["least, without barrier"], *(line.y for line in marks if isinstance(line, Line))
+    top = HEADROOM * max(float(y.max(where=np.isfinite(y), initial=0.0)) for y in shown)
+    profiles = [
         Line(PITCH, np.where(y <= top, y, np.nan), label, MUTED, dash)
-        for dash, (y, label) in enumerate(profiles)
+        for dash, (label, y) in enumerate(least.items())
     ]
     at = np.array([state for state in states if state[1] <= top]).reshape(-1, 2)
-    marks += [*motions, *levels, Points(at[:, 0], at[:, 1], "rest state", MUTED)]
-    title = listed(entry.run.label for entry in body)
-    return Panel(axis_of("orientation", 1), Axis("energy", "J"), tuple(marks), title)
-
-
-def _largest(values: Array) -> float:
-    finite = values[np.isfinite(values)]
-    return float(finite.max(initial=0.0))
+    rest = Points(at[:, 0], at[:, 1], "rest state", MUTED)
+    title = listed(run.label for run, _ in body)
+    return Panel(axis_of("orientation", 1), Axis("energy", "J"), (*profiles, *marks, rest), title)

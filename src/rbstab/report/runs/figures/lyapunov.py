@@ -6,29 +6,25 @@ import numpy as np
 
 from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.figure import Axis, Figure, Line, Panel, Stack
+from rbstab.report.model.figure import Axis, Figure, Line, Stack
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.figures.curves import (
-    TIME,
+    Curves,
     acting_parts,
     axis_of,
     curve_of,
     parts_of,
+    time_figure,
 )
-
-ENERGIES = ("energy", "dissipation")
 
 
 def decay_figure(runs: Sequence[Run]) -> Figure:
     """Return v and the dissipated power, logarithmic; of a driven run the balance of its energy."""
     if len(runs) == 1 and runs[0].is_driven:
         return _supply_figure(runs[0])
-    v = tuple(curve_of(run, lyapunov_function_of(run.result)) for run in runs)
-    lost = tuple(curve_of(run, _sum_of_parts(run, "dissipation")) for run in runs)
-    panels = (
-        Panel(TIME, axis_of("lyapunov", log=True), v),
-        Panel(TIME, Axis("dissipated power", "W", log=True), lost),
-    )
+    v = [curve_of(run, lyapunov_function_of(run.result)) for run in runs]
+    lost = [curve_of(run, _dissipated(run)) for run in runs]
+    panels = (axis_of("lyapunov", log=True), v), (Axis("dissipated power", "W", log=True), lost)
     caption = "The dissipated power is -v'."
     if any(run.is_driven for run in runs):
         caption = "Where inputs supply power, v may rise."
@@ -39,64 +35,51 @@ def decay_figure(runs: Sequence[Run]) -> Figure:
         )
     if any("impact_loss" in run.result for run in runs):
         caption += " At an impact v falls at once."
-    title = "Decay of the Lyapunov function"
-    return Figure("runs-decay", title, panels, 2, caption=caption, shares_time=True)
+    return time_figure("runs-decay", "Decay of the Lyapunov function", panels, caption)
 
 
 def _supply_figure(run: Run) -> Figure:
     """Return v with what was supplied and dissipated since the start, and the powers."""
     t, supplied = run.result["time"], run.result["supplied_energy"]
-    energies = (
+    energies = [
         Line(t, run.result["lyapunov"], "v", colour=0),
         Line(t, supplied, "supplied since the start", colour=1, dash=1),
         Line(t, supplied - run.result["lyapunov_change"], "dissipated since the start", 2, 2),
-    )
+    ]
     powers = run.result["supplied_power"]
     curves = [
         Line(t, powers[:, number], f"supplied by {run.result['part'][number]}", colour + 3)
         for colour, number in enumerate(np.flatnonzero(powers.any(axis=0)).tolist())
     ]
-    lost = Line(t, _sum_of_parts(run, "dissipation"), "dissipated", colour=2, dash=2)
-    return Figure(
+    curves.append(Line(t, _dissipated(run), "dissipated", colour=2, dash=2))
+    return time_figure(
         "runs-decay",
         "What inputs supply, and what is dissipated",
-        (
-            Panel(TIME, Axis("energy", "J"), energies),
-            Panel(TIME, Axis("power", "W"), (*curves, lost)),
-        ),
-        columns=2,
-        caption="v = v(0) + supplied - dissipated: v rises only while more is supplied than "
-        "dissipated.",
-        shares_time=True,
+        ((Axis("energy", "J"), energies), (Axis("power", "W"), curves)),
+        "v = v(0) + supplied - dissipated: v rises only while more is supplied than dissipated.",
     )
 
 
 def energy_figure(run: Run) -> Figure:
     """Return energy and dissipation by part: stacked, and each part on logarithmic axes."""
-    stacks, parts = [], []
-    labels = tuple(acting_parts(run))
+    labels = acting_parts(run)
     acting = np.isin(run.result["part"].astype(str), labels)
     t = run.result["time"]
-    for name in ENERGIES:
+    stacks: list[Curves] = []
+    parts: list[Curves] = []
+    for name in ("energy", "dissipation"):
         values = run.result[name][:, acting]
-        with np.errstate(all="ignore"):
-            total = Line(t, values.sum(axis=1), "sum", cased=True)
-        stacks.append(Panel(TIME, axis_of(name), (Stack(t, values, labels), total)))
-        sizes = tuple(parts_of(run, labels, np.abs(values)))
-        parts.append(Panel(TIME, axis_of(name, size=True, log=True), sizes))
-    v, rate = ("v - ε" if run.stores_v_minus_work else "v"), "-v'"
-    if run.is_driven:
-        rate = "what is supplied minus v'"
-    return Figure(
-        f"{run.name}-energy",
-        "Energy and dissipation by part",
-        (*stacks, *parts),
-        columns=2,
-        caption=f"The energies add up to {v} plus the energy at rest, the dissipations to {rate}.",
-        shares_time=True,
-    )
+        total = Line(t, values.sum(axis=1), "sum", cased=True)
+        stacks.append((axis_of(name), [Stack(t, values, tuple(labels)), total]))
+        sizes = parts_of(run, labels, np.abs(values))
+        parts.append((axis_of(name, size=True, log=True), sizes))
+    v = "v - ε" if run.stores_v_minus_work else "v"
+    rate = "what is supplied minus v'" if run.is_driven else "-v'"
+    caption = f"The energies add up to {v} plus the energy at rest, the dissipations to {rate}."
+    title = "Energy and dissipation by part"
+    return time_figure(f"{run.name}-energy", title, (*stacks, *parts), caption)
 
 
-def _sum_of_parts(run: Run, name: str) -> Array:
-    with np.errstate(all="ignore"):
-        return np.asarray(run.result[name].sum(axis=1))
+def _dissipated(run: Run) -> Array:
+    power: Array = run.result["dissipation"].sum(axis=1)
+    return power

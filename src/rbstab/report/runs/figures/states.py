@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from rbstab.report.model.figure import MUTED, Figure, Panel, Points
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.figures.curves import TIME, axis_of, components, curve_of, norms
+from rbstab.report.runs.figures.curves import axis_of, components, curve_of, time_figure
 
 ROTATION = ("orientation", "angular_velocity")
 
@@ -21,15 +23,11 @@ def rotation_figure(runs: Sequence[Run]) -> Figure:
         panels = [components(runs[0], name) for name in ROTATION]
     else:
         panels = [
-            Panel(
-                TIME,
-                axis_of(name, component),
-                tuple(curve_of(run, run.result[name][:, component]) for run in runs),
-            )
-            for component in range(3)
+            (axis_of(name, k), [curve_of(run, run.result[name][:, k]) for run in runs])
+            for k in range(3)
             for name in ROTATION
         ]
-    return Figure("runs-rotation", "Rotation", tuple(panels), columns=2, shares_time=True)
+    return time_figure("runs-rotation", "Rotation", panels)
 
 
 def contact_figure(runs: Sequence[Run]) -> Figure | None:
@@ -37,23 +35,21 @@ def contact_figure(runs: Sequence[Run]) -> Figure | None:
 
     A held contact point has no E. Of several runs, the sizes are drawn, of forces logarithmic.
     """
-    moves = any(norms(run.result["contact_displacement"]).max() > HELD for run in runs)
+    E = [np.linalg.norm(run.result["contact_displacement"], axis=-1) for run in runs]
+    moving = ["contact_displacement"] if max(map(np.max, E)) > HELD else []
     acting = [name for name in FORCES if any(run.result[name].any() for run in runs)]
-    names = [*(["contact_displacement"] if moves else []), *acting[:1]]
+    names = [*moving, *acting[:1]]
     if len(runs) == 1:
         panels = [components(runs[0], name) for name in names]
     else:
         panels = [
-            Panel(
-                TIME,
+            (
                 axis_of(name, size=True, log=name in FORCES),
-                tuple(curve_of(run, norms(run.result[name])) for run in runs),
+                [curve_of(run, np.linalg.norm(run.result[name], axis=-1)) for run in runs],
             )
             for name in names
         ]
-    if not panels:
-        return None
-    return Figure("runs-contact", "Contact point", tuple(panels), columns=2, shares_time=True)
+    return time_figure("runs-contact", "Contact point", panels) if panels else None
 
 
 def phase_figure(runs: Sequence[Run]) -> Figure:

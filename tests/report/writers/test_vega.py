@@ -3,6 +3,7 @@
 import base64
 import json
 import math
+import re
 from dataclasses import replace
 from io import BytesIO
 from typing import Any
@@ -252,6 +253,7 @@ def test_the_legend_names_each_curve_once_and_the_many_last() -> None:
     entries = legend_of(Figure("f", "F", (panel, panel)))
     assert [entry["label"] for entry in entries] == ["first", "ends", "the others"]
     assert entries[0] == {
+        "of": "",
         "label": "first",
         "colour": colour(2),
         "kind": "line",
@@ -271,6 +273,30 @@ def test_the_legend_says_why_cells_have_no_value() -> None:
     )
     (entry,) = legend_of(figure_of(cells))
     assert (entry["label"], entry["kind"]) == ("no value: lost", "gap")
+
+
+def test_maps_with_other_words_have_legends_of_their_own():
+    """One colour is two words here: each stands under the name of its map, also in a file."""
+    scales = (
+        Axis("outcome", categories=("returns", "fails"), colours=(3, 5)),
+        Axis("proof", categories=("proved", "fails"), colours=(3, 2)),
+    )
+    maps = [Cells(np.arange(2.0), np.zeros(1), np.array([[0.0, 1.0]]), scale) for scale in scales]
+    figure = Figure("f", "F", tuple(Panel(PLAIN, PLAIN, (cells,)) for cells in maps))
+    expected = [("outcome", "returns", 3), ("outcome", "fails", 5)]
+    expected += [("proof", "proved", 3), ("proof", "fails", 2)]
+    entries = legend_of(figure)
+    found = [(entry["of"], entry["label"], entry["colour"]) for entry in entries]
+    assert found == [(of, label, colour(number)) for of, label, number in expected]
+    svg = figure_bytes(figure, "svg").decode()
+    for word, count in (("outcome", 1), ("proof", 1), ("returns", 1), ("fails", 2)):
+        assert svg.count(f">{word}<") == count
+    assert {colour(number).lower() for number in (3, 5, 2)} <= set(
+        re.findall(r"#\w{6}", svg.lower())
+    )
+    # Slices of one quantity have one legend.
+    alike = replace(figure, panels=(figure.panels[0], replace(figure.panels[0], title="other")))
+    assert [entry["of"] for entry in legend_of(alike)] == ["", ""]
 
 
 def test_a_specification_is_valid_json_whatever_the_values() -> None:

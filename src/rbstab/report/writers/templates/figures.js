@@ -320,14 +320,22 @@ function zoom(figure, factor) {
   view.runAsync();
 }
 
-/** Add a legend: swatches and names, with one button for all curves of a name. */
+/** Add a legend: swatches and names, with one button for all curves of a name; maps with other words have a row each. */
 function addLegend(figure) {
   const legend = figure.box.parentElement.querySelector(".legend");
+  const rows = new Map();
+  const rowOf = (of) => {
+    if (!rows.has(of)) {
+      rows.set(of, legend.appendChild(document.createElement("div")));
+      rows.get(of).append(Object.assign(document.createElement("b"), { textContent: of }));
+    }
+    return rows.get(of);
+  };
   for (const entry of drawings[figure.name].legend) {
     const isWord = entry.kind === "word" || entry.kind === "gap";
     const item = document.createElement(isWord ? "span" : "button");
     item.append(swatch(entry), entry.label);
-    legend.append(item);
+    (entry.of ? rowOf(entry.of) : legend).append(item);
     if (isWord) continue;
     item.type = "button";
     item.setAttribute("aria-pressed", "true");
@@ -365,11 +373,11 @@ const PICTURE = 900;
 
 /** Save the figure with its legend and without hidden curves, on white and with dark text. */
 async function savePicture(figure) {
-  const { spec, names } = drawings[figure.name];
+  const { spec, names, own } = drawings[figure.name];
   const { config, params, ...panels } = fitted(figure, PICTURE);
   const given = Object.fromEntries(spec.params.map(({ name, value }) => [name, value]));
   for (const param of params) if (["ink", "paper", "grid"].includes(param.name)) param.value = given[param.name];
-  const whole = names ? { config, params, vconcat: [names, panels] } : { config, params, ...panels };
+  const whole = names.length ? { config, params, vconcat: [...names, panels], resolve: { scale: own } } : { config, params, ...panels };
   const { view } = await vegaEmbed(document.createElement("div"), whole, OPTIONS);
   saveFile(new Blob([await view.toSVG()], { type: "image/svg+xml" }), `${figure.name}.svg`);
   view.finalize();

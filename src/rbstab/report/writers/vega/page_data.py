@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Panel
 from rbstab.report.writers.vega.cells import edges_of, span_of, tints_of
-from rbstab.report.writers.vega.legend import legend_of, legend_view
+from rbstab.report.writers.vega.legend import legend_of, legend_views
 from rbstab.report.writers.vega.marks import JSON
-from rbstab.report.writers.vega.specification import specification
+from rbstab.report.writers.vega.specification import OWN, specification
 
 WIDE = 800
 """The width of the specification in pixels; the page changes it."""
@@ -25,7 +25,8 @@ def page_data(figure: Figure) -> JSON:
     return {
         "spec": spec,
         "legend": legend,
-        "names": legend_view(legend, WIDE) if legend else None,
+        "names": legend_views(legend, WIDE),
+        "own": OWN,
         "panels": [_panel_data(panel, arrays) for panel in figure.panels],
         "arrays": arrays,
         "columns": figure.columns,

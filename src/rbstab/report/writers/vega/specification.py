@@ -11,7 +11,7 @@ from rbstab.report.model.figure import Axis, Cells, Figure, Shares
 from rbstab.report.writers.decimate import decimate
 from rbstab.report.writers.vega.cells import edges_of, hatch, picture, span_of, tints_of
 from rbstab.report.writers.vega.domains import Domain, domains_of
-from rbstab.report.writers.vega.legend import legend_of, legend_view
+from rbstab.report.writers.vega.legend import legend_of, legend_views
 from rbstab.report.writers.vega.marks import JSON, layers_of
 
 FONT = "Liberation Sans, Arimo, sans-serif"
@@ -33,6 +33,9 @@ NUMBER = "format(datum.value, '.6~g')"
 
 WITH_DEGREES = f"[{NUMBER}, format(datum.value * 180 / PI, '.3~g') + '°']"
 """An angle at a tick: in rad, and below that in degrees."""
+
+OWN = dict.fromkeys(("fill", "stroke", "strokeDash", "shape"), "independent")
+"""Each legend has scales of its own: maps may have one word in two colours."""
 
 BESIDE_TOUCH = "event.pointerType != 'touch'"
 """Fingers scroll the page: they zoom by buttons."""
@@ -67,11 +70,10 @@ def specification(figure: Figure, *, width: float, for_page: bool = False) -> JS
         "spacing": 16,
         "resolve": {"scale": shared | {"fill": "independent"}},
     }
-    entries = legend_of(figure)
     if for_page:
         params += _zooms(figure)
-    elif entries:
-        view = {"vconcat": [legend_view(entries, width), view], "spacing": 4}
+    elif legend := legend_views(legend_of(figure), width):
+        view = {"vconcat": [*legend, view], "spacing": 4, "resolve": {"scale": OWN}}
     return {"config": _config(), "params": params} | view
 
 
@@ -221,7 +223,7 @@ def _config() -> JSON:
         "view": {"stroke": grid},
         "axis": text | {"gridColor": grid, "tickColor": ink, "domainColor": ink},
         "legend": text | {"labelLimit": 420},
-        "title": {"color": ink, "fontSize": 12, "anchor": "start", "offset": 6},
+        "title": {"color": ink, "fontSize": 12, "anchor": "start", "offset": 6, "frame": "group"},
         "aria": False,
         "mark": {"invalid": "break-paths-show-domains"},
         "style": {"cell": {"stroke": grid}},

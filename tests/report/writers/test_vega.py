@@ -18,11 +18,9 @@ from support.pages import figures
 from rbstab.report.model.figure import (
     Axis,
     Band,
-    Bars,
     CellMembers,
     Cells,
     Figure,
-    Intervals,
     Level,
     Line,
     Panel,
@@ -33,7 +31,6 @@ from rbstab.report.model.figure import (
 from rbstab.report.model.palette import colour
 from rbstab.report.writers.figure_files import figure_bytes
 from rbstab.report.writers.vega.cells import edges_of, picture, tints_of
-from rbstab.report.writers.vega.domains import domains_of
 from rbstab.report.writers.vega.legend import legend_of
 from rbstab.report.writers.vega.page_data import page_data
 from rbstab.report.writers.vega.specification import specification
@@ -51,6 +48,13 @@ def layers_of(figure: Figure) -> list[dict[str, Any]]:
         "layer"
     ]
     return layers
+
+
+def ends_of(figure):
+    """Return the ends of the axes x and y of each panel."""
+    panels = specification(figure, width=475.0, for_page=True)["concat"]
+    places = [panel["layer"][0]["encoding"] for panel in panels]
+    return [{side: tuple(at[side]["scale"]["domain"]) for side in ("x", "y")} for at in places]
 
 
 def drawn(figure: Figure) -> list[dict[str, Any]]:
@@ -119,9 +123,9 @@ def test_a_column_is_narrower_and_has_its_panels_below_each_other() -> None:
 def test_a_stack_adds_up_and_what_is_negative_goes_down() -> None:
     parts = np.array([[1.0, -2.0, 3.0], [-4.0, 5.0, -6.0]])
     layers = layers_of(figure_of(Stack(T[:2], parts, ("a", "b", "c"))))
-    ends = [[(row["y"], row["y2"]) for row in layer["data"]["values"]] for layer in layers]
+    ends = [[(row["low"], row["high"]) for row in layer["data"]["values"]] for layer in layers]
     assert ends == [[(0, 1), (0, -4)], [(0, -2), (0, 5)], [(1, 4), (-4, -10)]]
-    low, high = domains_of(figure_of(Stack(T[:2], parts, ("a", "b", "c"))))[0]["y"]
+    low, high = ends_of(figure_of(Stack(T[:2], parts, ("a", "b", "c"))))[0]["y"]
     assert low < -10 < 5 < high
 
 
@@ -137,21 +141,14 @@ def test_shares_fill_a_bar_and_name_their_counts() -> None:
     assert sorted(texts) == ["1", "3", "5"]
 
 
-def test_intervals_bands_bars_and_levels_have_both_ends() -> None:
-    ends = T[:2], T[:2] + 1
-    marks = (
-        Intervals(T[:2], T[:2] + 0.5, *ends, "i"),
-        Band(T[:2], *ends, "b"),
-        Bars(np.array([0.0, 1.0, 3.0]), np.array([2.0, 4.0]), "h"),
-        Level(0.5, "l"),
-        Level(1.5, "v", vertical=True),
-    )
-    layers = layers_of(figure_of(*marks))
-    rows = [layer["data"]["values"][0] for layer in layers]
-    assert (rows[0]["y"], rows[0]["y2"], rows[0]["value"]) == (0, 1, 0.5)
-    assert (rows[2]["y"], rows[2]["y2"]) == (0, 1)
-    assert rows[3] == {"series": "h", "x": 0, "x2": 1, "y": 2, "y2": 0}
-    assert (rows[4], rows[5]) == ({"series": "l", "y": 0.5}, {"series": "v", "x": 1.5})
+def test_bands_and_levels_have_both_ends():
+    marks = Band(T[:2], T[:2], T[:2] + 1, "b"), Level(0.5, "l"), Level(1.5, "v", vertical=True)
+    rows = [layer["data"]["values"][0] for layer in layers_of(figure_of(*marks))]
+    assert rows == [
+        {"series": "b", "x": 0, "low": 0, "high": 1},
+        {"series": "l", "y": 0.5},
+        {"series": "v", "x": 1.5},
+    ]
 
 
 def pixels(cells: Cells, x: Axis = PLAIN, y: Axis = PLAIN) -> Any:
@@ -218,32 +215,31 @@ def test_categories_have_their_colours() -> None:
 
 
 def test_axes_end_where_they_are_told_or_where_the_data_end() -> None:
-    told = domains_of(figure_of(Line(T, T), x=Axis("x", ends=(-1.0, 9.0))))[0]
+    told = ends_of(figure_of(Line(T, T), x=Axis("x", ends=(-1.0, 9.0))))[0]
     assert told["x"] == (-1.0, 9.0)
     assert -0.5 < told["y"][0] < 0
     assert 4 < told["y"][1] < 4.5
     for values in (np.zeros(4), np.full(4, 7.0), np.full(4, np.nan), np.full(4, 1e300)):
-        low, high = domains_of(figure_of(Line(T, values)))[0]["y"]
+        low, high = ends_of(figure_of(Line(T, values)))[0]["y"]
         assert low < high
         assert math.isfinite(low + high)
 
 
-def test_axes_hold_the_ends_of_intervals_and_bands() -> None:
+def test_axes_hold_the_ends_of_bands():
     low, high = -3.0 * T - 1, 5.0 * T + 1
-    for mark in (Intervals(T, 0 * T, low, high), Band(T, low, high)):
-        ends = domains_of(figure_of(mark))[0]["y"]
-        assert ends[0] < low.min() < high.max() < ends[1]
+    ends = ends_of(figure_of(Band(T, low, high)))[0]["y"]
+    assert ends[0] < low.min() < high.max() < ends[1]
 
 
 def test_panels_share_their_axes() -> None:
     one, other = (Panel(PLAIN, PLAIN, (Line(T, factor * T),)) for factor in (1, 10))
     figure = Figure("f", "F", (one, other), 2)
-    assert domains_of(figure)[0]["y"][1] < 5
-    shared = domains_of(replace(figure, shared="y"))
+    assert ends_of(figure)[0]["y"][1] < 5
+    shared = ends_of(replace(figure, shared="y"))
     assert shared[0]["y"] == shared[1]["y"]
     assert shared[0]["y"][1] > 40
     late = Panel(PLAIN, PLAIN, (Line(T + 3, T),))
-    assert domains_of(Figure("f", "F", (one, late), shares_time=True))[0]["x"] == (0.0, 7.0)
+    assert ends_of(Figure("f", "F", (one, late), shares_time=True))[0]["x"] == (0.0, 7.0)
 
 
 def test_the_legend_names_each_curve_once_and_the_many_last() -> None:

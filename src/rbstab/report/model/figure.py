@@ -123,44 +123,6 @@ class Stack:
 
 
 @dataclass(frozen=True, eq=False)
-class Bars:
-    """A histogram.
-
-    Args:
-        edges: Shape (n + 1,).
-        heights: Shape (n,).
-        label: Its name in the legend.
-        colour: Number of its colour in the palette.
-    """
-
-    edges: Array
-    heights: Array
-    label: str = ""
-    colour: int = 0
-
-
-@dataclass(frozen=True, eq=False)
-class Intervals:
-    """Values with intervals around them, drawn as points with error bars.
-
-    Args:
-        x: Shape (n,).
-        y: Shape (n,).
-        low: Lower ends, shape (n,).
-        high: Upper ends, shape (n,).
-        label: Their name in the legend.
-        colour: Number of their colour in the palette.
-    """
-
-    x: Array
-    y: Array
-    low: Array
-    high: Array
-    label: str = ""
-    colour: int = 0
-
-
-@dataclass(frozen=True, eq=False)
 class Band:
     """The area between two curves.
 
@@ -258,7 +220,7 @@ class Shares:
         return shares
 
 
-Mark = Line | Points | Stack | Bars | Intervals | Band | Cells | Level | Shares
+Mark = Line | Points | Stack | Band | Cells | Level | Shares
 
 
 @dataclass(frozen=True)

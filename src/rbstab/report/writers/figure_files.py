@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rbstab.report.model.document import Report
 from rbstab.report.model.figure import Figure
-from rbstab.report.writers.figure_data import csv_of
+from rbstab.report.writers.series import csv_of
 from rbstab.report.writers.vega.specification import specification
 
 FORMS = ("svg", "pdf", "png", "csv")

@@ -189,30 +189,24 @@ function shownAt(figure, event) {
   return valuesAt(figure, spot, x, y);
 }
 
-/** Return the point of a mark of points, or of the end of an interval, near the pointer. */
+/** Return the point near the pointer, or the part of a bar under it. */
 function nearestPoint(figure, number, [left, top], x, y) {
   let best = null;
   let least = NEAR ** 2;
-  const { panels } = drawings[figure.name];
+  const axes = drawings[figure.name].panels[number];
   for (const { mark, data } of layersOf(figure.name, number)) {
-    if (mark.type !== "point" && mark.type !== "rule" && mark.type !== "rect") continue;
+    if (mark.type !== "point" && mark.type !== "bar") continue;
     for (const row of data.values) {
-      if (row.x == null || row.y == null || figure.hidden.has(row.series)) continue;
-      const [across, up] = [row.value ?? row.y, row.y2 ?? row.y];
-      const inBar = mark.type === "rect" && left >= x(row.x) && left <= x(row.x2) && top <= Math.max(y(row.y), y(up)) && top >= Math.min(y(row.y), y(up));
-      const distance = inBar ? 0 : mark.type === "rect" ? Infinity : (x(row.x) - left) ** 2 + (y(across) - top) ** 2;
-      if (distance >= least) continue;
-      [best, least] = [row, distance];
+      if (row.x === null || row.y === null || figure.hidden.has(row.series)) continue;
+      const inBar = left >= x(row.low) && left <= x(row.high) && Math.abs(y(row.y) - top) <= mark.size / 2;
+      const distance = mark.type === "point" ? (x(row.x) - left) ** 2 + (y(row.y) - top) ** 2 : inBar ? 0 : Infinity;
+      if (distance < least) [best, least] = [{ ...row, isBar: inBar }, distance];
     }
   }
   if (!best) return null;
-  const axes = panels[number];
-  const name = best.text ? best.text.split("\n") : [];
-  if (best.bar !== undefined) return { lines: [axes.y.categories[best.bar], `${best.series}: ${best.text}`], member: -1 };
-  const ends = best.x2 !== undefined ? [`${axes.x.label}: ${short(best.x)} to ${valueText(axes.x, best.x2)}`, `${axes.y.label}: ${valueText(axes.y, best.y)}`]
-    : [`${axes.x.label} = ${valueText(axes.x, best.x)}`, `${axes.y.label} = ${valueText(axes.y, best.value ?? best.y)}`];
-  if (best.value !== undefined) ends.push(`from ${valueText(axes.y, best.y)} to ${valueText(axes.y, best.y2)}`);
-  return { lines: [best.series, ...(name.length ? name : ends)].filter(Boolean), member: best.member ?? -1 };
+  if (best.isBar) return { lines: [axes.y.categories[best.y], `${best.series}: ${best.text}`], member: -1 };
+  const ends = [`${axes.x.label} = ${valueText(axes.x, best.x)}`, `${axes.y.label} = ${valueText(axes.y, best.y)}`];
+  return { lines: [best.series, ...(best.text ? best.text.split("\n") : ends)].filter(Boolean), member: best.member ?? -1 };
 }
 
 /** Return the values of the curves of a panel at the pointer. */
@@ -253,8 +247,9 @@ function curveAt(rows, place, axes, isStep) {
     else high = middle;
   }
   const [before, after] = [rows[low], rows[high]];
-  const [first, second] = [before.y2 ?? before.y, after.y2 ?? after.y];
-  if (before.y === null || after.y === null) return null;
+  const top = "high" in before ? "high" : "y";
+  const [first, second] = [before[top], after[top]];
+  if (first === null || second === null) return null;
   if (isStep || after.x === before.x) return first;
   const [from, to, at] = [before.x, after.x, place].map(axes.x.log ? Math.log : Number);
   const share = (at - from) / (to - from);

@@ -7,10 +7,8 @@ import numpy as np
 
 from rbstab.report.model.figure import (
     Band,
-    Bars,
     Cells,
     Figure,
-    Intervals,
     Level,
     Line,
     Mark,
@@ -57,11 +55,9 @@ def _entries(mark: Mark) -> Iterable[JSON]:
         case Points():
             tint = colour(mark.colour if mark.key is None else mark.key)
             yield _entry(entry_of(mark), tint, "point", symbol=mark.symbol % len(SYMBOLS))
-        case Intervals():
-            yield _entry(mark.label, colour(mark.colour), "point")
         case Level():
-            yield _entry(mark.label, LEVEL, "line", dash=1)
-        case Bars() | Band():
+            yield _entry(mark.label, LEVEL["color"], "line", dash=1)
+        case Band():
             yield _entry(mark.label, colour(mark.colour), "area")
         case Stack():
             yield from (

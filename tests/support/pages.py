@@ -91,13 +91,13 @@ def figures() -> tuple[Figure, ...]:
                 Axis("time", "s"),
                 Axis("members"),
                 (
-                    Level(1.5, "", True),
                     Band(
                         np.array([0.5, 1.0, 2.0]),
                         np.array([1.0, 2.0, 1.5]),
                         np.array([2.0, 2.5, 4.0]),
                         "between",
                     ),
+                    Level(1.5, "", True),
                 ),
             ),
             Panel(

@@ -6,10 +6,10 @@ import numpy as np
 
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.document import Block, Cell, Head, Table
+from rbstab.report.model.document import Block
 from rbstab.report.model.palette import BAD, GOOD, OPEN, SECOND, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.members import Members
-from rbstab.report.sweeps.table_entries import whole
+from rbstab.report.sweeps.tables import table_of
 from rbstab.sweep.proofs.bodies import named_members, ranges_of
 from rbstab.sweep.proofs.columns import (
     FALSE,
@@ -136,10 +136,10 @@ def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
         reasons_of = zip(words, counts.tolist(), strict=True)
         rows |= {f"of those not decided: {word}": n for word, n in reasons_of if word}
     rows |= {f"of those without a proof: {reason}": n for reason, n in reasons.items()}
-    heads = (Head("convergence of the exact motion"), Head("members", numbers=True))
+    heads = "convergence of the exact motion", "members"
     title, note = "What is proved of the members", f"{NOTE} {missing}".strip()
-    cells = tuple((Cell(label), whole(count)) for label, count in rows.items() if count)
-    return [*of_bodies, Table(f"{name}-proofs", title, heads, cells, note)]
+    shown = [row for row in rows.items() if row[1]]
+    return [*of_bodies, table_of(f"{name}-proofs", title, heads, shown, note)]
 
 
 def _of_bodies(members: Members) -> list[str]:

@@ -7,7 +7,7 @@ import pytest
 from support.made_sweeps import GRID, SPIN
 from support.sections import sweep_sections, tables
 
-from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
+from rbstab.report.sweeps.conditions.paired_conditions import conditions_of
 
 VARIANTS = ["visco-elastic", "free", "permanent"]
 EACH = {
@@ -120,7 +120,7 @@ def test_a_condition_that_holds_the_contact_point_is_left_out(made):
 )
 def test_pairs_have_the_same_values(members, vary, keys, labels, pairs):
     found = members(vary, **keys)
-    groups: Any = paired_conditions_of(found)
+    groups: Any = conditions_of(found)
     assert groups.labels == labels
     assert groups.pairs.shape == pairs
     values = found.column("initial_angular_velocity_0")[groups.pairs]
@@ -132,5 +132,5 @@ def test_pairs_have_the_same_values(members, vary, keys, labels, pairs):
 @pytest.mark.parametrize(("key", "own"), [("body.mass", True), (f"{SPIN}[1]", False)])
 def test_conditions_may_have_a_function_v_of_their_own(members, key, own):
     vary = {key: {"each": {"values": [1, 2]}}, f"{SPIN}[0]": {"normal": [0, 6]}}
-    groups: Any = paired_conditions_of(members(vary, design="random", members=10, seed=4))
+    groups: Any = conditions_of(members(vary, design="random", members=10, seed=4))
     assert groups.has_own_v is own

@@ -15,7 +15,7 @@ from rbstab.report.sweeps.quantities import (
     start_energy,
     start_over_level,
 )
-from rbstab.report.sweeps.tables import table_of
+from rbstab.report.sweeps.tables import Entry, table_of
 from rbstab.store.variables import safe_name
 from rbstab.sweep.members.outcome import STATUSES
 
@@ -34,8 +34,8 @@ def notable_blocks(name: str, members: Members, command: str) -> list[Block]:
     quantities = [own(members) for own in (settling_time, regularity, start_energy)]
     quantities.append(peak_displacement(members))
     measured = (Head(q.axis.label, q.axis.unit, numbers=True) for q in quantities)
-    heads = "member", "reason", "outcome", *measured, "parameters"
-    rows = [
+    heads: list[str | Head] = ["member", "reason", "outcome", *measured, "parameters"]
+    rows: list[tuple[Entry, ...]] = [
         (
             Cell(str(k), float(k), command=f"{command} {k}"),
             reason,

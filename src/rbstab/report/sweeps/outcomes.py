@@ -11,7 +11,7 @@ from rbstab.analysis.lyapunov import ENERGY_SCALE
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block, Table
 from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Line, Panel, Shares
-from rbstab.report.sweeps.conditions.paired_conditions import Slice, slices_of
+from rbstab.report.sweeps.conditions.paired_conditions import Slice, conditions_of
 from rbstab.report.sweeps.members import (
     FAILED,
     OUTCOME_COLOURS,
@@ -108,7 +108,7 @@ def interval_note(members: Members, has_intervals: bool) -> str:
 
 def outcome_table(name: str, members: Members) -> Table:
     """Return how many members ended how, of each condition if there are several."""
-    slices, drawn = slices_of(members), members.is_drawn
+    slices, drawn = conditions_of(members).slices, members.is_drawn
     # Conditions that are too many to compare are pooled.
     has_limits = drawn and (len(slices) > 1 or is_sampled(members))
     limits = (f"{end} {CONFIDENCE:.0%} limit" for end in ("lower", "upper"))
@@ -130,7 +130,7 @@ def outcome_table(name: str, members: Members) -> Table:
 
 def outcome_bars(name: str, members: Members) -> list[Figure]:
     """Return how the members of each condition ended, as bars; [] if all ended alike."""
-    slices, occurring = slices_of(members), np.flatnonzero(members.outcome_counts)
+    slices, occurring = conditions_of(members).slices, np.flatnonzero(members.outcome_counts)
     if len(slices) < 2 or len(occurring) < 2:
         return []
     outcomes = (members.outcomes[part.chosen] for part in slices)
@@ -167,7 +167,7 @@ def spread_figures(name: str, members: Members) -> list[Figure]:
 
     How often a value occurs in a grid only says how its points were chosen.
     """
-    slices = slices_of(members)
+    slices = conditions_of(members).slices
     if not (members.is_drawn or len(slices) > 1) or len(slices) > MAX_CURVES:
         return []
     y = Axis("share of members", ends=SHARE_ENDS)
@@ -197,7 +197,7 @@ def quantile_table(name: str, members: Members) -> Block:
     quantities = [q for q in (*main_quantities(members), residual) if np.isfinite(q.values).any()]
     if not quantities:
         return "No member completed, so there are no values to show."
-    slices = slices_of(members)
+    slices = conditions_of(members).slices
     rows = []
     for quantity in quantities:
         for part in slices:

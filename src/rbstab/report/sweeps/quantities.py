@@ -37,6 +37,8 @@ class MemberQuantity:
             for none.
         end: The largest value that a member can have.
         is_share: Whether it is 1 for members with a property and 0 for others: its mean is shown.
+        share: Of words, which have no mean: the label and the values of what is shown of several
+            members in their place; None for others.
     """
 
     name: str
@@ -46,6 +48,15 @@ class MemberQuantity:
     later: Array | None = None
     end: float = np.inf
     is_share: bool = False
+    share: tuple[str, Array] | None = None
+
+    @property
+    def of_several(self) -> "MemberQuantity":
+        """What is shown of several members together."""
+        if self.share is None:
+            return self
+        label, values = self.share
+        return replace(self, axis=Axis(label), values=values, is_share=True, share=None)
 
     @property
     def varies(self) -> bool:

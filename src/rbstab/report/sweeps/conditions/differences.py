@@ -34,12 +34,12 @@ def difference_table(name: str, members: Members) -> list[Table]:
     if not rankings:
         return []
     sampled = rankings[0].sampled
-    heads = (
+    heads: list[str | Head] = [
         *("quantity", "difference", "smaller with", "median"),
         Head(f"{CONFIDENCE:.0%} interval of the median", numbers=True),
         *(f"{share} of the pairs below" for share in ("5%", "95%")),
         *("share of the pairs above 0", "pairs", "equal pairs"),
-    )
+    ]
     rows, notes = [], [V_NOTE] if rankings[0].groups.has_own_v else []
     for ranking in rankings:
         labels, label = ranking.groups.labels, ranking.quantity.axis.label

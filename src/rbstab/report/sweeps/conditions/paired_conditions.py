@@ -23,8 +23,8 @@ class Slice(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PairedConditions:
-    """Groups of members with the same condition.
+class Conditions:
+    """Groups of members with the same condition; without conditions, one group without a title.
 
     slices are the members of each. Each row of pairs, shape (rows, conditions), has the numbers of
     members that differ only in their condition; pairs is None if there are no such rows. has_own_v
@@ -42,26 +42,19 @@ class PairedConditions:
         return tuple(part.title for part in self.slices)
 
 
-def slices_of(members: Members) -> list[Slice]:
-    """Return the members of each condition; without conditions one slice without a title."""
-    groups = paired_conditions_of(members)
-    return [Slice("", np.arange(len(members)))] if groups is None else groups.slices
-
-
 @kept
-def paired_conditions_of(members: Members) -> PairedConditions | None:
-    """Return the conditions of a sweep; None if there are none, or too many."""
-    plan = members.plan
+def conditions_of(members: Members) -> Conditions:
+    """Return the conditions of a sweep; none if they are too many to compare."""
+    plan, slices = members.plan, [Slice("", np.arange(len(members)))]
     if plan is None:
-        return None
+        return Conditions((), slices, None, has_own_v=False)
     variant = [p for p in members.parameters if p.axis.categories]
     each = {axis.name for axis in plan.axes if axis.each}
     chosen = [p for p in members.parameters if p.axis.categories or p.name in each]
     if np.prod([float(len(p.entries)) for p in chosen]) > MAX_GROUPS:
         chosen = variant
     if not chosen:
-        return None
-    slices = [Slice("", np.arange(len(members)))]
+        return Conditions((), slices, None, has_own_v=False)
     for parameter in chosen:
         slices = [
             Slice(
@@ -73,7 +66,7 @@ def paired_conditions_of(members: Members) -> PairedConditions | None:
         ]
     names = [p.name for p in chosen]
     pairs = _pairs(members, names)
-    return PairedConditions(tuple(chosen), slices, pairs, _change_v(plan, names))
+    return Conditions(tuple(chosen), slices, pairs, _change_v(plan, names))
 
 
 def _change_v(plan: Plan, names: list[str]) -> bool:

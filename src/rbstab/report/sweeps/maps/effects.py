@@ -57,7 +57,7 @@ class Effects:
 
     def __init__(self, members: Members, free: list[Parameter], slices: list[Slice]) -> None:
         self._slices = slices
-        self._shown = [q for shown in shown_of(members) if (q := shown.of_several).varies]
+        self._shown = [q for one in shown_of(members) if (q := one.of_several).varies]
         # What a parameter without any effect explains.
         self._chance = 0.0
         # What is not known explains nothing.

@@ -20,7 +20,7 @@ from rbstab.report.sweeps.members import (
 )
 from rbstab.report.sweeps.quantiles import quantiles_of
 from rbstab.report.sweeps.quantities import MemberQuantity, main_quantities
-from rbstab.report.sweeps.tables import table_of
+from rbstab.report.sweeps.tables import Entry, table_of
 from rbstab.sweep.folder.members_file import relative_residuals
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
@@ -198,7 +198,7 @@ def quantile_table(name: str, members: Members) -> Block:
     if not quantities:
         return "No member completed, so there are no values to show."
     slices = conditions_of(members).slices
-    rows = []
+    rows: list[tuple[Entry, ...]] = []
     for quantity in quantities:
         for part in slices:
             own = quantity.ranked[part.chosen]

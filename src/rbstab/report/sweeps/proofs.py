@@ -6,7 +6,7 @@ from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Axis
 from rbstab.report.model.palette import BAD, GOOD, OPEN, SECOND, THIRD, UNKNOWN, UNTRIED
-from rbstab.report.sweeps.members import Members
+from rbstab.report.sweeps.members import Members, kept
 from rbstab.report.sweeps.quantities import MemberQuantity
 from rbstab.report.sweeps.tables import table_of
 from rbstab.sweep.proofs.bodies import named_members, ranges_of
@@ -57,6 +57,7 @@ NOTE = (
 )
 
 
+@kept
 def proof_words(members: Members) -> MemberQuantity:
     """Return what is proved of each member; proved members differ by their rest state.
 

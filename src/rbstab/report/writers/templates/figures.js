@@ -26,8 +26,13 @@ const BESIDE_PANEL = 72;
 const BESIDE_MAP = 62;
 const BELOW = 60;
 
+/** Return whether a figure has maps with bars of colours. */
+const hasBars = ({ panels }) => panels.some(({ map }) => map && !map.scale.categories.length);
+
 /** Return the number of columns of a figure in a width, and the width of a panel. */
-function sizes({ columns, small, bars, panels }, width) {
+function sizes(drawing, width) {
+  const { columns, small, panels } = drawing;
+  const bars = hasBars(drawing);
   const isNarrow = width < NARROW;
   const count = Math.min(isNarrow ? (small && !bars ? 2 : 1) : columns, panels.length);
   return [count, Math.max(Math.floor(width / count) - BESIDE_PANEL - (bars && !isNarrow ? BESIDE_MAP : 0), 90)];
@@ -35,13 +40,13 @@ function sizes({ columns, small, bars, panels }, width) {
 
 /** Return the specification of a figure in a width, in the colours of the page. */
 function fitted(figure, width) {
-  const { spec, square, shared } = drawings[figure.name];
+  const { spec, panels, shared } = drawings[figure.name];
   const fit = structuredClone(spec);
   const [count, inside] = sizes(drawings[figure.name], width);
   fit.columns = count;
   fit.concat.forEach((panel, number) => {
     panel.width = inside;
-    if (square[number]) panel.height = inside;
+    if (panels[number].square) panel.height = inside;
     for (const { encoding } of panel.layer) {
       // Panels with one vertical axis: its title stands at the first of each row.
       if (shared.includes("y") && number % fit.columns && encoding.y) encoding.y.title = null;
@@ -77,10 +82,11 @@ function prepare(box) {
 function reserve({ name, box }) {
   // What is folded has no width yet.
   if (!box.clientWidth) return;
-  const { square, height, panels, bars } = drawings[name];
+  const { panels, spec } = drawings[name];
   const [count, inside] = sizes(drawings[name], box.clientWidth);
-  const bar = bars && box.clientWidth < NARROW ? BESIDE_MAP : 0;
-  const row = (square.some(Boolean) ? inside : height) + BELOW + bar;
+  const bar = hasBars(drawings[name]) && box.clientWidth < NARROW ? BESIDE_MAP : 0;
+  const height = Math.max(...spec.concat.map((panel) => panel.height));
+  const row = (panels.some(({ square }) => square) ? inside : height) + BELOW + bar;
   box.style.minHeight = `${Math.ceil(panels.length / count) * row}px`;
 }
 

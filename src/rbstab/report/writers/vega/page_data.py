@@ -20,7 +20,6 @@ def page_data(figure: Figure) -> JSON:
     """Return a figure in the form that `figures.js` reads."""
     spec = specification(figure, width=WIDE, for_page=True)
     legend = legend_of(figure)
-    heights = [panel["height"] for panel in spec["concat"]]
     arrays: list[JSON] = []
     return {
         "spec": spec,
@@ -32,20 +31,19 @@ def page_data(figure: Figure) -> JSON:
         "columns": figure.columns,
         "small": figure.small,
         "shared": figure.shared,
-        "square": [panel.square for panel in figure.panels],
-        "bars": any(
-            isinstance(m, Cells) and not m.scale.categories for p in figure.panels for m in p.marks
-        ),
         "time": figure.shares_time,
         "command": figure.command,
-        "height": max(heights),
     }
 
 
 def _panel_data(panel: Panel, arrays: list[JSON]) -> JSON:
     maps = [mark for mark in panel.marks if isinstance(mark, Cells)]
-    axes = {"title": panel.title, "x": _axis_data(panel.x), "y": _axis_data(panel.y)}
-    return axes | ({"map": _map_data(maps[0], panel, arrays)} if maps else {})
+    axes = {"x": _axis_data(panel.x), "y": _axis_data(panel.y)}
+    return (
+        {"title": panel.title, "square": panel.square}
+        | axes
+        | ({"map": _map_data(maps[0], panel, arrays)} if maps else {})
+    )
 
 
 def _axis_data(axis: Axis) -> JSON:

@@ -58,13 +58,10 @@ function fitted(figure, width) {
   return fit;
 }
 
-/** Return the signals that the page sets: colours, hidden curves, the time, and the pictures of maps. */
+/** Return the signals that the page sets: colours, hidden curves, and the time. */
 function signalsOf(figure) {
   const values = { ink: tone("text"), paper: "transparent", grid: tone("grid"), hidden: [...figure.hidden] };
   if (drawings[figure.name].time) values.now = clock.end > 0 ? clock.now : -1;
-  drawings[figure.name].panels.forEach(({ map }, number) => {
-    if (map) values[`image${number}`] = painted(map);
-  });
   return values;
 }
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Panel
-from rbstab.report.writers.vega.cells import edges_of, span_of, tints_of
+from rbstab.report.writers.vega.cells import edges_of
 from rbstab.report.writers.vega.legend import legend_of, legend_views
 from rbstab.report.writers.vega.marks import JSON
 from rbstab.report.writers.vega.specification import OWN, specification
@@ -71,11 +71,8 @@ def _map_data(cells: Cells, panel: Panel, arrays: list[JSON]) -> JSON:
         "x": cells.x.tolist(),
         "y": cells.y.tolist(),
         "edges": [edges_of(cells.x, panel.x).tolist(), edges_of(cells.y, panel.y).tolist()],
-        "log": [panel.x.log, panel.y.log],
         "values": number(cells.values),
         "scale": _axis_data(cells.scale),
-        "span": list(span_of(cells)),
-        "tints": tints_of(cells),
     }
     if cells.members is None:
         return data

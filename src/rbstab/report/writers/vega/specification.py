@@ -1,15 +1,14 @@
 """Figures as Vega-Lite specifications, for the page and for files.
 
 A specification has all data. The page sets its signals: `ink`, `paper` and `grid` are its colours,
-`hidden` the names of the curves that are not shown, `now` the time of the cursor, and `image0`,
-`image1`, ... the pictures of maps.
+`hidden` the names of the curves that are not shown, and `now` the time of the cursor.
 """
 
 import json
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Shares
 from rbstab.report.writers.decimate import decimate
-from rbstab.report.writers.vega.cells import edges_of, hatch, picture, span_of, tints_of
+from rbstab.report.writers.vega.cells import HATCH, edges_of, picture, span_of, tints_of
 from rbstab.report.writers.vega.domains import domains_of
 from rbstab.report.writers.vega.legend import legend_of, legend_views
 from rbstab.report.writers.vega.marks import BAR, JSON, layers_of
@@ -44,7 +43,7 @@ def specification(figure: Figure, *, width: float, for_page: bool = False) -> JS
     Args:
         figure: The figure.
         width: Its width in pixels.
-        for_page: Whether the page draws it: it has the legend, and it paints the maps.
+        for_page: Whether the page draws it: it has the legend, and zooms.
     """
     figure = decimate(figure)
     columns = min(figure.columns, len(figure.panels))
@@ -61,8 +60,8 @@ def specification(figure: Figure, *, width: float, for_page: bool = False) -> JS
     signals: JSON = INK | {"hidden": [], "now": -1}
     for number, panel in enumerate(figure.panels):
         for cells in (mark for mark in panel.marks if isinstance(mark, Cells)):
-            signals["hatch"] = hatch()
-            signals[f"image{number}"] = "" if for_page else picture(cells, panel.x, panel.y)
+            signals["hatch"] = HATCH
+            signals[f"image{number}"] = picture(cells, panel.x, panel.y)
     params: list[JSON] = [{"name": name, "value": value} for name, value in signals.items()]
     shared = {"x": "shared"} if figure.shares_time else {}
     view: JSON = {

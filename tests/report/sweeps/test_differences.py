@@ -57,18 +57,6 @@ def test_the_columns_of_differences(made):
     assert [third[k].value for k in (3, 5, 6, 7)] == pytest.approx([1, 1, 50, 0])
 
 
-def test_differences_are_from_the_best_condition(made):
-    """The second variant is smaller in all pairs, by 0.1 to 5 and by 2."""
-    values = (lambda p: 3.1 + 0.1 * p, lambda p: 3.0 + 0.0 * p, lambda p: 5.0 + 0.0 * p)
-    rows, table = differences(made, "settling_time", values)
-    assert list(rows) == ["visco-elastic minus free", "permanent minus free"]
-    first = rows["visco-elastic minus free"]
-    assert [first[k].value for k in (1, 3, 4)] == pytest.approx([2.55, 0.345, 4.755])
-    # With 50 pairs, the 18th and the 33rd difference: those of the sign test.
-    assert first[2].text == "1.8 to 3.3"
-    assert "Best in settling time of v: free, as none is better." in table.note
-
-
 def test_a_larger_smallest_cosine_is_better(made):
     values = [lambda p, k=k: 0.2 + 0.3 * k + 0.001 * p for k in range(3)]
     rows, table = differences(made, "smallest_regularity", values)

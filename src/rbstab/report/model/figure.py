@@ -257,8 +257,6 @@ class Figure:
         shared: The axes that all panels have in common: "xy", "y" or "". These have the same ends
             and one title. Maps in such panels that have the same scale share one colour bar.
         command: The command that runs a member of the sweep; its number follows. "" for none.
-        small: Whether its panels are small and many, such as one for each condition: a phone has
-            two of them side by side.
     """
 
     name: str
@@ -269,7 +267,6 @@ class Figure:
     shares_time: bool = False
     shared: str = ""
     command: str = ""
-    small: bool = False
 
     @property
     def shares_scale(self) -> bool:

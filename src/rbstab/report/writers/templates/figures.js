@@ -31,10 +31,10 @@ const hasBars = ({ panels }) => panels.some(({ map }) => map && !map.scale.categ
 
 /** Return the number of columns of a figure in a width, and the width of a panel. */
 function sizes(drawing, width) {
-  const { columns, small, panels } = drawing;
+  const { columns, panels } = drawing;
   const bars = hasBars(drawing);
   const isNarrow = width < NARROW;
-  const count = Math.min(isNarrow ? (small && !bars ? 2 : 1) : columns, panels.length);
+  const count = Math.min(isNarrow ? 1 : columns, panels.length);
   return [count, Math.max(Math.floor(width / count) - BESIDE_PANEL - (bars && !isNarrow ? BESIDE_MAP : 0), 90)];
 }
 

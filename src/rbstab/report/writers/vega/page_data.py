@@ -29,7 +29,6 @@ def page_data(figure: Figure) -> JSON:
         "panels": [_panel_data(panel, arrays) for panel in figure.panels],
         "arrays": arrays,
         "columns": figure.columns,
-        "small": figure.small,
         "shared": figure.shared,
         "time": figure.shares_time,
         "command": figure.command,

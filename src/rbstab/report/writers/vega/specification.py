@@ -197,18 +197,10 @@ def _zooms(figure: Figure) -> list[JSON]:
         "clear": "dblclick",
     }
     views = [f"p{number}_data" for number in range(len(figure.panels))]
-    if figure.shares_time:
-        return [
-            {"name": "zoom", "select": how | {"encodings": ["x"]}, "bind": "scales", "views": views}
-        ]
+    zooms = [(f"zoom{number}", ["x", "y"], [view]) for number, view in enumerate(views)]
     return [
-        {
-            "name": f"zoom{number}",
-            "select": how | {"encodings": ["x", "y"]},
-            "bind": "scales",
-            "views": [view],
-        }
-        for number, view in enumerate(views)
+        {"name": name, "select": how | {"encodings": sides}, "bind": "scales", "views": own}
+        for name, sides, own in ([("zoom", ["x"], views)] if figure.shares_time else zooms)
     ]
 
 

@@ -14,12 +14,11 @@ from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Line, Panel, Sh
 from rbstab.report.sweeps.conditions.paired_conditions import Slice, conditions_of
 from rbstab.report.sweeps.members import (
     FAILED,
-    OUTCOME_COLOURS,
     OUTCOMES,
     Members,
 )
 from rbstab.report.sweeps.quantiles import quantiles_of
-from rbstab.report.sweeps.quantities import MemberQuantity, main_quantities
+from rbstab.report.sweeps.quantities import MemberQuantity, main_quantities, outcome_words
 from rbstab.report.sweeps.tables import Entry, table_of
 from rbstab.sweep.folder.members_file import relative_residuals
 from rbstab.sweep.members.outcome import STATUSES
@@ -130,16 +129,15 @@ def outcome_table(name: str, members: Members) -> Table:
 
 def outcome_bars(name: str, members: Members) -> list[Figure]:
     """Return how the members of each condition ended, as bars; [] if all ended alike."""
-    slices, occurring = conditions_of(members).slices, np.flatnonzero(members.outcome_counts)
-    if len(slices) < 2 or len(occurring) < 2:
+    slices, word = conditions_of(members).slices[::-1], outcome_words(members)
+    words = word.axis.categories
+    if len(slices) < 2 or len(words) < 2:
         return []
-    outcomes = (members.outcomes[part.chosen] for part in slices)
-    table = np.array([np.bincount(own, minlength=len(OUTCOMES)) for own in outcomes])
-    words = tuple(OUTCOMES[code] for code in occurring.tolist())
-    colours = tuple(OUTCOME_COLOURS[code] for code in occurring.tolist())
+    outcomes = (word.values[part.chosen].astype(int) for part in slices)
+    counts = np.array([np.bincount(own, minlength=len(words)) for own in outcomes])
     # The first one is the highest.
-    y = Axis("", categories=tuple(part.title for part in reversed(slices)))
-    shares = Shares(table[::-1, occurring], words, colours)
+    y = Axis("", categories=tuple(part.title for part in slices))
+    shares = Shares(counts, words, word.axis.colours)
     panel = Panel(Axis("share of the members", ends=(0.0, 1.0)), y, (shares,))
     caption = "The numbers in the bars count members."
     return [Figure(f"{name}-outcomes", "How the members ended", (panel,), caption=caption)]

@@ -7,7 +7,7 @@ import numpy as np
 from rbstab.analysis.lyapunov import DIGITS
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
-from rbstab.report.sweeps.members import MOVING, OUTCOMES, Members, kept
+from rbstab.report.sweeps.members import MOVING, OUTCOME_COLOURS, OUTCOMES, Members, kept
 
 ONE_COLOUR = 0.01
 """Values that differ by less than this fraction of the largest one have no figure.
@@ -82,6 +82,19 @@ class MemberQuantity:
             f"Members that are not at rest by the end of their runs count as later than "
             f"{self.end:g} {self.axis.unit}; a quantile among them is drawn there."
         )
+
+
+@kept
+def outcome_words(members: Members) -> MemberQuantity:
+    """Return the outcomes that occur; of several members, the share with the first of them."""
+    occurring = np.flatnonzero(members.outcome_counts).tolist()
+    words = tuple(OUTCOMES[code] for code in occurring)
+    colours = tuple(OUTCOME_COLOURS[code] for code in occurring)
+    codes = np.searchsorted(occurring, members.outcomes).astype(float)
+    share = f"share: {words[0]}", (codes == 0).astype(float)
+    return MemberQuantity(
+        "outcome", Axis("outcome", categories=words, colours=colours), codes, share=share
+    )
 
 
 @kept

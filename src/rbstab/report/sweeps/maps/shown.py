@@ -8,12 +8,13 @@ import numpy as np
 from rbstab.report.model.figure import Axis
 from rbstab.report.model.palette import OPEN, UNTRIED
 from rbstab.report.sweeps.basins import basins_of
-from rbstab.report.sweeps.members import OUTCOME_COLOURS, OUTCOMES, RETURNS, Members
+from rbstab.report.sweeps.members import RETURNS, Members
 from rbstab.report.sweeps.proofs import proof_words
 from rbstab.report.sweeps.quantities import (
     MemberQuantity,
     final_tilt,
     main_quantities,
+    outcome_words,
     start_over_level,
 )
 
@@ -45,20 +46,7 @@ def point_colour(word: MemberQuantity, code: int) -> int:
 
 
 def _words(members: Members) -> list[MemberQuantity]:
-    found = []
-    if np.count_nonzero(members.outcome_counts) > 1:
-        occurring = np.flatnonzero(members.outcome_counts).tolist()
-        words = tuple(OUTCOMES[code] for code in occurring)
-        colours = tuple(OUTCOME_COLOURS[code] for code in occurring)
-        codes = np.searchsorted(occurring, members.outcomes).astype(float)
-        axis = Axis("outcome", categories=words, colours=colours)
-        # The share of those that return, or of the first outcome that occurs.
-        first = RETURNS if members.outcome_counts[RETURNS] else occurring[0]
-        share = f"share: {OUTCOMES[first]}", (members.outcomes == first).astype(float)
-        found.append(MemberQuantity("outcome", axis, codes, share=share))
-    proofs = proof_words(members)
-    if len(proofs.axis.categories) > 1:
-        found.append(proofs)
+    found = [outcome_words(members), proof_words(members)]
     basins = basins_of(members)
     if basins is not None:
         codes = np.where(basins.codes < 0, np.nan, basins.codes)
@@ -66,4 +54,4 @@ def _words(members: Members) -> list[MemberQuantity]:
         axis = Axis("approaches", categories=labels)
         share = "share that approaches rest state 1", (basins.codes == 0).astype(float)
         found.append(MemberQuantity("basins", axis, codes, "no rest state was found", share=share))
-    return found
+    return [word for word in found if len(word.axis.categories) > 1]

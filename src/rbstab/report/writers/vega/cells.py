@@ -64,12 +64,10 @@ def edges_of(centres: Array, axis: Axis) -> Array:
     """Return the edges of columns or rows, from their centres; shape (n + 1,)."""
     places = _place(np.asarray(centres, dtype=float), axis)
     if len(places) == 1:
-        places = places[0] + np.array([-0.5, 0.5])
+        around = places + np.arange(-1.0, 2.0)
     else:
-        middle = 0.5 * (places[1:] + places[:-1])
-        places = np.concatenate(
-            [[2 * places[0] - middle[0]], middle, [2 * places[-1] - middle[-1]]]
-        )
+        around = np.pad(places, 1, mode="reflect", reflect_type="odd")
+    places = 0.5 * (around[1:] + around[:-1])
     return 10.0**places if axis.log else places
 
 

@@ -125,18 +125,13 @@ def _axis(axis: Axis, domain: tuple[float, float]) -> JSON:
     if axis.categories:
         look = {
             "values": list(range(len(axis.categories))),
-            "labelExpr": f"{_literal(axis.categories)}[datum.value]",
+            # An array of JSON is one of Vega's expression language.
+            "labelExpr": f"{json.dumps(axis.categories)}[datum.value]",
             "grid": False,
             "ticks": False,
         }
     title = axis.text or None
     return {"scale": scale, "title": title, "axis": look}
-
-
-def _literal(words: tuple[str, ...]) -> str:
-    """Return texts as an array of Vega's expression language."""
-    # The strings of JSON are strings of that language.
-    return json.dumps(words)
 
 
 def _map(figure: Figure, number: int, cells: Cells) -> list[JSON]:

@@ -18,7 +18,7 @@ from rbstab.report.model.figure import (
     Cells,
     Figure,
 )
-from rbstab.report.writers.figure_data import csv_of
+from rbstab.report.writers.series import csv_of
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
 

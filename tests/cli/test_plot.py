@@ -10,7 +10,7 @@ from cli.conftest import success
 from support.made_runs import made_file
 
 from rbstab.report.model.figure import Axis, Band, Cells, Figure, Panel, Points
-from rbstab.report.writers.figure_data import csv_of
+from rbstab.report.writers.series import csv_of
 from rbstab.store.result import open_result
 
 

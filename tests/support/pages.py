@@ -16,14 +16,13 @@ from rbstab.report.model.document import (
 from rbstab.report.model.figure import (
     Axis,
     Band,
-    Bars,
     Cells,
     Figure,
-    Intervals,
     Level,
     Line,
     Panel,
     Points,
+    Shares,
     Stack,
 )
 
@@ -92,28 +91,19 @@ def figures() -> tuple[Figure, ...]:
                 Axis("time", "s"),
                 Axis("members"),
                 (
-                    Bars(np.array([0.0, 1.0, 3.0]), np.array([4.0, 2.0]), "all"),
-                    Level(1.5, "", True),
                     Band(
                         np.array([0.5, 1.0, 2.0]),
                         np.array([1.0, 2.0, 1.5]),
                         np.array([2.0, 2.5, 4.0]),
                         "between",
                     ),
+                    Level(1.5, "", True),
                 ),
             ),
             Panel(
-                Axis("key", categories=("m", "K_t")),
-                Axis("index"),
-                (
-                    Intervals(
-                        np.arange(2),
-                        np.array([0.2, 0.4]),
-                        np.array([0.1, 0.3]),
-                        np.array([0.5, 0.6]),
-                        "index",
-                    ),
-                ),
+                Axis("share", ends=(0.0, 1.0)),
+                Axis("", categories=("second", "first")),
+                (Shares(np.array([[3, 1], [0, 5]]), ("good", "bad"), (0, 1)),),
             ),
             Panel(
                 Axis("E1", "m"),

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from rbstab.report.model.document import Section, Table
-from rbstab.report.model.figure import Bars, Cells, Figure, Intervals, Line, Points
+from rbstab.report.model.figure import Cells, Figure, Line, Points
 from rbstab.report.reading.sources import SweepFile
 from rbstab.report.sweeps.sections import sweep_part
 
@@ -39,9 +39,7 @@ def _check_figure(figure: Figure) -> None:
                 if mark.scale.categories:
                     seen = mark.values[np.isfinite(mark.values)]
                     assert set(seen.tolist()) <= set(range(len(mark.scale.categories)))
-            elif isinstance(mark, Bars):
-                assert len(mark.edges) == len(mark.heights) + 1
-            elif isinstance(mark, Line | Points | Intervals):
+            elif isinstance(mark, Line | Points):
                 assert len(mark.x) == len(mark.y)
 
 

@@ -7,7 +7,7 @@ import pytest
 from support.made_sweeps import GRID, SPIN
 from support.sections import sweep_sections, tables
 
-from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
+from rbstab.report.sweeps.conditions.paired_conditions import conditions_of
 
 VARIANTS = ["visco-elastic", "free", "permanent"]
 EACH = {
@@ -55,18 +55,6 @@ def test_the_columns_of_differences(made):
     assert [second[k].text for k in (0, 2)] == ["visco-elastic", "0.5 to 0.5"]
     assert [third[k].text for k in (0, 1, 4)] == ["visco-elastic", "later", "later"]
     assert [third[k].value for k in (3, 5, 6, 7)] == pytest.approx([1, 1, 50, 0])
-
-
-def test_differences_are_from_the_best_condition(made):
-    """The second variant is smaller in all pairs, by 0.1 to 5 and by 2."""
-    values = (lambda p: 3.1 + 0.1 * p, lambda p: 3.0 + 0.0 * p, lambda p: 5.0 + 0.0 * p)
-    rows, table = differences(made, "settling_time", values)
-    assert list(rows) == ["visco-elastic minus free", "permanent minus free"]
-    first = rows["visco-elastic minus free"]
-    assert [first[k].value for k in (1, 3, 4)] == pytest.approx([2.55, 0.345, 4.755])
-    # With 50 pairs, the 18th and the 33rd difference: those of the sign test.
-    assert first[2].text == "1.8 to 3.3"
-    assert "Best in settling time of v: free, as none is better." in table.note
 
 
 def test_a_larger_smallest_cosine_is_better(made):
@@ -120,7 +108,7 @@ def test_a_condition_that_holds_the_contact_point_is_left_out(made):
 )
 def test_pairs_have_the_same_values(members, vary, keys, labels, pairs):
     found = members(vary, **keys)
-    groups: Any = paired_conditions_of(found)
+    groups: Any = conditions_of(found)
     assert groups.labels == labels
     assert groups.pairs.shape == pairs
     values = found.column("initial_angular_velocity_0")[groups.pairs]
@@ -132,5 +120,5 @@ def test_pairs_have_the_same_values(members, vary, keys, labels, pairs):
 @pytest.mark.parametrize(("key", "own"), [("body.mass", True), (f"{SPIN}[1]", False)])
 def test_conditions_may_have_a_function_v_of_their_own(members, key, own):
     vary = {key: {"each": {"values": [1, 2]}}, f"{SPIN}[0]": {"normal": [0, 6]}}
-    groups: Any = paired_conditions_of(members(vary, design="random", members=10, seed=4))
+    groups: Any = conditions_of(members(vary, design="random", members=10, seed=4))
     assert groups.has_own_v is own

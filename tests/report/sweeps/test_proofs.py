@@ -92,7 +92,7 @@ TWO = GRID | {"body.mass": {"values": [40, 41]}}
 def map_of(found, axes):
     """Return the map of shares of proved members over two parameters, by their labels."""
     over = {p.axis.label: binned(p) for p in found.parameters}
-    (proofs,) = (shown.of_several for shown in shown_of(found) if shown.name == "proofs")
+    (proofs,) = (one.of_several for one in shown_of(found) if one.name == "proofs")
     x, y = (over[label] for label in axes)
     return cells_of(found, map_grid(x, y), proofs)
 

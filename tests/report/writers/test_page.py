@@ -27,7 +27,7 @@ from rbstab.report.writers.html import page
 class Reader(HTMLParser):
     """The elements of a page: their names, attributes, and texts."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text):
         super().__init__(convert_charrefs=True)
         self.elements: list[tuple[str, dict[str, str | None]]] = []
         self.texts: list[str] = []
@@ -35,16 +35,16 @@ class Reader(HTMLParser):
         self.inside_script = False
         self.feed(text)
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         self.elements.append((tag, dict(attrs)))
         self.inside_script = tag == "script"
         if tag == "script":
             self.scripts.append((dict(attrs)["type"], ""))
 
-    def handle_endtag(self, tag: str) -> None:
+    def handle_endtag(self, tag):
         self.inside_script = False
 
-    def handle_data(self, data: str) -> None:
+    def handle_data(self, data):
         self.texts.append(data)
         if self.inside_script:
             kind, before = self.scripts[-1]
@@ -52,12 +52,12 @@ class Reader(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def whole() -> str:
+def whole():
     """The page of a report with every kind of block."""
     return page(report())
 
 
-def test_the_page_points_nowhere_but_into_itself(whole: str) -> None:
+def test_the_page_points_nowhere_but_into_itself(whole):
     found = Reader(whole)
     names = {name for _, attributes in found.elements for name in attributes}
     assert not names & {"src", "srcset", "action", "background", "poster"}
@@ -71,7 +71,7 @@ def test_the_page_points_nowhere_but_into_itself(whole: str) -> None:
     assert "@import" not in style[1]
 
 
-def test_only_the_scripts_of_the_page_may_run(whole: str) -> None:
+def test_only_the_scripts_of_the_page_may_run(whole):
     found = Reader(whole)
     policy = next(a["content"] for tag, a in found.elements if a.get("http-equiv"))
     assert policy is not None
@@ -84,16 +84,16 @@ def test_only_the_scripts_of_the_page_may_run(whole: str) -> None:
     assert "unsafe" not in allowed[1]
 
 
-def test_ids_are_unique(whole: str) -> None:
+def test_ids_are_unique(whole):
     ids = [attributes["id"] for _, attributes in Reader(whole).elements if "id" in attributes]
     assert len(ids) == len(set(ids))
 
 
-def unpacked(packed: str) -> str:
+def unpacked(packed):
     return gzip.decompress(base64.b64decode(packed)).decode()
 
 
-def test_the_library_is_there_once_and_only_for_figures(whole: str) -> None:
+def test_the_library_is_there_once_and_only_for_figures(whole):
     packed = [text for kind, text in Reader(whole).scripts if kind == "text/plain"]
     drawings, library = map(unpacked, packed)
     assert "vegaEmbed=" in library
@@ -102,7 +102,7 @@ def test_the_library_is_there_once_and_only_for_figures(whole: str) -> None:
     assert len(page(words)) < 100_000
 
 
-def test_texts_are_texts_whatever_they_look_like() -> None:
+def test_texts_are_texts_whatever_they_look_like():
     found = Reader(page(hostile_report()))
     assert not {"img", "b"} & {tag for tag, _ in found.elements}
     assert len(found.scripts) == 4
@@ -114,22 +114,22 @@ def test_texts_are_texts_whatever_they_look_like() -> None:
     assert set(json.loads(motions)) == {"run-1"}
 
 
-def test_what_could_not_be_read_is_named(whole: str) -> None:
+def test_what_could_not_be_read_is_named(whole):
     texts = Reader(whole).texts
     assert "results/broken.h5" in texts
     assert any("it is damaged" in text for text in texts)
 
 
-def test_the_same_report_makes_the_same_page(whole: str) -> None:
+def test_the_same_report_makes_the_same_page(whole):
     assert page(report()) == whole
 
 
-def test_a_name_that_is_no_text_can_be_written() -> None:
+def test_a_name_that_is_no_text_can_be_written():
     odd = Report("\udcff", "c", "c", ())
     assert page(odd).encode()
 
 
-def test_names_break_only_at_their_joints() -> None:
+def test_names_break_only_at_their_joints():
     name = "initial.angular_velocity[0] over 0.5 <b>"
     table = Table("t", name, (Head(name),), ((Cell(name),),))
     text = page(Report(name, "c", "c", (Section("s", name, (table,)),)))
@@ -138,7 +138,7 @@ def test_names_break_only_at_their_joints() -> None:
     assert text.count(whole) == 6
 
 
-def test_a_sketch_has_words_at_the_ends_of_its_axes() -> None:
+def test_a_sketch_has_words_at_the_ends_of_its_axes():
     sketch = Sketch("v", (), x_ends=("0 s", "2 s"), y_ends=("<low", "high"))
     cards = Cards("c", (Card("1", (), sketch=sketch),))
     text = page(Report("t", "c", "c", (Section("s", "S", (cards,)),)))
@@ -146,7 +146,7 @@ def test_a_sketch_has_words_at_the_ends_of_its_axes() -> None:
         assert f'<span class="{place}" aria-hidden="true">{word}</span>' in text
 
 
-def test_numbers_keep_their_units_and_commands_their_options() -> None:
+def test_numbers_keep_their_units_and_commands_their_options():
     """Spaces that do not break, and options as one word; a command to copy stays as it is."""
     text = "At 20 N m, see rbstab run plan.yaml --allow-python"
     cells = (Cell("gust 20 N m"), Cell("7", 7.0, command="rbstab run 'a 5 s' --member 7"))

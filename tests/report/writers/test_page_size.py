@@ -16,7 +16,7 @@ MAX_SHOWN = 2_000_000
 
 
 @pytest.mark.slow
-def test_the_page_of_twenty_runs_can_be_sent_by_mail() -> None:
+def test_the_page_of_twenty_runs_can_be_sent_by_mail():
     config = load_config(paper_config("embedded"))
     result = paper_run("embedded", with_gravity=False, engine="scipy")
     first = Run(0, "run-1", "run 1", Path("run-1.h5"), result, config)

@@ -4,6 +4,7 @@ import re
 from xml.etree import ElementTree
 
 import numpy as np
+import pytest
 
 from rbstab.report.model.document import Sketch
 from rbstab.report.model.palette import COLOURS
@@ -46,13 +47,16 @@ def test_each_curve_has_its_colour():
     assert [path.get("stroke") for path in paths] == list(COLOURS[:2])
 
 
-def test_the_caption_is_text():
-    caption = 'a < b & "c"'
-    root, _ = drawn(Sketch(caption, (("", np.zeros((2, 2))),)))
-    assert root.get("aria-label") == caption
-
-
-def test_those_who_do_not_see_it_are_told_the_ends_of_its_axes():
-    curve = (("", np.zeros((2, 2))),)
-    root, _ = drawn(Sketch("v over time.", curve, x_ends=("0 s", "2 s"), y_ends=("0", "7 J")))
-    assert root.get("aria-label") == "v over time. From 0 to 7 J, over 0 s to 2 s."
+@pytest.mark.parametrize(
+    ("ends", "words"),
+    [
+        ({}, 'a < b & "c".'),
+        (
+            {"x_ends": ("0 s", "2 s"), "y_ends": ("0", "7 J")},
+            'a < b & "c". From 0 to 7 J, over 0 s to 2 s.',
+        ),
+    ],
+)
+def test_those_who_do_not_see_it_are_told_what_it_shows(ends, words):
+    root, _ = drawn(Sketch('a < b & "c".', (("", np.zeros((2, 2))),), **ends))
+    assert root.get("aria-label") == words

@@ -124,44 +124,6 @@ class Stack:
 
 
 @dataclass(frozen=True, eq=False)
-class Bars:
-    """A histogram.
-
-    Args:
-        edges: Shape (n + 1,).
-        heights: Shape (n,).
-        label: Its name in the legend.
-        colour: Number of its colour in the palette.
-    """
-
-    edges: Array
-    heights: Array
-    label: str = ""
-    colour: int = 0
-
-
-@dataclass(frozen=True, eq=False)
-class Intervals:
-    """Values with intervals around them, drawn as points with error bars.
-
-    Args:
-        x: Shape (n,).
-        y: Shape (n,).
-        low: Lower ends, shape (n,).
-        high: Upper ends, shape (n,).
-        label: Their name in the legend.
-        colour: Number of their colour in the palette.
-    """
-
-    x: Array
-    y: Array
-    low: Array
-    high: Array
-    label: str = ""
-    colour: int = 0
-
-
-@dataclass(frozen=True, eq=False)
 class Band:
     """The area between two curves.
 
@@ -259,7 +221,7 @@ class Shares:
         return shares
 
 
-Mark = Line | Points | Stack | Bars | Intervals | Band | Cells | Level | Shares
+Mark = Line | Points | Stack | Band | Cells | Level | Shares
 
 
 @dataclass(frozen=True)
@@ -296,8 +258,6 @@ class Figure:
         shared: The axes that all panels have in common: "xy", "y" or "". These have the same ends
             and one title. Maps in such panels that have the same scale share one colour bar.
         command: The command that runs a member of the sweep; its number follows. "" for none.
-        small: Whether its panels are small and many, such as one for each condition: a phone has
-            two of them side by side.
     """
 
     name: str
@@ -308,7 +268,6 @@ class Figure:
     shares_time: bool = False
     shared: str = ""
     command: str = ""
-    small: bool = False
 
     @property
     def shares_scale(self) -> bool:

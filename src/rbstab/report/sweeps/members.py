@@ -1,11 +1,8 @@
 """The members of a sweep, as read for a report: parameters and outcomes."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, wraps
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TypeVar
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -213,22 +210,5 @@ def read_members(path: Path) -> Members:
     return Members(with_outcomes(table, plan), plan, path.absolute().parent.parent)
 
 
-Found = TypeVar("Found")
-"""What is computed of a sweep."""
-
-
-def kept(function: Callable[[Members], Found]) -> Callable[[Members], Found]:
-    """Return a function that computes its value once for each sweep in memory.
-
-    Args:
-        function: Its value may be shared: nobody changes it.
-    """
-    known: WeakKeyDictionary[Members, Found] = WeakKeyDictionary()
-
-    @wraps(function)
-    def call(members: Members) -> Found:
-        if members not in known:
-            known[members] = function(members)
-        return known[members]
-
-    return call
+kept = lru_cache(maxsize=1)
+"""Decorates a function of members: its value, which nobody changes, is that of the last sweep."""

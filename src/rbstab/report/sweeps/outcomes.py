@@ -9,18 +9,17 @@ import numpy as np
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.document import Block, Cell, Head, Table
+from rbstab.report.model.document import Block, Table
 from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Line, Panel, Shares
-from rbstab.report.sweeps.conditions.paired_conditions import Slice, slices_of
+from rbstab.report.sweeps.conditions.paired_conditions import Slice, conditions_of
 from rbstab.report.sweeps.members import (
     FAILED,
-    OUTCOME_COLOURS,
     OUTCOMES,
     Members,
 )
 from rbstab.report.sweeps.quantiles import quantiles_of
-from rbstab.report.sweeps.quantities import MemberQuantity, main_quantities
-from rbstab.report.sweeps.table_entries import by_condition, number, whole
+from rbstab.report.sweeps.quantities import MemberQuantity, main_quantities, outcome_words
+from rbstab.report.sweeps.tables import Entry, table_of
 from rbstab.sweep.folder.members_file import relative_residuals
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
@@ -108,13 +107,11 @@ def interval_note(members: Members, has_intervals: bool) -> str:
 
 def outcome_table(name: str, members: Members) -> Table:
     """Return how many members ended how, of each condition if there are several."""
-    slices, drawn = slices_of(members), members.is_drawn
+    slices, drawn = conditions_of(members).slices, members.is_drawn
     # Conditions that are too many to compare are pooled.
     has_limits = drawn and (len(slices) > 1 or is_sampled(members))
-    heads = [Head("outcome"), Head("condition")]
-    heads += [Head("members", numbers=True), Head("fraction", numbers=True)]
     limits = (f"{end} {CONFIDENCE:.0%} limit" for end in ("lower", "upper"))
-    heads += [Head(limit, numbers=True) for limit in limits if has_limits]
+    heads = "outcome", "condition", "members", "fraction", *limits
     rows = []
     for label, has in _properties(members).items():
         for part in slices:
@@ -123,26 +120,24 @@ def outcome_table(name: str, members: Members) -> Table:
             if label == PROVED_LABEL and (untried.any() or len(slices) < 2):
                 continue
             count, total = int(np.count_nonzero(has[part.chosen])), len(part.chosen)
-            share = wilson(np.array(count), np.array(total))
-            entries = (number(float(value)) for value in share[: 3 if has_limits else 1])
-            rows.append((Cell(label), Cell(part.title), whole(count), *entries))
+            share, *ends = map(float, wilson(np.array(count), np.array(total)))
+            rows.append((label, part.title, count, share, *(ends if has_limits else ("", ""))))
     note = f"{interval_note(members, has_limits)} At rest: {members.found.at_rest}."
     title = "Outcomes of the members"
-    return by_condition(Table(f"{name}-fractions", title, tuple(heads), tuple(rows), note))
+    return table_of(f"{name}-fractions", title, heads, rows, note)
 
 
 def outcome_bars(name: str, members: Members) -> list[Figure]:
     """Return how the members of each condition ended, as bars; [] if all ended alike."""
-    slices, occurring = slices_of(members), np.flatnonzero(members.outcome_counts)
-    if len(slices) < 2 or len(occurring) < 2:
+    slices, word = conditions_of(members).slices[::-1], outcome_words(members)
+    words = word.axis.categories
+    if len(slices) < 2 or len(words) < 2:
         return []
-    outcomes = (members.outcomes[part.chosen] for part in slices)
-    table = np.array([np.bincount(own, minlength=len(OUTCOMES)) for own in outcomes])
-    words = tuple(OUTCOMES[code] for code in occurring.tolist())
-    colours = tuple(OUTCOME_COLOURS[code] for code in occurring.tolist())
+    outcomes = (word.values[part.chosen].astype(int) for part in slices)
+    counts = np.array([np.bincount(own, minlength=len(words)) for own in outcomes])
     # The first one is the highest.
-    y = Axis("", categories=tuple(part.title for part in reversed(slices)))
-    shares = Shares(table[::-1, occurring], words, colours)
+    y = Axis("", categories=tuple(part.title for part in slices))
+    shares = Shares(counts, words, word.axis.colours)
     panel = Panel(Axis("share of the members", ends=(0.0, 1.0)), y, (shares,))
     caption = "The numbers in the bars count members."
     return [Figure(f"{name}-outcomes", "How the members ended", (panel,), caption=caption)]
@@ -170,7 +165,7 @@ def spread_figures(name: str, members: Members) -> list[Figure]:
 
     How often a value occurs in a grid only says how its points were chosen.
     """
-    slices = slices_of(members)
+    slices = conditions_of(members).slices
     if not (members.is_drawn or len(slices) > 1) or len(slices) > MAX_CURVES:
         return []
     y = Axis("share of members", ends=SHARE_ENDS)
@@ -200,16 +195,14 @@ def quantile_table(name: str, members: Members) -> Block:
     quantities = [q for q in (*main_quantities(members), residual) if np.isfinite(q.values).any()]
     if not quantities:
         return "No member completed, so there are no values to show."
-    slices = slices_of(members)
-    heads = [Head("quantity"), Head("condition")]
-    heads += [Head(label, numbers=True) for label in (*QUANTILES, "members")]
-    rows = []
+    slices = conditions_of(members).slices
+    rows: list[tuple[Entry, ...]] = []
     for quantity in quantities:
         for part in slices:
             own = quantity.ranked[part.chosen]
-            numbers = map(number, quantiles_of(own, (*QUANTILES.values(),)))
-            count = whole(int(np.count_nonzero(~np.isnan(own))))
-            rows.append((Cell(quantity.axis.text), Cell(part.title), *numbers, count))
+            numbers = quantiles_of(own, (*QUANTILES.values(),))
+            count = int(np.count_nonzero(~np.isnan(own)))
+            rows.append((quantity.axis.text, part.title, *numbers, count))
     note = " ".join([NOTE, *(q.note for q in quantities if q.note)])
-    title = "Quantiles over the members"
-    return by_condition(Table(f"{name}-quantiles", title, tuple(heads), tuple(rows), note))
+    heads, title = ("quantity", "condition", *QUANTILES, "members"), "Quantiles over the members"
+    return table_of(f"{name}-quantiles", title, heads, rows, note)

@@ -1,15 +1,14 @@
 """What is proved of the convergence of members: a table, and words for a map."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from rbstab.experiment.answers.rounded import rounded_down
-from rbstab.mechanics.numbers import Array
-from rbstab.report.model.document import Block, Cell, Head, Table
+from rbstab.report.model.document import Block
+from rbstab.report.model.figure import Axis
 from rbstab.report.model.palette import BAD, GOOD, OPEN, SECOND, THIRD, UNKNOWN, UNTRIED
-from rbstab.report.sweeps.members import Members
-from rbstab.report.sweeps.table_entries import whole
+from rbstab.report.sweeps.members import Members, kept
+from rbstab.report.sweeps.quantities import MemberQuantity
+from rbstab.report.sweeps.tables import table_of
 from rbstab.sweep.proofs.bodies import named_members, ranges_of
 from rbstab.sweep.proofs.columns import (
     FALSE,
@@ -49,6 +48,8 @@ REASONS = {
 }
 """The reasons why a member is not decided, by the words of the column `motion_proof`."""
 
+WHAT = "convergence of the exact motion"
+
 NOTE = (
     "Proved means a theorem about the exact motion, with its hypotheses checked in rigorous "
     "arithmetic. Rest states are numbered from the lowest, as by rbstab stability. A "
@@ -56,47 +57,29 @@ NOTE = (
 )
 
 
-class ProofCodes(NamedTuple):
-    """What is proved of each member, as the index of a label.
+@kept
+def proof_words(members: Members) -> MemberQuantity:
+    """Return what is proved of each member; proved members differ by their rest state.
 
-    Attributes:
-        labels: The labels that occur.
-        codes: The index of each member's label, shape (n,).
-        colours: The number of each label's colour in the palette.
+    Of several members it is the share that is proved to converge. A member whose body has no proof,
+    neither alone nor with many others, has no part in it: nothing was tried.
     """
-
-    labels: tuple[str, ...]
-    codes: Array
-    colours: tuple[int, ...]
-
-
-def proof_codes(members: Members) -> ProofCodes:
-    """Return what is proved of each member; proved members differ by their rest state."""
     convergence, rest_states = members.convergence, members.proved_rest_states
     labels: list[str] = []
     colours: list[int] = []
-    codes = np.zeros(len(members), dtype=int)
+    codes = np.zeros(len(members))
     for code, (meaning, colour) in MEANINGS.items():
         own = convergence == code
-        numbers = np.unique(rest_states[own]) if code == PROVED else np.zeros(1, dtype=int)
-        for place, number in enumerate(numbers.tolist()):
-            chosen = own & (rest_states == number) if code == PROVED else own
-            if chosen.any():
-                codes[chosen] = len(labels)
-                labels.append(meaning.format(number))
-                repeating = REST_STATE_COLOURS[place % len(REST_STATE_COLOURS)]
-                colours.append(repeating if code == PROVED else colour)
-    return ProofCodes(tuple(labels), codes, tuple(colours))
-
-
-def proved_shares(members: Members) -> Array:
-    """Return 1 for each member that is proved to converge, 0 for one that is not, shape (n,).
-
-    It is NaN for a member whose body has no proof, neither alone nor with many others: nothing was
-    tried, so that a share of 0 would be wrong.
-    """
-    tried = (members.convergence != NO_PROOF) | (members.box_levels > 0)
-    return np.where(tried, (members.convergence == PROVED).astype(float), np.nan)
+        states = np.where(own & (code == PROVED), rest_states, 0)
+        for place, number in enumerate(np.unique(states[own]).tolist()):
+            codes[own & (states == number)] = len(labels)
+            labels.append(meaning.format(number))
+            repeating = REST_STATE_COLOURS[place % len(REST_STATE_COLOURS)]
+            colours.append(repeating if code == PROVED else colour)
+    axis = Axis(WHAT, categories=tuple(labels), colours=tuple(colours))
+    tried = (convergence != NO_PROOF) | (members.box_levels > 0)
+    share = "share proved to converge", np.where(tried, convergence == PROVED, np.nan)
+    return MemberQuantity("proofs", axis, codes, "no proof of the bodies", share=share)
 
 
 def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
@@ -122,9 +105,10 @@ def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
     if (convergence == NO_PROOF).all():
         why = "an input supplies power, so v may rise" if members.driven else "; ".join(reasons)
         return [*of_bodies, f"Not proved: {why}." if why else missing]
-    found = proof_codes(members)
-    counts = np.bincount(found.codes, minlength=len(found.labels)).tolist()
-    rows = dict(zip(found.labels, counts, strict=True))
+    found = proof_words(members)
+    rows = dict(
+        zip(found.axis.categories, np.bincount(found.values.astype(int)).tolist(), strict=True)
+    )
     if "proved_time" in members.table:
         later = (convergence == PROVED) & (members.column("proved_time") > 0)
         rows["of those proved: by an enclosure of their motion"] = int(np.count_nonzero(later))
@@ -136,10 +120,9 @@ def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
         reasons_of = zip(words, counts.tolist(), strict=True)
         rows |= {f"of those not decided: {word}": n for word, n in reasons_of if word}
     rows |= {f"of those without a proof: {reason}": n for reason, n in reasons.items()}
-    heads = (Head("convergence of the exact motion"), Head("members", numbers=True))
     title, note = "What is proved of the members", f"{NOTE} {missing}".strip()
-    cells = tuple((Cell(label), whole(count)) for label, count in rows.items() if count)
-    return [*of_bodies, Table(f"{name}-proofs", title, heads, cells, note)]
+    shown = [row for row in rows.items() if row[1]]
+    return [*of_bodies, table_of(f"{name}-proofs", title, (WHAT, "members"), shown, note)]
 
 
 def _of_bodies(members: Members) -> list[str]:

@@ -7,7 +7,7 @@ import numpy as np
 from rbstab.analysis.lyapunov import DIGITS
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
-from rbstab.report.sweeps.members import MOVING, OUTCOMES, Members, kept
+from rbstab.report.sweeps.members import MOVING, OUTCOME_COLOURS, OUTCOMES, Members, kept
 
 ONE_COLOUR = 0.01
 """Values that differ by less than this fraction of the largest one have no figure.
@@ -37,6 +37,8 @@ class MemberQuantity:
             for none.
         end: The largest value that a member can have.
         is_share: Whether it is 1 for members with a property and 0 for others: its mean is shown.
+        share: Of words, which have no mean: the label and the values of what is shown of several
+            members in their place; None for others.
     """
 
     name: str
@@ -46,6 +48,15 @@ class MemberQuantity:
     later: Array | None = None
     end: float = np.inf
     is_share: bool = False
+    share: tuple[str, Array] | None = None
+
+    @property
+    def of_several(self) -> "MemberQuantity":
+        """What is shown of several members together."""
+        if self.share is None:
+            return self
+        label, values = self.share
+        return replace(self, axis=Axis(label), values=values, is_share=True, share=None)
 
     @property
     def varies(self) -> bool:
@@ -71,6 +82,19 @@ class MemberQuantity:
             f"Members that are not at rest by the end of their runs count as later than "
             f"{self.end:g} {self.axis.unit}; a quantile among them is drawn there."
         )
+
+
+@kept
+def outcome_words(members: Members) -> MemberQuantity:
+    """Return the outcomes that occur; of several members, the share with the first of them."""
+    occurring = np.flatnonzero(members.outcome_counts).tolist()
+    words = tuple(OUTCOMES[code] for code in occurring)
+    colours = tuple(OUTCOME_COLOURS[code] for code in occurring)
+    codes = np.searchsorted(occurring, members.outcomes).astype(float)
+    share = f"share: {words[0]}", (codes == 0).astype(float)
+    return MemberQuantity(
+        "outcome", Axis("outcome", categories=words, colours=colours), codes, share=share
+    )
 
 
 @kept

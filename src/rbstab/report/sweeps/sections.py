@@ -8,7 +8,7 @@ from rbstab.report.reading.sources import SweepFile
 from rbstab.report.sweeps.answers import SYMBOLS, SweepAnswer, answer_of, commands_of
 from rbstab.report.sweeps.basins import basin_blocks
 from rbstab.report.sweeps.conditions.differences import difference_table
-from rbstab.report.sweeps.conditions.paired_conditions import paired_conditions_of
+from rbstab.report.sweeps.conditions.paired_conditions import conditions_of
 from rbstab.report.sweeps.maps.maps import over_parameters
 from rbstab.report.sweeps.members import read_members
 from rbstab.report.sweeps.notable import notable_blocks
@@ -58,7 +58,7 @@ def sweep_part(sweep: SweepFile, *, alone: bool) -> SweepPart:
     maps, effects = over_parameters(name, members, commands.member)
     compared = [*outcome_bars(name, members), *spread_figures(name, members)]
     # Drawn members of several conditions are there to be compared.
-    is_comparison = members.is_drawn and paired_conditions_of(members) is not None
+    is_comparison = members.is_drawn and conditions_of(members).parameters
     figures = [*compared, *maps] if is_comparison else [*maps, *compared]
     summary: list[Block] = [
         *answer.sentences,

@@ -19,15 +19,10 @@ Indices = NDArray[np.intp]
 """Indices of points, ascending."""
 
 
-def decimate(figure: Figure, *, max_points: int = MAX_POINTS) -> Figure:
-    """Return a figure whose lines and stacks have no more points than are visible.
-
-    Args:
-        figure: The figure.
-        max_points: Maximum number of points of a curve.
-    """
+def decimate(figure: Figure) -> Figure:
+    """Return a figure whose lines and stacks have no more points than are visible."""
     panels = (
-        replace(panel, marks=tuple(_decimated(mark, panel, max_points) for mark in panel.marks))
+        replace(panel, marks=tuple(_decimated(mark, panel) for mark in panel.marks))
         for panel in figure.panels
     )
     return replace(figure, panels=tuple(panels))
@@ -42,7 +37,7 @@ def kept_points(x: Array, y: Array, max_points: int = MAX_POINTS) -> Indices:
     Args:
         x: Shape (n,); NaN where nothing can be drawn.
         y: Shape (n,), likewise.
-        max_points: As in `decimate`.
+        max_points: Maximum number of points, gaps not counted.
     """
     if len(x) <= max_points:
         return np.arange(len(x))
@@ -61,17 +56,17 @@ def kept_points(x: Array, y: Array, max_points: int = MAX_POINTS) -> Indices:
     return np.unique(np.concatenate(found))
 
 
-def _decimated(mark: Mark, panel: Panel, max_points: int) -> Mark:
+def _decimated(mark: Mark, panel: Panel) -> Mark:
     if isinstance(mark, Line):
         x, y = _drawable(mark.x, panel.x), _drawable(mark.y, panel.y)
         kept = _step_changes(y) if mark.step else np.arange(len(y))
-        kept = kept[kept_points(x[kept], y[kept], max_points)]
+        kept = kept[kept_points(x[kept], y[kept])]
         return replace(mark, x=mark.x[kept], y=mark.y[kept])
     if isinstance(mark, Stack):
         x = _drawable(mark.x, panel.x)
         with np.errstate(over="ignore"):
             sums = [np.cumsum(half(mark.parts, 0.0), axis=1) for half in (np.maximum, np.minimum)]
-        each = [kept_points(x, y, max_points) for total in sums for y in total.T]
+        each = [kept_points(x, y) for total in sums for y in total.T]
         kept = np.unique(np.concatenate([np.zeros(0, dtype=np.intp), *each]))
         return replace(mark, x=mark.x[kept], parts=mark.parts[kept])
     return mark

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from rbstab.report.model.document import Report
 from rbstab.report.model.figure import Figure
-from rbstab.report.writers.figure_data import csv_of
+from rbstab.report.writers.series import csv_of
 from rbstab.report.writers.vega.specification import specification
 
 FORMS = ("svg", "pdf", "png", "csv")
@@ -43,7 +43,7 @@ def figure_bytes(figure: Figure, form: str, *, column: bool = False) -> bytes:
     import vl_convert
 
     if column:
-        figure = replace(figure, columns=2 if figure.small else 1)
+        figure = replace(figure, columns=1)
     wanted = COLUMN if column else WIDE
     spec = specification(figure, width=wanted)
     drawn = vl_convert.vegalite_to_svg(json.dumps(spec), allowed_base_urls=[])

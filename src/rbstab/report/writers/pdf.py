@@ -6,9 +6,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from rbstab.report.model.document import MARKS, Animation, Cards, Report, Table
+from rbstab.report.model.document import MARKS, Block, Cards, Report, Table
 from rbstab.report.model.figure import Figure
-from rbstab.report.writers.figure_files import figure_bytes, figures_of
+from rbstab.report.writers.figure_files import figure_bytes
+from rbstab.report.writers.plain_data import data_of
 from rbstab.report.writers.sketches import svg
 
 
@@ -19,9 +20,10 @@ def pdf_of(report: Report) -> bytes:
 
     with TemporaryDirectory() as name:
         folder = Path(name)
-        for number, figure in enumerate(figures_of(report).values()):
-            (folder / f"{number}.pdf").write_bytes(figure_bytes(figure, "pdf"))
-        data = _Numbered(folder).report(report)
+        data = data_of(report) | {"made": report.made, "marks": MARKS}
+        for section, shown in zip(report.sections, data["sections"], strict=True):
+            for block, own in zip(section.blocks, shown["blocks"], strict=True):
+                _complete(own, block, folder)
         text = json.dumps(data, ensure_ascii=False).encode("utf-8", "replace")
         (folder / "report.json").write_bytes(text)
         template = resources.files("rbstab.report.writers") / "templates" / "report.typ"
@@ -29,64 +31,18 @@ def pdf_of(report: Report) -> bytes:
         return bytes(typst.compile(folder / "report.typ", root=folder))
 
 
-class _Numbered:
-    """Converts a report to plain data in which figures and sketches are names of files."""
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._figures = 0
-        self._sketches = 0
-
-    def report(self, report: Report) -> dict[str, Any]:
-        sections = [
-            {"title": section.title, "blocks": [self._block(block) for block in section.blocks]}
-            for section in report.sections
-        ]
-        if report.unread:
-            texts = [f"{path}: {reason}" for path, reason in report.unread]
-            blocks = [{"kind": "text", "text": text} for text in texts]
-            sections.append({"title": "Results that could not be read", "blocks": blocks})
-        made = f"Made {report.made} by {report.command}"
-        return {"title": report.title, "made": made, "sections": sections, "marks": MARKS}
-
-    def _block(self, block: Any) -> dict[str, Any]:
-        if isinstance(block, Table):
-            heads = [{"text": head.text, "numbers": head.numbers} for head in block.heads]
+def _complete(data: dict[str, Any], block: Block, folder: Path) -> None:
+    """Add to the data of a block what a page shows: texts with their tones, and pictures."""
+    match block:
+        case Table():
+            data["heads"] = [{"text": head.text, "numbers": head.numbers} for head in block.heads]
             rows = [[{"text": cell.text, "tone": cell.tone} for cell in row] for row in block.rows]
-            return {
-                "kind": "table",
-                "title": block.title,
-                "heads": heads,
-                "rows": rows,
-                "note": block.note,
-            }
-        if isinstance(block, Figure):
-            name = f"{self._figures}.pdf"
-            self._figures += 1
-            caption = f"{block.title}. {block.caption}".strip()
-            return {"kind": "figure", "file": name, "caption": caption}
-        if isinstance(block, Animation):
-            text = f"{block.title}: the HTML report has the animation."
-            return {"kind": "text", "text": text}
-        if isinstance(block, Cards):
-            return {
-                "kind": "cards",
-                "cards": [self._card(card) for card in block.cards],
-                "note": block.note,
-            }
-        return {"kind": "text", "text": block}
-
-    def _card(self, card: Any) -> dict[str, Any]:
-        data = {
-            "title": card.title,
-            "alarm": card.marked_alarm,
-            "statements": [statement._asdict() for statement in card.statements],
-            "facts": [f"{name}: {value}" for name, value in card.facts],
-            "sketch": "",
-        }
-        if card.sketch is not None:
-            data["sketch"] = f"sketch{self._sketches}.svg"
-            self._sketches += 1
-            (self._folder / str(data["sketch"])).write_text(svg(card.sketch), encoding="utf-8")
-            data["caption"] = card.sketch.words
-        return data
+            data["rows"] = rows
+        case Figure():
+            (folder / f"{block.name}.pdf").write_bytes(figure_bytes(block, "pdf"))
+        case Cards():
+            for number, (card, own) in enumerate(zip(block.cards, data["cards"], strict=True)):
+                own |= {"sketch": "", "facts": [f"{name}: {value}" for name, value in card.facts]}
+                if card.sketch is not None:
+                    own |= {"sketch": f"{block.name}-{number}.svg", "caption": card.sketch.words}
+                    (folder / own["sketch"]).write_text(svg(card.sketch), encoding="utf-8")

@@ -50,9 +50,9 @@ def _print_block(block: Block, console: Console) -> None:
     elif isinstance(block, Cards):
         _print_cards(block, console)
     elif isinstance(block, Figure):
-        console.print(Padding(_text(f"Figure: {block.title}"), (0, 0, 0, 2)))
+        console.print(_indented(_text(f"Figure: {block.title}")))
     elif isinstance(block, Animation):
-        console.print(Padding(_text(f"Motion: {block.title}"), (0, 0, 0, 2)))
+        console.print(_indented(_text(f"Motion: {block.title}")))
     else:
         console.print(_text(block))
 
@@ -62,12 +62,12 @@ def _print_cards(cards: Cards, console: Console) -> None:
         console.print()
         console.print(_text(card.title, "bold"))
         if card.alarm:
-            console.print(Padding(_text(card.marked_alarm, STYLES["bad"]), (0, 0, 0, 2)))
+            console.print(_indented(_text(card.marked_alarm, STYLES["bad"])))
         for one in card.statements:
             line = _text(f"{one.question} ").append(printable(one.word), STYLES[one.tone])
-            console.print(Padding(line.append(printable(f". {one.sentence}.")), (0, 0, 0, 2)))
+            console.print(_indented(line.append(printable(f". {one.sentence}."))))
         for name, value in card.facts:
-            console.print(Padding(_text(f"{name}: {value}"), (0, 0, 0, 2)))
+            console.print(_indented(_text(f"{name}: {value}")))
     if cards.words:
         console.print()
     for word, meaning in cards.words:
@@ -101,9 +101,13 @@ def _print_table(table: Table, console: Console) -> None:
             for head, cell in zip(table.heads[1:], row[1:], strict=True):
                 line.append(printable(f"; {head.text}: "))
                 line.append(printable(cell.text), STYLES[cell.tone])
-            console.print(Padding(line, (0, 0, 0, 2)))
+            console.print(_indented(line))
     if table.note:
         console.print(_text(table.note, "dim"))
+
+
+def _indented(text: Text) -> Padding:
+    return Padding(text, (0, 0, 0, 2))
 
 
 def _text(text: str, style: str = "") -> Text:

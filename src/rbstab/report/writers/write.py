@@ -70,7 +70,7 @@ def write_report(report: Report, path: Path, form: str, *, force: bool = False) 
     check_target(path, form, force=force)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        _WRITERS[form](report, path)
+        _write(report, path, form)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise StoreError(f"{path} cannot be written: {reason}") from error
@@ -100,35 +100,28 @@ def check_target(path: Path, form: str, *, force: bool) -> None:
         check_writable(pictures_folder(path) / "picture.png")
 
 
-def _write_html(report: Report, path: Path) -> None:
+def _write(report: Report, path: Path, form: str) -> None:
     # Each format is imported late: it needs a library that the others do not.
-    from rbstab.report.writers.html import page
+    if form == "md":
+        from rbstab.report.writers.markdown import write_markdown
 
-    write_atomically(path, page(report).encode() + SIGNATURES["html"], replace=True)
+        write_markdown(report, path)
+        return
+    if form == "html":
+        from rbstab.report.writers.html import page
 
+        content = page(report).encode()
+    elif form == "pdf":
+        from rbstab.report.writers.pdf import pdf_of
 
-def _write_markdown(report: Report, path: Path) -> None:
-    from rbstab.report.writers.markdown import write_markdown
+        content = pdf_of(report)
+    else:
+        from rich.console import Console
 
-    write_markdown(report, path)
+        from rbstab.report.writers.text import print_report
 
-
-def _write_pdf(report: Report, path: Path) -> None:
-    from rbstab.report.writers.pdf import pdf_of
-
-    write_atomically(path, pdf_of(report) + SIGNATURES["pdf"], replace=True)
-
-
-def _write_text(report: Report, path: Path) -> None:
-    from rich.console import Console
-
-    from rbstab.report.writers.text import print_report
-
-    text = StringIO()
-    console = Console(file=text, width=TEXT_WIDTH, highlight=False, color_system=None)
-    print_report(report, console)
-    lines = [line.rstrip() for line in text.getvalue().splitlines()]
-    write_atomically(path, "\n".join([*lines, ""]).encode() + SIGNATURES["text"], replace=True)
-
-
-_WRITERS = {"html": _write_html, "md": _write_markdown, "pdf": _write_pdf, "text": _write_text}
+        text = StringIO()
+        console = Console(file=text, width=TEXT_WIDTH, highlight=False, color_system=None)
+        print_report(report, console)
+        content = "".join(f"{line.rstrip()}\n" for line in text.getvalue().splitlines()).encode()
+    write_atomically(path, content + SIGNATURES[form], replace=True)

@@ -2,13 +2,13 @@
 
 import math
 
-from rbstab.report.model.document import Cell, Head, Table
+from rbstab.report.model.document import Head, Table
 from rbstab.report.model.words import NO_VALUE, listed
 from rbstab.report.sweeps.conditions.paired_difference import MATTERS, PairedDifference
 from rbstab.report.sweeps.conditions.ranking import REGULARITY, rankings_of
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.outcomes import CONFIDENCE
-from rbstab.report.sweeps.table_entries import number, whole
+from rbstab.report.sweeps.tables import Entry, number, table_of
 
 V_NOTE = (
     "v(0) is not compared: each condition has its own Lyapunov function, so that a smaller value "
@@ -34,18 +34,12 @@ def difference_table(name: str, members: Members) -> list[Table]:
     if not rankings:
         return []
     sampled = rankings[0].sampled
-    interval = [Head(f"{CONFIDENCE:.0%} interval of the median", numbers=True)] if sampled else []
-    heads = (
-        Head("quantity"),
-        Head("difference"),
-        Head("smaller with"),
-        Head("median", numbers=True),
-        *interval,
-        *(Head(f"{share} of the pairs below", numbers=True) for share in ("5%", "95%")),
-        Head("share of the pairs above 0", numbers=True),
-        Head("pairs", numbers=True),
-        Head("equal pairs", numbers=True),
-    )
+    heads: list[str | Head] = [
+        *("quantity", "difference", "smaller with", "median"),
+        Head(f"{CONFIDENCE:.0%} interval of the median", numbers=True),
+        *(f"{share} of the pairs below" for share in ("5%", "95%")),
+        *("share of the pairs above 0", "pairs", "equal pairs"),
+    ]
     rows, notes = [], [V_NOTE] if rankings[0].groups.has_own_v else []
     for ranking in rankings:
         labels, label = ranking.groups.labels, ranking.quantity.axis.label
@@ -63,39 +57,34 @@ def difference_table(name: str, members: Members) -> list[Table]:
             if k != reference:
                 found = ranking.difference(k, reference)
                 smaller = _smaller(found, labels[k], labels[reference], sampled=sampled)
-                entries = smaller, *_entries(found, sampled=sampled)
                 subtraction = f"{labels[k]} minus {labels[reference]}"
-                rows.append((Cell(ranking.quantity.axis.text), Cell(subtraction), *entries))
+                numbers = _numbers(found, sampled=sampled)
+                rows.append((ranking.quantity.axis.text, subtraction, smaller, *numbers))
     sure = "the interval of the median excludes zero, " if sampled else ""
     note = " ".join([*notes, PAIR_NOTE.format(sure=sure) + (INTERVAL_NOTE if sampled else "")])
     title = "Paired differences from the best condition"
-    return [Table(f"{name}-pairs", title, heads, tuple(rows), note)]
+    return [table_of(f"{name}-pairs", title, heads, rows, note)]
 
 
-def _smaller(found: PairedDifference, first: str, second: str, *, sampled: bool) -> Cell:
+def _smaller(found: PairedDifference, first: str, second: str, *, sampled: bool) -> str:
     """Return which of two conditions has the smaller values, or why none is named."""
     if not found.pairs and not found.equal:
-        return Cell("no common case")
+        return "no common case"
     if not found.is_alike(sampled=sampled):
-        return Cell(first if found.median < 0 else second)
+        return first if found.median < 0 else second
     if found.equal > found.pairs:
-        return Cell("equal in most pairs" if found.pairs else "equal in all pairs")
+        return "equal in most pairs" if found.pairs else "equal in all pairs"
     if sampled and not found.is_sure:
-        return Cell("no sure difference")
-    return Cell(f"none: less than {MATTERS:.0%}")
+        return "no sure difference"
+    return f"none: less than {MATTERS:.0%}"
 
 
-def _entries(found: PairedDifference, *, sampled: bool) -> tuple[Cell, ...]:
-    """Return the numbers of a difference."""
-    ends = [number(end) for end in (found.low, found.high)]
+def _numbers(found: PairedDifference, *, sampled: bool) -> tuple[Entry, ...]:
+    """Return the numbers of a difference; without a sample it has no interval."""
+    ends = found.low, found.high
+    interval = " to ".join(number(end).text for end in ends) if sampled else ""
     # An interval without ends is that of few pairs.
-    is_open = (found.low, found.high) == (-math.inf, math.inf)
-    interval = Cell(NO_VALUE) if is_open else Cell(" to ".join(end.text for end in ends))
-    return (
-        number(found.median),
-        *([interval] if sampled else []),
-        *map(number, found.ends),
-        number(1.0 - found.negative),
-        whole(found.pairs),
-        whole(found.equal),
-    )
+    if sampled and ends == (-math.inf, math.inf):
+        interval = NO_VALUE
+    above = 1.0 - found.negative
+    return found.median, interval, *found.ends, above, found.pairs, found.equal

@@ -1,5 +1,6 @@
 """Conditions to compare: variants, and parameters marked `each` in the plan."""
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -23,8 +24,8 @@ class Slice(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class PairedConditions:
-    """Groups of members with the same condition.
+class Conditions:
+    """Groups of members with the same condition; without conditions, one group without a title.
 
     slices are the members of each. Each row of pairs, shape (rows, conditions), has the numbers of
     members that differ only in their condition; pairs is None if there are no such rows. has_own_v
@@ -42,26 +43,19 @@ class PairedConditions:
         return tuple(part.title for part in self.slices)
 
 
-def slices_of(members: Members) -> list[Slice]:
-    """Return the members of each condition; without conditions one slice without a title."""
-    groups = paired_conditions_of(members)
-    return [Slice("", np.arange(len(members)))] if groups is None else groups.slices
-
-
 @kept
-def paired_conditions_of(members: Members) -> PairedConditions | None:
-    """Return the conditions of a sweep; None if there are none, or too many."""
-    plan = members.plan
+def conditions_of(members: Members) -> Conditions:
+    """Return the conditions of a sweep; none if they are too many to compare."""
+    plan, slices = members.plan, [Slice("", np.arange(len(members)))]
     if plan is None:
-        return None
+        return Conditions((), slices, None, has_own_v=False)
     variant = [p for p in members.parameters if p.axis.categories]
     each = {axis.name for axis in plan.axes if axis.each}
     chosen = [p for p in members.parameters if p.axis.categories or p.name in each]
-    if np.prod([float(len(p.entries)) for p in chosen]) > MAX_GROUPS:
+    if math.prod(len(p.entries) for p in chosen) > MAX_GROUPS:
         chosen = variant
     if not chosen:
-        return None
-    slices = [Slice("", np.arange(len(members)))]
+        return Conditions((), slices, None, has_own_v=False)
     for parameter in chosen:
         slices = [
             Slice(
@@ -72,8 +66,7 @@ def paired_conditions_of(members: Members) -> PairedConditions | None:
             for entry in parameter.entries.tolist()
         ]
     names = [p.name for p in chosen]
-    pairs = _pairs(members, names)
-    return PairedConditions(tuple(chosen), slices, pairs, _change_v(plan, names))
+    return Conditions(tuple(chosen), slices, _pairs(plan, names), _change_v(plan, names))
 
 
 def _change_v(plan: Plan, names: list[str]) -> bool:
@@ -98,19 +91,16 @@ def _condition(parameter: Parameter, entry: float) -> str:
     return f"{parameter.axis.label} = {entry:.4g}" + (f" {unit}" if unit not in ("", "1") else "")
 
 
-def _pairs(members: Members, names: list[str]) -> Array | None:
+def _pairs(plan: Plan, names: list[str]) -> Array | None:
     """Return rows of members that differ only along the named axes.
 
     Returns:
         Numbers of members, shape (rows, conditions); None if one of the axes is sampled.
     """
-    assert members.plan is not None
-    dimensions = members.plan.dimensions
+    dimensions = plan.dimensions
     if any(name not in dimensions for name in names):
         return None
     axes = list(dimensions)
-    numbers = np.arange(len(members)).reshape(tuple(dimensions.values()))
-    others = [axis for axis in axes if axis not in names]
-    reordered = numbers.transpose([axes.index(name) for name in (*others, *names)])
-    sizes = [dimensions[name] for name in names]
-    return reordered.reshape(-1, int(np.prod(sizes)))
+    numbers = np.arange(math.prod(dimensions.values())).reshape(*dimensions.values())
+    moved = np.moveaxis(numbers, [axes.index(name) for name in names], range(-len(names), 0))
+    return moved.reshape(-1, math.prod(dimensions[name] for name in names))

@@ -6,7 +6,7 @@ import numpy as np
 
 from rbstab.files.counts import grouped
 from rbstab.report.model.words import counted, listed, number
-from rbstab.report.sweeps.conditions.paired_conditions import PairedConditions, paired_conditions_of
+from rbstab.report.sweeps.conditions.paired_conditions import Conditions, conditions_of
 from rbstab.report.sweeps.conditions.paired_difference import PairedDifference, paired_difference
 from rbstab.report.sweeps.members import LEFT_RANGE, Members, kept
 from rbstab.report.sweeps.outcomes import CONFIDENCE
@@ -38,9 +38,7 @@ class Ranking:
             condition counts cases that another one may lack: pairs decide, not medians.
     """
 
-    def __init__(
-        self, groups: PairedConditions, quantity: MemberQuantity, *, sampled: bool
-    ) -> None:
+    def __init__(self, groups: Conditions, quantity: MemberQuantity, *, sampled: bool) -> None:
         assert groups.pairs is not None
         self.groups, self.quantity, self.sampled = groups, quantity, sampled
         # Columns are read as a whole.
@@ -125,8 +123,8 @@ class Ranking:
 @kept
 def rankings_of(members: Members) -> tuple[Ranking, ...]:
     """Return the rankings of conditions, one for each quantity; none without pairs."""
-    groups = paired_conditions_of(members)
-    if groups is None or groups.pairs is None:
+    groups = conditions_of(members)
+    if groups.pairs is None:
         return ()
     sampled = members.is_drawn
     return tuple(Ranking(groups, q, sampled=sampled) for q in main_quantities(members))
@@ -134,11 +132,9 @@ def rankings_of(members: Members) -> tuple[Ranking, ...]:
 
 def ranking_sentences(members: Members) -> list[str]:
     """Return which condition is better, and how surely; what is compared first."""
-    groups, rankings = paired_conditions_of(members), rankings_of(members)
-    if groups is None:
-        return []
-    sentences = failure_sentences(members, groups)
-    sentences += [one.sentence for one in rankings if one.quantity.name in NAMES]
+    groups = conditions_of(members)
+    sentences = failure_sentences(members, groups) if groups.parameters else []
+    sentences += [one.sentence for one in rankings_of(members) if one.quantity.name in NAMES]
     sentences = [sentence for sentence in sentences if sentence]
     if not sentences or groups.pairs is None:
         return sentences
@@ -148,7 +144,7 @@ def ranking_sentences(members: Members) -> list[str]:
     return [f"Compared: {count} {kind}, each in {same}: {listed(groups.labels)}.", *sentences]
 
 
-def failure_sentences(members: Members, groups: PairedConditions) -> list[str]:
+def failure_sentences(members: Members, groups: Conditions) -> list[str]:
     """Return how many runs of each condition did not complete; [] if all completed.
 
     The best and the worst condition are compared in the same cases. How often only one of both

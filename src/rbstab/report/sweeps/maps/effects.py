@@ -3,7 +3,7 @@
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.document import Block, Cell, Head, Table
+from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Band, Figure, Line, Mark, Panel
 from rbstab.report.sweeps.conditions.paired_conditions import Slice
 from rbstab.report.sweeps.maps.shown import FIRST, shown_of
@@ -12,7 +12,7 @@ from rbstab.report.sweeps.outcomes import wilson
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantiles import Ascending, quantiles_by_group
 from rbstab.report.sweeps.quantities import MemberQuantity
-from rbstab.report.sweeps.table_entries import number
+from rbstab.report.sweeps.tables import number, table_of
 
 MIN_MEMBERS = 100
 """Fewer members, in a condition, are too few for groups along a parameter."""
@@ -57,7 +57,7 @@ class Effects:
 
     def __init__(self, members: Members, free: list[Parameter], slices: list[Slice]) -> None:
         self._slices = slices
-        self._shown = [q for shown in shown_of(members) if (q := shown.of_several).varies]
+        self._shown = [q for one in shown_of(members) if (q := one.of_several).varies]
         # What a parameter without any effect explains.
         self._chance = 0.0
         # What is not known explains nothing.
@@ -78,13 +78,13 @@ class Effects:
         """
         if not self._shown or min(len(part.chosen) for part in self._slices) < MIN_MEMBERS:
             return []
-        heads = (Head("parameter"), *(Head(q.axis.label, numbers=True) for q in self._shown))
-        rows = tuple(
-            (Cell(parameter.axis.label), *(number(ratio, 2) for ratio in row.round(12)))
+        heads = "parameter", *(q.axis.label for q in self._shown)
+        rows = [
+            (parameter.axis.label, *(number(ratio, 2) for ratio in row.round(12)))
             for parameter, row in zip(self.order, self.ratios, strict=True)
-        )
+        ]
         note, title = NOTE.format(chance=self._chance), "What each parameter explains"
-        table = Table(f"{name}-influence", title, heads, rows, note)
+        table = table_of(f"{name}-influence", title, heads, rows, note)
         for column, quantity in enumerate(self._shown):
             ratios = self.ratios[:, column]
             order = np.argsort(-ratios, kind="stable").tolist()

@@ -9,14 +9,10 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Figure, Line, Mark, Panel, Points
 from rbstab.report.model.words import number
-from rbstab.report.sweeps.conditions.paired_conditions import (
-    Slice,
-    paired_conditions_of,
-    slices_of,
-)
+from rbstab.report.sweeps.conditions.paired_conditions import Slice, conditions_of
 from rbstab.report.sweeps.maps.cells import MIN_MEMBERS, MapGrid, cells_of, map_grid
 from rbstab.report.sweeps.maps.effects import Effects, explained
-from rbstab.report.sweeps.maps.shown import Shown, first_of, point_colour, shown_of
+from rbstab.report.sweeps.maps.shown import first_of, point_colour, shown_of
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.parameters import BinnedAxis, Parameter, binned
 from rbstab.report.sweeps.quantities import MemberQuantity
@@ -75,12 +71,10 @@ def over_parameters(
         At most two maps, or figures of curves; the first shows what became of the members, if they
         differ in it. Then the effect of each parameter of drawn members.
     """
-    groups = paired_conditions_of(members)
-    compared = groups.parameters if groups is not None else ()
+    compared, slices = conditions_of(members).parameters, conditions_of(members).slices
     free = [p for p in members.parameters if p not in compared]
     if not free:
         return [], []
-    slices = slices_of(members)
     what, effects = Mapped(name, members, slices), list[Block]()
     if len(free) == 1:
         maps = curves(what, free[0])
@@ -167,7 +161,7 @@ def map_figures(
 def point_figure(what: Mapped, over: tuple[Parameter, Parameter]) -> Figure:
     """Return the outcome of each member as a point over two parameters."""
     x, y = over
-    (outcome,) = (shown.of_one for shown in shown_of(what.members) if shown.name == "outcome")
+    (outcome,) = (word for word in shown_of(what.members) if word.name == "outcome")
     panel = Panel(x.axis, y.axis, _points(outcome, x, y.values))
     title = f"Outcomes over {x.axis.label} and {y.axis.label}"
     caption = "Over the two parameters that explain most."
@@ -192,8 +186,7 @@ def _points(word: MemberQuantity, x: Parameter, y: Array) -> tuple[Points, ...]:
 def curves(what: Mapped, parameter: Parameter) -> list[Figure]:
     """Return figures of what differs along one parameter, with a curve for each slice."""
     panels, all_shown = [], shown_of(what.members)
-    for shown in all_shown:
-        quantity = shown.of_one
+    for quantity in all_shown:
         is_word = bool(quantity.axis.categories)
         marks: tuple[Mark, ...]
         if is_word and len(what.slices) == 1 and len(what.members) <= MAX_POINTS:
@@ -215,7 +208,7 @@ def _along(parameter: Parameter, quantity: MemberQuantity, part: Slice) -> tuple
     return parameter.values[order].astype(float), quantity.values[order]
 
 
-def _is_clear(shown: Shown, grids: list[MapGrid]) -> bool:
+def _is_clear(shown: MemberQuantity, grids: list[MapGrid]) -> bool:
     """Return whether cells say what their members are: always unless they are sampled."""
     if grids[0].min_members < MIN_MEMBERS:
         return True
@@ -229,10 +222,10 @@ def _is_clear(shown: Shown, grids: list[MapGrid]) -> bool:
     return False
 
 
-def _panels(what: Mapped, grids: list[MapGrid], shown: Shown) -> list[Panel]:
+def _panels(what: Mapped, grids: list[MapGrid], shown: MemberQuantity) -> list[Panel]:
     """Return the map of one quantity on each grid; all have one scale."""
     is_single = all(grid.is_single for grid in grids)
-    quantity = shown.of_one if is_single else shown.of_several
+    quantity = shown if is_single else shown.of_several
     maps = [cells_of(what.members, grid, quantity) for grid in grids]
     values = np.concatenate([cells.values[np.isfinite(cells.values)] for cells in maps])
     if len(maps) > 1 and len(values) and not (quantity.axis.categories or quantity.is_share):

@@ -3,21 +3,18 @@
 A word, such as the outcome, is shown as it is of single members, and as a share of several.
 """
 
-from dataclasses import replace
-from typing import NamedTuple
-
 import numpy as np
 
-from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
 from rbstab.report.model.palette import OPEN, UNTRIED
 from rbstab.report.sweeps.basins import basins_of
-from rbstab.report.sweeps.members import OUTCOME_COLOURS, OUTCOMES, RETURNS, Members
-from rbstab.report.sweeps.proofs import proof_codes, proved_shares
+from rbstab.report.sweeps.members import RETURNS, Members
+from rbstab.report.sweeps.proofs import proof_words
 from rbstab.report.sweeps.quantities import (
     MemberQuantity,
     final_tilt,
     main_quantities,
+    outcome_words,
     start_over_level,
 )
 
@@ -28,28 +25,16 @@ FIRST = (*WORDS, "final-tilt")
 """The names of what is shown first: what became of the members, and how far they lean."""
 
 
-class Shown(NamedTuple):
-    """A word or a quantity, of single members and of several together; for a quantity the same."""
-
-    of_one: MemberQuantity
-    of_several: MemberQuantity
-
-    @property
-    def name(self) -> str:
-        """Its short name."""
-        return self.of_one.name
-
-
-def shown_of(members: Members) -> list[Shown]:
+def shown_of(members: Members) -> list[MemberQuantity]:
     """Return what differs among the members: words first, then quantities."""
     # Those that return lean by less than is wanted of them.
     tilts = [final_tilt(members)] if members.outcome_counts[RETURNS] < len(members) else []
     over_level = start_over_level(members)
     found = [*tilts, *main_quantities(members), *([] if over_level is None else [over_level])]
-    return [*_words(members), *(Shown(q, q) for q in found if q.varies)]
+    return [*_words(members), *(quantity for quantity in found if quantity.varies)]
 
 
-def first_of(shown: list[Shown]) -> int:
+def first_of(shown: list[MemberQuantity]) -> int:
     """Return how many of those come first: what became of the members, but two panels at least."""
     return max(2, sum(one.name in FIRST for one in shown))
 
@@ -60,35 +45,13 @@ def point_colour(word: MemberQuantity, code: int) -> int:
     return OPEN if colour == UNTRIED else colour
 
 
-def _words(members: Members) -> list[Shown]:
-    found = []
-    if np.count_nonzero(members.outcome_counts) > 1:
-        occurring = np.flatnonzero(members.outcome_counts).tolist()
-        words = tuple(OUTCOMES[code] for code in occurring)
-        colours = tuple(OUTCOME_COLOURS[code] for code in occurring)
-        codes = np.searchsorted(occurring, members.outcomes).astype(float)
-        axis = Axis("outcome", categories=words, colours=colours)
-        # The share of those that return, or of the first outcome that occurs.
-        first = RETURNS if members.outcome_counts[RETURNS] else occurring[0]
-        word, own = MemberQuantity("outcome", axis, codes), members.outcomes == first
-        found.append(_with_share(word, f"share: {OUTCOMES[first]}", own))
-    proofs = proof_codes(members)
-    if len(proofs.labels) > 1:
-        what = "convergence of the exact motion"
-        axis = Axis(what, categories=proofs.labels, colours=proofs.colours)
-        word = MemberQuantity("proofs", axis, proofs.codes.astype(float), "no proof of the bodies")
-        found.append(_with_share(word, "share proved to converge", proved_shares(members)))
+def _words(members: Members) -> list[MemberQuantity]:
+    found = [outcome_words(members), proof_words(members)]
     basins = basins_of(members)
     if basins is not None:
         codes = np.where(basins.codes < 0, np.nan, basins.codes)
         labels = tuple(f"rest state {k + 1}" for k in range(len(basins.energies)))
         axis = Axis("approaches", categories=labels)
-        word = MemberQuantity("basins", axis, codes, "no rest state was found")
-        found.append(_with_share(word, "share that approaches rest state 1", basins.codes == 0))
-    return found
-
-
-def _with_share(word: MemberQuantity, label: str, fulfilled: Array) -> Shown:
-    """Return a word with the share of members that it counts."""
-    values = fulfilled.astype(float)
-    return Shown(word, replace(word, axis=Axis(label), values=values, is_share=True))
+        share = "share that approaches rest state 1", (basins.codes == 0).astype(float)
+        found.append(MemberQuantity("basins", axis, codes, "no rest state was found", share=share))
+    return [word for word in found if len(word.axis.categories) > 1]

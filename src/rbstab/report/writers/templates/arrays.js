@@ -1,6 +1,6 @@
 // Arrays of numbers, packed in base64.
 
-const KINDS = { f4: Float32Array, i1: Int8Array, i2: Int16Array, i4: Int32Array };
+const KINDS = { f4: Float32Array, i4: Int32Array };
 
 /** Return the numbers of a packed array, row by row. */
 function flat({ dtype, bdata }) {

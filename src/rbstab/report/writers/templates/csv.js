@@ -7,15 +7,10 @@ const named = ({ categories }, value) => (Number.isInteger(value) && categories[
 
 const quoted = (entry) => (/[",\n]/.test(String(entry)) ? `"${String(entry).replace(/"/g, '""')}"` : String(entry ?? "nan"));
 
-/** Return x, y, low, high and value of a row of a layer. */
-function entriesOf({ type }, row, axes) {
-  const [x, y] = [named(axes.x, row.x ?? NaN), named(axes.y, row.y ?? NaN)];
-  if (row.bar !== undefined) return [row.x2 - row.x, axes.y.categories[row.bar], "", "", row.count];
-  if (row.value !== undefined) return [x, row.value, row.y, row.y2, ""];
-  if (type === "rect") return [(row.x + row.x2) / 2, row.y, row.x, row.x2, ""];
-  if (type === "area") return row.part === undefined ? [x, "", row.y, row.y2, ""] : [x, row.part, "", "", ""];
-  if (row.x === undefined) return ["", y, "", "", ""];
-  return row.y === undefined ? [x, "", "", "", ""] : [x, y, "", "", ""];
+/** Return x, y, low, high and value of a row of a layer; what an axis cannot show is null. */
+function entriesOf({ x, y, low = "", high = "", value = "" }, axes) {
+  const place = (axis, at) => (at === undefined ? "" : named(axis, at ?? NaN));
+  return [place(axes.x, x), place(axes.y, y), low, high, value];
 }
 
 function csvOf(name) {
@@ -23,7 +18,7 @@ function csvOf(name) {
   drawings[name].panels.forEach((panel, number) => {
     const head = [panel.title || number + 1, panel.x.text, panel.y.text];
     for (const { mark, data } of layersOf(name, number)) {
-      for (const row of data.values) rows.push([...head, row.text && row.bar === undefined && mark.type === "line" ? row.text : row.series, ...entriesOf(mark, row, panel)]);
+      for (const row of data.values) rows.push([...head, (mark.type === "line" && row.text) || row.series, ...entriesOf(row, panel)]);
     }
     if (panel.map) rows.push(...cellRows(panel.map).map((row) => [...head, panel.map.scale.text, ...row]));
   });

@@ -26,22 +26,27 @@ const BESIDE_PANEL = 72;
 const BESIDE_MAP = 62;
 const BELOW = 60;
 
+/** Return whether a figure has maps with bars of colours. */
+const hasBars = ({ panels }) => panels.some(({ map }) => map && !map.scale.categories.length);
+
 /** Return the number of columns of a figure in a width, and the width of a panel. */
-function sizes({ columns, small, bars, panels }, width) {
+function sizes(drawing, width) {
+  const { columns, panels } = drawing;
+  const bars = hasBars(drawing);
   const isNarrow = width < NARROW;
-  const count = Math.min(isNarrow ? (small && !bars ? 2 : 1) : columns, panels.length);
+  const count = Math.min(isNarrow ? 1 : columns, panels.length);
   return [count, Math.max(Math.floor(width / count) - BESIDE_PANEL - (bars && !isNarrow ? BESIDE_MAP : 0), 90)];
 }
 
 /** Return the specification of a figure in a width, in the colours of the page. */
 function fitted(figure, width) {
-  const { spec, square, shared } = drawings[figure.name];
+  const { spec, panels, shared } = drawings[figure.name];
   const fit = structuredClone(spec);
   const [count, inside] = sizes(drawings[figure.name], width);
   fit.columns = count;
   fit.concat.forEach((panel, number) => {
     panel.width = inside;
-    if (square[number]) panel.height = inside;
+    if (panels[number].square) panel.height = inside;
     for (const { encoding } of panel.layer) {
       // Panels with one vertical axis: its title stands at the first of each row.
       if (shared.includes("y") && number % fit.columns && encoding.y) encoding.y.title = null;
@@ -53,13 +58,10 @@ function fitted(figure, width) {
   return fit;
 }
 
-/** Return the signals that the page sets: colours, hidden curves, the time, and the pictures of maps. */
+/** Return the signals that the page sets: colours, hidden curves, and the time. */
 function signalsOf(figure) {
   const values = { ink: tone("text"), paper: "transparent", grid: tone("grid"), hidden: [...figure.hidden] };
   if (drawings[figure.name].time) values.now = clock.end > 0 ? clock.now : -1;
-  drawings[figure.name].panels.forEach(({ map }, number) => {
-    if (map) values[`image${number}`] = painted(map);
-  });
   return values;
 }
 
@@ -77,10 +79,11 @@ function prepare(box) {
 function reserve({ name, box }) {
   // What is folded has no width yet.
   if (!box.clientWidth) return;
-  const { square, height, panels, bars } = drawings[name];
+  const { panels, spec } = drawings[name];
   const [count, inside] = sizes(drawings[name], box.clientWidth);
-  const bar = bars && box.clientWidth < NARROW ? BESIDE_MAP : 0;
-  const row = (square.some(Boolean) ? inside : height) + BELOW + bar;
+  const bar = hasBars(drawings[name]) && box.clientWidth < NARROW ? BESIDE_MAP : 0;
+  const height = Math.max(...spec.concat.map((panel) => panel.height));
+  const row = (panels.some(({ square }) => square) ? inside : height) + BELOW + bar;
   box.style.minHeight = `${Math.ceil(panels.length / count) * row}px`;
 }
 
@@ -189,30 +192,24 @@ function shownAt(figure, event) {
   return valuesAt(figure, spot, x, y);
 }
 
-/** Return the point of a mark of points, or of the end of an interval, near the pointer. */
+/** Return the point near the pointer, or the part of a bar under it. */
 function nearestPoint(figure, number, [left, top], x, y) {
   let best = null;
   let least = NEAR ** 2;
-  const { panels } = drawings[figure.name];
+  const axes = drawings[figure.name].panels[number];
   for (const { mark, data } of layersOf(figure.name, number)) {
-    if (mark.type !== "point" && mark.type !== "rule" && mark.type !== "rect") continue;
+    if (mark.type !== "point" && mark.type !== "bar") continue;
     for (const row of data.values) {
-      if (row.x == null || row.y == null || figure.hidden.has(row.series)) continue;
-      const [across, up] = [row.value ?? row.y, row.y2 ?? row.y];
-      const inBar = mark.type === "rect" && left >= x(row.x) && left <= x(row.x2) && top <= Math.max(y(row.y), y(up)) && top >= Math.min(y(row.y), y(up));
-      const distance = inBar ? 0 : mark.type === "rect" ? Infinity : (x(row.x) - left) ** 2 + (y(across) - top) ** 2;
-      if (distance >= least) continue;
-      [best, least] = [row, distance];
+      if (row.x === null || row.y === null || figure.hidden.has(row.series)) continue;
+      const inBar = left >= x(row.low) && left <= x(row.high) && Math.abs(y(row.y) - top) <= mark.size / 2;
+      const distance = mark.type === "point" ? (x(row.x) - left) ** 2 + (y(row.y) - top) ** 2 : inBar ? 0 : Infinity;
+      if (distance < least) [best, least] = [{ ...row, isBar: inBar }, distance];
     }
   }
   if (!best) return null;
-  const axes = panels[number];
-  const name = best.text ? best.text.split("\n") : [];
-  if (best.bar !== undefined) return { lines: [axes.y.categories[best.bar], `${best.series}: ${best.text}`], member: -1 };
-  const ends = best.x2 !== undefined ? [`${axes.x.label}: ${short(best.x)} to ${valueText(axes.x, best.x2)}`, `${axes.y.label}: ${valueText(axes.y, best.y)}`]
-    : [`${axes.x.label} = ${valueText(axes.x, best.x)}`, `${axes.y.label} = ${valueText(axes.y, best.value ?? best.y)}`];
-  if (best.value !== undefined) ends.push(`from ${valueText(axes.y, best.y)} to ${valueText(axes.y, best.y2)}`);
-  return { lines: [best.series, ...(name.length ? name : ends)].filter(Boolean), member: best.member ?? -1 };
+  if (best.isBar) return { lines: [axes.y.categories[best.y], `${best.series}: ${best.text}`], member: -1 };
+  const ends = [`${axes.x.label} = ${valueText(axes.x, best.x)}`, `${axes.y.label} = ${valueText(axes.y, best.y)}`];
+  return { lines: [best.series, ...(best.text ? best.text.split("\n") : ends)].filter(Boolean), member: best.member ?? -1 };
 }
 
 /** Return the values of the curves of a panel at the pointer. */
@@ -253,8 +250,9 @@ function curveAt(rows, place, axes, isStep) {
     else high = middle;
   }
   const [before, after] = [rows[low], rows[high]];
-  const [first, second] = [before.y2 ?? before.y, after.y2 ?? after.y];
-  if (before.y === null || after.y === null) return null;
+  const top = "high" in before ? "high" : "y";
+  const [first, second] = [before[top], after[top]];
+  if (first === null || second === null) return null;
   if (isStep || after.x === before.x) return first;
   const [from, to, at] = [before.x, after.x, place].map(axes.x.log ? Math.log : Number);
   const share = (at - from) / (to - from);
@@ -320,14 +318,22 @@ function zoom(figure, factor) {
   view.runAsync();
 }
 
-/** Add a legend: swatches and names, with one button for all curves of a name. */
+/** Add a legend: swatches and names, with one button for all curves of a name; maps with other words have a row each. */
 function addLegend(figure) {
   const legend = figure.box.parentElement.querySelector(".legend");
+  const rows = new Map();
+  const rowOf = (of) => {
+    if (!rows.has(of)) {
+      rows.set(of, legend.appendChild(document.createElement("div")));
+      rows.get(of).append(Object.assign(document.createElement("b"), { textContent: of }));
+    }
+    return rows.get(of);
+  };
   for (const entry of drawings[figure.name].legend) {
     const isWord = entry.kind === "word" || entry.kind === "gap";
     const item = document.createElement(isWord ? "span" : "button");
     item.append(swatch(entry), entry.label);
-    legend.append(item);
+    (entry.of ? rowOf(entry.of) : legend).append(item);
     if (isWord) continue;
     item.type = "button";
     item.setAttribute("aria-pressed", "true");
@@ -365,11 +371,11 @@ const PICTURE = 900;
 
 /** Save the figure with its legend and without hidden curves, on white and with dark text. */
 async function savePicture(figure) {
-  const { spec, names } = drawings[figure.name];
+  const { spec, names, own } = drawings[figure.name];
   const { config, params, ...panels } = fitted(figure, PICTURE);
   const given = Object.fromEntries(spec.params.map(({ name, value }) => [name, value]));
   for (const param of params) if (["ink", "paper", "grid"].includes(param.name)) param.value = given[param.name];
-  const whole = names ? { config, params, vconcat: [names, panels] } : { config, params, ...panels };
+  const whole = names.length ? { config, params, vconcat: [...names, panels], resolve: { scale: own } } : { config, params, ...panels };
   const { view } = await vegaEmbed(document.createElement("div"), whole, OPTIONS);
   saveFile(new Blob([await view.toSVG()], { type: "image/svg+xml" }), `${figure.name}.svg`);
   view.finalize();

@@ -1,16 +1,4 @@
-// Maps of sweeps: painted from the values of their cells; what a cell holds, and the command of its member.
-
-const FINE = 1200;
-
-/** Return the cell of each pixel along an axis: one pixel a cell where all are equally wide. */
-function pixelsOf(edges, isLog) {
-  const places = isLog ? edges.map(Math.log) : edges;
-  const count = places.length - 1;
-  const whole = places[count] - places[0];
-  const isEven = places.slice(1).every((place, k) => Math.abs(((place - places[k]) * count) / whole - 1) < 1e-6);
-  if (isEven) return Array.from({ length: count }, (_, k) => k);
-  return Array.from({ length: FINE }, (_, k) => cellOf(places, places[0] + ((k + 0.5) / FINE) * whole));
-}
+// Maps of sweeps: what a cell holds, and the command of its member.
 
 /** Return the number of the cell between ascending edges that holds a value; -1 beside all. */
 function cellOf(edges, value) {
@@ -22,36 +10,6 @@ function cellOf(edges, value) {
     else high = middle;
   }
   return low;
-}
-
-/** Return a map as the address of a picture, clear where a cell has no value. */
-function painted(map) {
-  if (map.picture) return map.picture;
-  const values = numbersOf(map.values);
-  const { categories, log } = map.scale;
-  const place = (value) => (log ? Math.log(value) : value);
-  const [low, high] = map.span.map(place);
-  const tints = map.tints.map((tint) => {
-    const [red, green, blue] = [1, 3, 5].map((k) => parseInt(tint.slice(k, k + 2), 16));
-    return ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
-  });
-  const [across, up] = [pixelsOf(map.edges[0], map.log[0]), pixelsOf(map.edges[1], map.log[1])];
-  const canvas = Object.assign(document.createElement("canvas"), { width: across.length, height: up.length });
-  const pen = canvas.getContext("2d");
-  const image = pen.createImageData(across.length, up.length);
-  const out = new Uint32Array(image.data.buffer);
-  up.forEach((row, y) => {
-    const line = (up.length - 1 - y) * across.length;
-    across.forEach((column, x) => {
-      const value = values[row * map.x.length + column];
-      const share = Math.min(Math.max((place(value) - low) / (high - low), 0), 1);
-      const number = categories.length ? value : Math.round(share * (tints.length - 1));
-      out[line + x] = Number.isFinite(value) && !(log && value <= 0) ? tints[number] : 0;
-    });
-  });
-  pen.putImageData(image, 0, 0);
-  map.picture = canvas.toDataURL();
-  return map.picture;
 }
 
 /** Return the numbers of a packed array, row by row; it is unpacked once. */

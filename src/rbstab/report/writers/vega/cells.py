@@ -1,7 +1,6 @@
 """Maps: each panel is one picture with a pixel for each cell.
 
-The page paints the pictures from the values of the cells; those of files are made here, by the same
-rule. A cell without a value is clear, and shows the pattern behind it.
+A cell without a value is clear, and shows the pattern behind it.
 """
 
 import base64
@@ -22,8 +21,14 @@ SHADES = 64
 FINE = 1200
 """Pixels along an axis whose cells are not equally wide."""
 
-HATCH_SIZE, HATCH_STEP = 240, 8
-"""Pixels of the pattern behind cells without a value, and from one of its lines to the next."""
+LINES = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 240 240" preserveAspectRatio="none">'
+    '<pattern id="lines" width="8" height="8" patternUnits="userSpaceOnUse">'
+    f'<path d="M-1 9L9 -1M-1 1L1 -1M7 9L9 7" stroke="{GAP}" stroke-width="1.4"/></pattern>'
+    '<rect width="240" height="240" fill="url(#lines)"/></svg>'
+)
+HATCH = f"data:image/svg+xml;base64,{base64.b64encode(LINES.encode()).decode()}"
+"""The picture behind cells without a value: thin diagonal lines."""
 
 PNG = b"\x89PNG\r\n\x1a\n"
 """The first bytes of a PNG file."""
@@ -59,12 +64,10 @@ def edges_of(centres: Array, axis: Axis) -> Array:
     """Return the edges of columns or rows, from their centres; shape (n + 1,)."""
     places = _place(np.asarray(centres, dtype=float), axis)
     if len(places) == 1:
-        places = places[0] + np.array([-0.5, 0.5])
+        around = places + np.arange(-1.0, 2.0)
     else:
-        middle = 0.5 * (places[1:] + places[:-1])
-        places = np.concatenate(
-            [[2 * places[0] - middle[0]], middle, [2 * places[-1] - middle[-1]]]
-        )
+        around = np.pad(places, 1, mode="reflect", reflect_type="odd")
+    places = 0.5 * (around[1:] + around[:-1])
     return 10.0**places if axis.log else places
 
 
@@ -73,7 +76,7 @@ def picture(cells: Cells, x: Axis, y: Axis) -> str:
     tints = _rgb(tints_of(cells))
     number = np.where(shown(cells), _shades(cells, len(tints)), len(tints))
     rows, columns = pixels(edges_of(cells.y, y), y), pixels(edges_of(cells.x, x), x)
-    return _address(number[np.ix_(rows[::-1], columns)].astype(np.uint8), tints)
+    return _png(number[np.ix_(rows[::-1], columns)].astype(np.uint8), tints)
 
 
 def shown(cells: Cells) -> NDArray[np.bool_]:
@@ -103,13 +106,6 @@ def pixels(edges: Array, axis: Axis) -> NDArray[np.intp]:
     return np.clip(np.searchsorted(places, centres, side="right") - 1, 0, len(widths) - 1)
 
 
-def hatch() -> str:
-    """Return the pattern behind cells without a value: thin diagonal lines."""
-    across, up = np.meshgrid(np.arange(HATCH_SIZE), np.arange(HATCH_SIZE))
-    clear = ((across + up) % HATCH_STEP >= 2).astype(np.uint8)
-    return _address(clear, _rgb((GAP,)))
-
-
 def _place(values: Array, axis: Axis) -> Array:
     return np.log10(values) if axis.log else np.asarray(values, dtype=float)
 
@@ -127,7 +123,7 @@ def _blended(colours: tuple[str, ...], shares: Array) -> list[str]:
     return [f"#{red:02x}{green:02x}{blue:02x}" for red, green, blue in parts.astype(int)]
 
 
-def _address(image: NDArray[np.uint8], tints: NDArray[np.uint8]) -> str:
+def _png(image: NDArray[np.uint8], tints: NDArray[np.uint8]) -> str:
     """Return an image of numbers of colours as a PNG in an address; one number more is clear."""
     high, wide = image.shape
     head = struct.pack(">IIBBBBB", wide, high, 8, 3, 0, 0, 0)

@@ -7,10 +7,8 @@ import numpy as np
 
 from rbstab.report.model.figure import (
     Band,
-    Bars,
     Cells,
     Figure,
-    Intervals,
     Level,
     Line,
     Mark,
@@ -30,16 +28,21 @@ SWATCH = 38
 
 
 def legend_of(figure: Figure) -> list[JSON]:
-    """Return the entries of the legend: `label`, `colour`, `kind`, `dash` and `symbol` of each.
+    """Return the entries of the legend: `of`, `label`, `colour`, `kind`, `dash` and `symbol`.
 
     The kind is line, area or point; or it is what a map shows and what cannot be hidden: word, or
-    gap for cells without a value. What many curves share is named last.
+    gap for cells without a value. The same colour may be another word in another map: where maps
+    differ in their words, `of` says of which map an entry is; elsewhere it is "". What many curves
+    share is named last.
     """
-    entries: dict[str, JSON] = {}
     marks = [mark for panel in figure.panels for mark in panel.marks]
+    scales = {mark.scale for mark in marks if isinstance(mark, Cells) and mark.scale.categories}
+    entries: dict[tuple[str, str], JSON] = {}
     for mark in sorted(marks, key=lambda mark: bool(getattr(mark, "group", ""))):
+        own = mark.scale.label if isinstance(mark, Cells) and len(scales) > 1 else ""
         for entry in _entries(mark):
-            entries.setdefault(entry["label"], entry)
+            of = own if entry["kind"] == "word" else ""
+            entries.setdefault((of, entry["label"]), entry | {"of": of})
     return [entry for entry in entries.values() if entry["label"]]
 
 
@@ -52,11 +55,9 @@ def _entries(mark: Mark) -> Iterable[JSON]:
         case Points():
             tint = colour(mark.colour if mark.key is None else mark.key)
             yield _entry(entry_of(mark), tint, "point", symbol=mark.symbol % len(SYMBOLS))
-        case Intervals():
-            yield _entry(mark.label, colour(mark.colour), "point")
         case Level():
-            yield _entry(mark.label, LEVEL, "line", dash=1)
-        case Bars() | Band():
+            yield _entry(mark.label, LEVEL["color"], "line", dash=1)
+        case Band():
             yield _entry(mark.label, colour(mark.colour), "area")
         case Stack():
             yield from (
@@ -85,8 +86,13 @@ def reasons_of(cells: Cells) -> list[str]:
     return [reason for number, reason in enumerate(cells.members.reasons) if number in found]
 
 
-def legend_view(entries: list[JSON], width: float) -> JSON:
-    """Return the legend of a file: a view without anything else."""
+def legend_views(entries: list[JSON], width: float) -> list[JSON]:
+    """Return the legend of a file: views without anything else, one for each map of words."""
+    groups = dict.fromkeys(entry["of"] for entry in entries)
+    return [_view(of, [one for one in entries if one["of"] == of], width) for of in groups]
+
+
+def _view(of: str, entries: list[JSON], width: float) -> JSON:
     names = [entry["label"] for entry in entries]
     shapes = {"line": "stroke", "area": "square", "word": "square", "gap": "square"}
     filled = [
@@ -99,7 +105,13 @@ def legend_view(entries: list[JSON], width: float) -> JSON:
         "shape": [shapes.get(entry["kind"], SYMBOLS[entry["symbol"]]) for entry in entries],
     }
     columns = max(1, int(width / (LETTER * max(map(len, names)) + SWATCH)))
-    look = {"orient": "top", "columns": columns, "symbolStrokeWidth": 1.8, "symbolSize": 120}
+    look = {
+        "orient": "top",
+        "columns": columns,
+        "symbolStrokeWidth": 1.8,
+        "symbolSize": 120,
+        "offset": 4,
+    }
     return {
         "width": width,
         "height": 1,
@@ -111,7 +123,7 @@ def legend_view(entries: list[JSON], width: float) -> JSON:
                 "field": "series",
                 "type": "nominal",
                 "scale": {"domain": names, "range": values},
-                "title": None,
+                "title": of or None,
                 "legend": look,
             }
             for channel, values in ranges.items()

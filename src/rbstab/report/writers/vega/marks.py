@@ -1,11 +1,11 @@
 """Each mark of a panel as layers of Vega-Lite.
 
-All layers have rows of the same form: `series`, `x` and `y`, and where they need them `x2` and `y2`
-for the other end, `text` for the reader who points at it, `member`, and `k` for the order. The page
-reads the same rows when it shows what is under the pointer and when it writes CSV.
+The rows of all layers have the columns of `series_of`, the name `series`, and where they need them
+`text` for the reader who points at it, `member`, and `k` for the order. The page reads the same
+rows when it shows what is under the pointer and when it writes CSV.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,8 +15,6 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import (
     Axis,
     Band,
-    Bars,
-    Intervals,
     Level,
     Line,
     Mark,
@@ -26,6 +24,7 @@ from rbstab.report.model.figure import (
     Stack,
 )
 from rbstab.report.model.palette import CASED, CASING, CASING_WIDTH, area_colour, colour, contrast
+from rbstab.report.writers.series import series_of
 
 JSON = dict[str, Any]
 
@@ -52,11 +51,23 @@ OF_MANY = 0.6
 LARGEST = 1e300
 """Numbers beyond this are not drawn: the length of an axis would be infinite."""
 
-HALF_BAR = 0.34
-"""Half the height of a bar of shares, where the distance of bars is 1."""
+BAR, HEIGHT = 32, 28
+"""Pixels from one bar of shares to the next, and the height of one."""
 
 NARROWEST_WITH_COUNT = 0.07
 """A part of a bar narrower than this share has no room for its count."""
+
+DECORATION = {"aria": False}
+"""What a layer has that repeats the data of another: edges of curves, counts in bars.
+
+The page takes no data from it.
+"""
+
+LEVEL: JSON = {"type": "rule", "strokeDash": [4, 3], "strokeWidth": 1.2, "color": "#7F7F7F"}
+"""Straight lines through a panel."""
+
+POINT, AREA = {"x": "x", "y": "y"}, {"x": "x", "y": "low", "y2": "high"}
+"""The columns of places, by the channel that shows them."""
 
 
 def entry_of(mark: Line | Points) -> str:
@@ -64,171 +75,118 @@ def entry_of(mark: Line | Points) -> str:
     return mark.group or mark.label
 
 
-def layers_of(mark: Mark, panel: Panel, x: JSON, y: JSON) -> list[JSON]:
-    """Return a mark as layers, from back to front.
+def layers_of(mark: Mark, panel: Panel) -> Iterator[JSON]:
+    """Yield a mark as layers, from back to front; their places lack the look of the axes.
 
     Args:
         mark: The mark; not `Cells`.
         panel: Its panel.
-        x: The encoding of the horizontal axis for the field x.
-        y: The encoding of the vertical axis for the field y.
     """
-    return list(_layers(mark, panel, {"x": x, "y": y}))
+    for number, (label, columns) in enumerate(series_of(mark)):
+        match mark:
+            case Line():
+                yield from _line(mark, panel, columns)
+            case Points():
+                yield _points(mark, panel, columns)
+            case Stack():
+                style = {"type": "area", "color": area_colour(number), "opacity": 0.8}
+                yield _layer(panel, label, columns, AREA, style)
+            case Band():
+                style = {"type": "area", "color": colour(mark.colour), "opacity": 0.25}
+                yield _layer(panel, label, columns, AREA, style)
+            case Level():
+                yield _layer(panel, label, columns, {side: side for side in columns}, LEVEL)
+            case Shares():
+                yield from _shares(panel, label, columns, mark.colours[number])
 
 
-def _layers(mark: Mark, panel: Panel, at: JSON) -> Iterator[JSON]:
-    match mark:
-        case Line():
-            yield from _line(mark, panel, at)
-        case Points():
-            yield _points(mark, panel, at)
-        case Stack():
-            yield from _stack(mark, panel, at)
-        case Bars():
-            rows = _rows(panel, mark.label, x=mark.edges[:-1], x2=mark.edges[1:], y=mark.heights)
-            rows = [row | {"y2": 0} for row in rows]
-            yield _layer(rows, {"type": "rect"}, at | _ends("x2", "y2"), colour(mark.colour), 0.65)
-        case Intervals():
-            rows = _rows(panel, mark.label, x=mark.x, y=mark.low, y2=mark.high)
-            points = _rows(panel, mark.label, x=mark.x, y=mark.y)
-            rows = [row | {"value": point["y"]} for row, point in zip(rows, points, strict=True)]
-            tint = colour(mark.colour)
-            yield _layer(rows, {"type": "rule", "strokeWidth": 1.5}, at | _ends("y2"), tint)
-            yield _layer(points, {"type": "circle", "size": 45} | DECORATION, at, tint)
-        case Band():
-            rows = _rows(panel, mark.label, x=mark.x, y=mark.low, y2=mark.high)
-            yield _layer(rows, {"type": "area"}, at | _ends("y2"), colour(mark.colour), 0.25)
-        case Level():
-            side = "x" if mark.vertical else "y"
-            (value,) = _numbers([mark.value], panel.x if mark.vertical else panel.y)
-            rows = [{"series": mark.label, side: value}]
-            style = {"type": "rule", "strokeDash": [4, 3], "strokeWidth": 1.2}
-            yield _layer(rows, style, {side: at[side]}, LEVEL)
-        case Shares():
-            yield from _shares(mark, at)
+def _layer(
+    panel: Panel,
+    series: str,
+    columns: Mapping[str, Array | Sequence[Any]],
+    shown: dict[str, str],
+    style: JSON,
+) -> JSON:
+    """Return a layer; it is invisible while its series is hidden.
 
-
-DECORATION = {"aria": False}
-"""What a layer has that repeats the data of another: edges of curves, counts in bars."""
-
-LEVEL = "#7F7F7F"
-"""The colour of straight lines through a panel."""
-
-
-def _layer(rows: list[JSON], style: JSON, at: JSON, tint: Any, opacity: float = 1.0) -> JSON:
-    """Return a layer of one colour; it is invisible while its series is hidden.
-
-    The page takes no data from a layer with `DECORATION`.
+    Args:
+        panel: The panel.
+        series: The name of the series.
+        columns: Arrays of numbers, and other lists.
+        shown: The column by the channel that shows it.
+        style: The mark.
     """
-    shown = {
-        "condition": {"test": "indexof(hidden, datum.series) < 0", "value": opacity},
-        "value": 0,
+    axes = {name: getattr(panel, way[0]) for way, name in shown.items() if way[0] in "xy"}
+    entries = {
+        name: _numbers(own, axes.get(name)) if isinstance(own, np.ndarray) else own
+        for name, own in columns.items()
     }
-    return {
-        "data": {"values": rows},
-        "mark": style | {"clip": True, "tooltip": None},
-        "encoding": at | {"opacity": shown, "color": {"value": tint}},
-    }
-
-
-def _ends(*fields: str) -> JSON:
-    return {name: {"field": name} for name in fields}
-
-
-def _rows(panel: Panel, series: str, **columns: Array | Sequence[Any]) -> list[JSON]:
-    """Return rows of a mark; what a logarithmic axis cannot show is null."""
-    shown = {
-        name: _numbers(values, panel.x if name[0] == "x" else panel.y)
-        if name[0] in "xy"
-        else list(values)
-        for name, values in columns.items()
-    }
-    return [
-        {"series": series, **dict(zip(shown, entries, strict=True))}
-        for entries in zip(*shown.values(), strict=True)
+    rows = [
+        {"series": series} | dict(zip(entries, row, strict=True))
+        for row in zip(*entries.values(), strict=True)
     ]
+    encoding: JSON = {
+        channel: {"field": name} | ({} if channel[-1] in "2t" else {"type": "quantitative"})
+        for channel, name in shown.items()
+    }
+    is_shown = {"test": "indexof(hidden, datum.series) < 0", "value": style.get("opacity", 1.0)}
+    encoding["opacity"] = {"condition": is_shown, "value": 0}
+    mark = style | {"clip": True, "tooltip": None}
+    return {"data": {"values": rows}, "mark": mark, "encoding": encoding}
 
 
-def _numbers(values: Array | Sequence[float], axis: Axis) -> list[float | None]:
+def _numbers(values: Array, axis: Axis | None) -> list[float | None]:
     """Return numbers as JSON takes them, with seven digits; null where none can be drawn."""
+    is_log = axis is not None and axis.log
     return [
-        float(f"{value:.7g}") if abs(value) <= LARGEST and (value > 0 or not axis.log) else None
-        for value in np.asarray(values, dtype=float).tolist()
+        float(f"{value:.7g}") if abs(value) <= LARGEST and (value > 0 or not is_log) else None
+        for value in values.tolist()
     ]
 
 
-def _line(mark: Line, panel: Panel, at: JSON) -> Iterator[JSON]:
-    rows = _rows(panel, mark.label, x=mark.x, y=mark.y, k=range(len(mark.x)))
+def _line(mark: Line, panel: Panel, columns: dict[str, Array]) -> Iterator[JSON]:
+    rows: dict[str, Any] = columns | {"k": range(len(mark.x))}
     if mark.group:
-        rows = [row | {"series": mark.group, "text": mark.label} for row in rows]
+        rows["text"] = [mark.label] * len(mark.x)
+    width = OF_MANY if mark.group else 1.0
     style = {
         "type": "line",
-        "strokeWidth": WIDTH * (OF_MANY if mark.group else 1.0),
+        "color": CASED if mark.cased else colour(mark.colour),
+        "opacity": width,
+        "strokeWidth": WIDTH * width,
         "strokeDash": DASHES[mark.dash % len(DASHES)],
         "strokeJoin": "round",
         "interpolate": "step-after" if mark.step else "linear",
     }
-    at = at | {"order": {"field": "k", "type": "quantitative"}}
+    series, shown = entry_of(mark), POINT | {"order": "k"}
     if mark.cased:
-        edges = {"strokeWidth": CASING_WIDTH * WIDTH, "strokeDash": [1, 0]} | DECORATION
-        yield _layer(rows, style | edges, at, CASING)
-    tint = CASED if mark.cased else colour(mark.colour)
-    yield _layer(rows, style, at, tint, OF_MANY if mark.group else 1.0)
+        edges = {"strokeWidth": CASING_WIDTH * WIDTH, "strokeDash": [1, 0], "color": CASING}
+        yield _layer(panel, series, rows, shown, style | edges | DECORATION)
+    yield _layer(panel, series, rows, shown, style)
 
 
-def _points(mark: Points, panel: Panel, at: JSON) -> JSON:
-    columns: dict[str, Any] = {"x": mark.x, "y": mark.y}
-    if mark.texts:
-        columns["text"] = mark.texts
-    if mark.members:
-        columns["member"] = mark.members
-    rows = [row | {"series": entry_of(mark)} for row in _rows(panel, mark.label, **columns)]
+def _points(mark: Points, panel: Panel, columns: dict[str, Array]) -> JSON:
+    more = {"text": mark.texts, "member": mark.members}
+    rows: dict[str, Any] = columns | {name: own for name, own in more.items() if own}
     style = {
         "type": "point",
+        "color": colour(mark.colour),
         "shape": SYMBOLS[mark.symbol % len(SYMBOLS)],
         "filled": mark.symbol == 0,
         "size": 45,
         "strokeWidth": 1.8,
     }
-    return _layer(rows, style, at, colour(mark.colour))
+    return _layer(panel, entry_of(mark), rows, POINT, style)
 
 
-def _stack(mark: Stack, panel: Panel, at: JSON) -> Iterator[JSON]:
-    """Yield the areas; what is negative is stacked downwards."""
-    up, down = np.zeros(len(mark.x)), np.zeros(len(mark.x))
-    for number, (label, part) in enumerate(zip(mark.labels, mark.parts.T, strict=True)):
-        bottom = np.where(part >= 0, up, down)
-        with np.errstate(over="ignore"):  # what is infinite is not drawn
-            top = bottom + part
-        up, down = np.where(part >= 0, top, up), np.where(part < 0, top, down)
-        rows = _rows(panel, label, x=mark.x, y=bottom, y2=top, part=_numbers(part, panel.y))
-        yield _layer(rows, {"type": "area"}, at | _ends("y2"), area_colour(number), 0.8)
-
-
-def _shares(mark: Shares, at: JSON) -> Iterator[JSON]:
-    ends = mark.values.cumsum(axis=1)
-    begins = ends - mark.values
-    for part, (label, number) in enumerate(zip(mark.labels, mark.colours, strict=True)):
-        columns = begins[:, part].tolist(), ends[:, part].tolist(), mark.counts[:, part].tolist()
-        rows: list[JSON] = [
-            {
-                "series": label,
-                "x": begin,
-                "x2": end,
-                "y": bar - HALF_BAR,
-                "y2": bar + HALF_BAR,
-                "middle": (begin + end) / 2,
-                "bar": bar,
-                "text": grouped(count),
-                "count": count,
-            }
-            for bar, (begin, end, count) in enumerate(zip(*columns, strict=True))
-        ]
-        yield _layer(rows, {"type": "rect"}, at | _ends("x2", "y2"), colour(number))
-        wide = [row for row in rows if row["x2"] - row["x"] > NARROWEST_WITH_COUNT]
-        places = {
-            "x": at["x"] | {"field": "middle"},
-            "y": at["y"] | {"field": "bar"},
-            "text": {"field": "text"},
-        }
-        yield _layer(wide, {"type": "text", "fontSize": 11} | DECORATION, places, contrast(number))
+def _shares(panel: Panel, label: str, columns: dict[str, Array], number: int) -> Iterator[JSON]:
+    """Yield the parts of bars with one label, and their counts where there is room."""
+    counts = [grouped(count) for count in columns["value"].tolist()]
+    middle = (columns["low"] + columns["high"]) / 2
+    rows: dict[str, Any] = columns | {"text": counts, "middle": middle}
+    bars = {"type": "bar", "orient": "horizontal", "size": HEIGHT, "color": colour(number)}
+    yield _layer(panel, label, rows, {"x": "low", "x2": "high", "y": "y"}, bars)
+    texts = {"type": "text", "fontSize": 11, "color": contrast(number)} | DECORATION
+    layer = _layer(panel, label, rows, {"x": "middle", "y": "y", "text": "text"}, texts)
+    layer["transform"] = [{"filter": f"datum.x > {NARROWEST_WITH_COUNT}"}]
+    yield layer

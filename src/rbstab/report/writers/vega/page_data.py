@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Panel
-from rbstab.report.writers.vega.cells import edges_of, span_of, tints_of
-from rbstab.report.writers.vega.legend import legend_of, legend_view
+from rbstab.report.writers.vega.cells import edges_of
+from rbstab.report.writers.vega.legend import legend_of, legend_views
 from rbstab.report.writers.vega.marks import JSON
-from rbstab.report.writers.vega.specification import specification
+from rbstab.report.writers.vega.specification import OWN, specification
 
 WIDE = 800
 """The width of the specification in pixels; the page changes it."""
@@ -20,31 +20,29 @@ def page_data(figure: Figure) -> JSON:
     """Return a figure in the form that `figures.js` reads."""
     spec = specification(figure, width=WIDE, for_page=True)
     legend = legend_of(figure)
-    heights = [panel["height"] for panel in spec["concat"]]
     arrays: list[JSON] = []
     return {
         "spec": spec,
         "legend": legend,
-        "names": legend_view(legend, WIDE) if legend else None,
+        "names": legend_views(legend, WIDE),
+        "own": OWN,
         "panels": [_panel_data(panel, arrays) for panel in figure.panels],
         "arrays": arrays,
         "columns": figure.columns,
-        "small": figure.small,
         "shared": figure.shared,
-        "square": [panel.square for panel in figure.panels],
-        "bars": any(
-            isinstance(m, Cells) and not m.scale.categories for p in figure.panels for m in p.marks
-        ),
         "time": figure.shares_time,
         "command": figure.command,
-        "height": max(heights),
     }
 
 
 def _panel_data(panel: Panel, arrays: list[JSON]) -> JSON:
     maps = [mark for mark in panel.marks if isinstance(mark, Cells)]
-    axes = {"title": panel.title, "x": _axis_data(panel.x), "y": _axis_data(panel.y)}
-    return axes | ({"map": _map_data(maps[0], panel, arrays)} if maps else {})
+    axes = {"x": _axis_data(panel.x), "y": _axis_data(panel.y)}
+    return (
+        {"title": panel.title, "square": panel.square}
+        | axes
+        | ({"map": _map_data(maps[0], panel, arrays)} if maps else {})
+    )
 
 
 def _axis_data(axis: Axis) -> JSON:
@@ -72,11 +70,8 @@ def _map_data(cells: Cells, panel: Panel, arrays: list[JSON]) -> JSON:
         "x": cells.x.tolist(),
         "y": cells.y.tolist(),
         "edges": [edges_of(cells.x, panel.x).tolist(), edges_of(cells.y, panel.y).tolist()],
-        "log": [panel.x.log, panel.y.log],
         "values": number(cells.values),
         "scale": _axis_data(cells.scale),
-        "span": list(span_of(cells)),
-        "tints": tints_of(cells),
     }
     if cells.members is None:
         return data
@@ -91,14 +86,7 @@ def _map_data(cells: Cells, panel: Panel, arrays: list[JSON]) -> JSON:
 
 
 def packed_array(array: NDArray[Any]) -> JSON:
-    """Return numbers as the page reads them: their type and their bytes in base64.
-
-    Whole numbers have the smallest type that holds them, others single precision.
-    """
-    kind = "f4"
-    if array.dtype.kind in "iu":
-        ends = array.min(initial=0), array.max(initial=0)
-        types = ("i1", "i2", "i4")
-        kind = next(k for k in types if all(int(e) == np.array(e).astype(k) for e in ends))
+    """Return numbers as the page reads them: their type and their bytes in base64."""
+    kind = "i4" if array.dtype.kind in "iu" else "f4"
     data = np.ascontiguousarray(array).astype(f"<{kind}").tobytes()
     return {"dtype": kind, "bdata": base64.b64encode(data).decode()}

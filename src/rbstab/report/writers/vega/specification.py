@@ -1,18 +1,17 @@
 """Figures as Vega-Lite specifications, for the page and for files.
 
 A specification has all data. The page sets its signals: `ink`, `paper` and `grid` are its colours,
-`hidden` the names of the curves that are not shown, `now` the time of the cursor, and `image0`,
-`image1`, ... the pictures of maps.
+`hidden` the names of the curves that are not shown, and `now` the time of the cursor.
 """
 
 import json
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Shares
 from rbstab.report.writers.decimate import decimate
-from rbstab.report.writers.vega.cells import edges_of, hatch, picture, span_of, tints_of
-from rbstab.report.writers.vega.domains import Domain, domains_of
-from rbstab.report.writers.vega.legend import legend_of, legend_view
-from rbstab.report.writers.vega.marks import JSON, layers_of
+from rbstab.report.writers.vega.cells import HATCH, edges_of, picture, span_of, tints_of
+from rbstab.report.writers.vega.domains import domains_of
+from rbstab.report.writers.vega.legend import legend_of, legend_views
+from rbstab.report.writers.vega.marks import BAR, JSON, layers_of
 
 FONT = "Liberation Sans, Arimo, sans-serif"
 
@@ -25,14 +24,14 @@ ONE_ROW, SEVERAL_ROWS = 240, 170
 AROUND = 75
 """Pixels beside a panel for its axis."""
 
-BAR = 32
-"""Pixels for a bar of shares."""
-
 NUMBER = "format(datum.value, '.6~g')"
 """A number at a tick: written out up to a million."""
 
 WITH_DEGREES = f"[{NUMBER}, format(datum.value * 180 / PI, '.3~g') + '°']"
 """An angle at a tick: in rad, and below that in degrees."""
+
+OWN = dict.fromkeys(("fill", "stroke", "strokeDash", "shape"), "independent")
+"""Each legend has scales of its own: maps may have one word in two colours."""
 
 BESIDE_TOUCH = "event.pointerType != 'touch'"
 """Fingers scroll the page: they zoom by buttons."""
@@ -44,21 +43,25 @@ def specification(figure: Figure, *, width: float, for_page: bool = False) -> JS
     Args:
         figure: The figure.
         width: Its width in pixels.
-        for_page: Whether the page draws it: it has the legend, and it paints the maps.
+        for_page: Whether the page draws it: it has the legend, and zooms.
     """
     figure = decimate(figure)
     columns = min(figure.columns, len(figure.panels))
-    domains = domains_of(figure)
-    size = max(width / columns - AROUND, 60)
-    panels = [
-        _panel(figure, number, size, domains[number], for_page)
-        for number in range(len(figure.panels))
-    ]
+    layers = [_layers(figure, number) for number in range(len(figure.panels))]
+    panels = []
+    for number, domain in enumerate(domains_of(figure, layers)):
+        at = {side: _axis(getattr(figure.panels[number], side), domain[side]) for side in domain}
+        if not for_page and "y" in figure.shared and number % columns:
+            at["y"]["title"] = None
+        panels.append(_panel(figure, number, layers[number], at))
+        panels[-1]["width"] = max(width / columns - AROUND, 60)
+        if figure.panels[number].square:
+            panels[-1]["height"] = panels[-1]["width"]
     signals: JSON = INK | {"hidden": [], "now": -1}
     for number, panel in enumerate(figure.panels):
         for cells in (mark for mark in panel.marks if isinstance(mark, Cells)):
-            signals["hatch"] = hatch()
-            signals[f"image{number}"] = "" if for_page else picture(cells, panel.x, panel.y)
+            signals["hatch"] = HATCH
+            signals[f"image{number}"] = picture(cells, panel.x, panel.y)
     params: list[JSON] = [{"name": name, "value": value} for name, value in signals.items()]
     shared = {"x": "shared"} if figure.shares_time else {}
     view: JSON = {
@@ -67,46 +70,49 @@ def specification(figure: Figure, *, width: float, for_page: bool = False) -> JS
         "spacing": 16,
         "resolve": {"scale": shared | {"fill": "independent"}},
     }
-    entries = legend_of(figure)
     if for_page:
         params += _zooms(figure)
-    elif entries:
-        view = {"vconcat": [legend_view(entries, width), view], "spacing": 4}
+    elif legend := legend_views(legend_of(figure), width):
+        view = {"vconcat": [*legend, view], "spacing": 4, "resolve": {"scale": OWN}}
     return {"config": _config(), "params": params} | view
 
 
-def _panel(figure: Figure, number: int, size: float, domain: Domain, for_page: bool) -> JSON:
+def _layers(figure: Figure, number: int) -> list[JSON]:
+    """Return the layers of a panel, without the look of its axes."""
+    panel = figure.panels[number]
+    found = [
+        layer
+        for mark in panel.marks
+        for layer in (
+            _map(figure, number, mark) if isinstance(mark, Cells) else layers_of(mark, panel)
+        )
+    ]
+    if found:
+        return found
+    at = {side: {"field": side, "type": "quantitative"} for side in ("x", "y")}
+    nothing = {"x": None, "y": None}
+    mark = {"type": "point", "opacity": 0}
+    return [{"data": {"values": [nothing]}, "mark": mark, "encoding": at}]
+
+
+def _panel(figure: Figure, number: int, layers: list[JSON], at: JSON) -> JSON:
+    """Return a panel with these layers and axes; its width is left open."""
     panel = figure.panels[number]
     high: float = ONE_ROW if len(figure.panels) <= figure.columns else SEVERAL_ROWS
     if any(isinstance(mark, Shares) for mark in panel.marks):
         high = BAR * (len(panel.y.categories) + 1)
-    at = {side: _axis(getattr(panel, side), side, domain[side]) for side in ("x", "y")}
-    if not for_page and "y" in figure.shared and number % min(figure.columns, len(figure.panels)):
-        at["y"]["title"] = None
-    layers: list[JSON] = []
-    for mark in panel.marks:
-        if isinstance(mark, Cells):
-            layers += _map(figure, number, mark, at)
-        else:
-            layers += layers_of(mark, panel, at["x"], at["y"])
-    if not layers:
-        layers = [
-            {"data": {"values": [{}]}, "mark": {"type": "point", "opacity": 0}, "encoding": at}
-        ]
+    for layer in layers:
+        for side in {"x", "y"} & {*layer["encoding"]}:
+            layer["encoding"][side] |= at[side]
     layers[0]["name"] = f"p{number}_data"
     if figure.shares_time:
         layers.append(_cursor(at["x"]))
-    view: JSON = {
-        "name": f"p{number}",
-        "width": size,
-        "height": size if panel.square else high,
-        "layer": layers,
-    }
+    view: JSON = {"name": f"p{number}", "height": high, "layer": layers}
     return view | ({"title": panel.title} if panel.title else {})
 
 
-def _axis(axis: Axis, field: str, domain: tuple[float, float]) -> JSON:
-    """Return the encoding of an axis."""
+def _axis(axis: Axis, domain: tuple[float, float]) -> JSON:
+    """Return the scale and the look of an axis."""
     scale: JSON = {"type": "linear", "domain": list(domain), "nice": False, "zero": False}
     number = WITH_DEGREES if axis.unit == "rad" else NUMBER
     look: JSON = {"labelExpr": number, "tickCount": 5, "labelOverlap": True}
@@ -119,26 +125,22 @@ def _axis(axis: Axis, field: str, domain: tuple[float, float]) -> JSON:
     if axis.categories:
         look = {
             "values": list(range(len(axis.categories))),
-            "labelExpr": f"{_literal(axis.categories)}[datum.value]",
+            # An array of JSON is one of Vega's expression language.
+            "labelExpr": f"{json.dumps(axis.categories)}[datum.value]",
             "grid": False,
             "ticks": False,
         }
     title = axis.text or None
-    return {"field": field, "type": "quantitative", "scale": scale, "title": title, "axis": look}
+    return {"scale": scale, "title": title, "axis": look}
 
 
-def _literal(words: tuple[str, ...]) -> str:
-    """Return texts as an array of Vega's expression language."""
-    # The strings of JSON are strings of that language.
-    return json.dumps(words)
-
-
-def _map(figure: Figure, number: int, cells: Cells, at: JSON) -> list[JSON]:
+def _map(figure: Figure, number: int, cells: Cells) -> list[JSON]:
     """Return the pictures of a map, and what carries its scale of colours."""
     panel = figure.panels[number]
     x, y = edges_of(cells.x, panel.x), edges_of(cells.y, panel.y)
     box = [{"x": x[0], "x2": x[-1], "y": y[0], "y2": y[-1]}]
-    place = at | {"x2": {"field": "x2"}, "y2": {"field": "y2"}}
+    place = {side: {"field": side, "type": "quantitative"} for side in ("x", "y")}
+    place |= {side: {"field": side} for side in ("x2", "y2")}
     style = {"type": "image", "aspect": False, "smooth": False, "clip": True}
     layers: list[JSON] = [
         {"data": {"values": box}, "mark": style | {"url": {"expr": name}}, "encoding": place}
@@ -190,18 +192,10 @@ def _zooms(figure: Figure) -> list[JSON]:
         "clear": "dblclick",
     }
     views = [f"p{number}_data" for number in range(len(figure.panels))]
-    if figure.shares_time:
-        return [
-            {"name": "zoom", "select": how | {"encodings": ["x"]}, "bind": "scales", "views": views}
-        ]
+    zooms = [(f"zoom{number}", ["x", "y"], [view]) for number, view in enumerate(views)]
     return [
-        {
-            "name": f"zoom{number}",
-            "select": how | {"encodings": ["x", "y"]},
-            "bind": "scales",
-            "views": [view],
-        }
-        for number, view in enumerate(views)
+        {"name": name, "select": how | {"encodings": sides}, "bind": "scales", "views": own}
+        for name, sides, own in ([("zoom", ["x"], views)] if figure.shares_time else zooms)
     ]
 
 
@@ -221,7 +215,7 @@ def _config() -> JSON:
         "view": {"stroke": grid},
         "axis": text | {"gridColor": grid, "tickColor": ink, "domainColor": ink},
         "legend": text | {"labelLimit": 420},
-        "title": {"color": ink, "fontSize": 12, "anchor": "start", "offset": 6},
+        "title": {"color": ink, "fontSize": 12, "anchor": "start", "offset": 6, "frame": "group"},
         "aria": False,
         "mark": {"invalid": "break-paths-show-domains"},
         "style": {"cell": {"stroke": grid}},

@@ -26,12 +26,12 @@ from support.member_plans import (
 
 from rbstab.experiment.simulate import simulate
 from rbstab.integrate.status import RunStatus
+from rbstab.sweep.folder.scipy_comparison import compare
 from rbstab.sweep.members.approached_states import ApproachedStates, RestStatesOfMembers
 from rbstab.sweep.members.engine import columns_of_failed
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.ensemble import EnsembleEngine
 from rbstab.sweep.members.outcome import STATUSES, outcome_columns
-from rbstab.sweep.members.scipy_comparison import compare
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 

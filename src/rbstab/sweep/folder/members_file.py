@@ -13,11 +13,12 @@ from rbstab.store.disk.paths import path_exists, read_regular
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.table import GRID_AXIS, GRID_LENGTH, VARIED, Column, Table, columns_from
 from rbstab.store.variables import RUN, Variable, safe_name
+from rbstab.sweep.folder.scipy_comparison import ScipyComparison
 from rbstab.sweep.folder.shard_inventory import ShardInventory
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder
 from rbstab.sweep.folder.sweep_table import MEMBERS, digest_of_all, read_members_file
+from rbstab.sweep.members.engine import concatenated
 from rbstab.sweep.members.outcome import STATUSES
-from rbstab.sweep.members.scipy_comparison import ScipyComparison
 from rbstab.sweep.plan.axes import VARIANT, VariedKey
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
@@ -126,6 +127,7 @@ def write_members_file(
         StoreError: The file cannot be written, or a shard is missing.
     """
     manifest, layout = folder.manifest, columns_beside_shards(plan)
+    compared = comparison or ScipyComparison((), 0, {})
     attributes: dict[str, str | int | float] = {
         "title": plan.title,
         "plan_id": manifest.plan_id,
@@ -133,15 +135,14 @@ def write_members_file(
         "design": plan.design.keyword if plan.design is not None else "grid",
         "shard_size": manifest.shard_size,
         "shards_digest": shards_digest,
-        "checked_members": len(comparison.members) if comparison is not None else 0,
-        "checked_unlike": comparison.unlike if comparison is not None else 0,
+        "checked_members": len(compared.members),
+        "checked_unlike": compared.unlike,
         **provenance(manifest.engine),
         VARIED: " ".join(varied_layout(plan)),
     }
     shards = list(_shards(plan, folder, known))
-    arrays = {name: np.concatenate([shard[name] for shard in shards]) for name in (RUN, *layout)}
-    extras = plan_variables(plan) | comparison_variables(comparison)
-    table = Table(columns_from(layout, arrays) | extras, attributes, kind=MEMBERS)
+    extras = plan_variables(plan) | ({} if comparison is None else comparison.variables)
+    table = Table(columns_from(layout, concatenated(shards)) | extras, attributes, kind=MEMBERS)
     write_dataset(folder.sweep_file, table, replace=True)
 
 
@@ -165,40 +166,6 @@ def _shards(
             **varied_arrays(plan, *bounds),
             **proved_columns(proved, shard),
         }
-
-
-def comparison_variables(comparison: ScipyComparison | None) -> dict[str, Variable]:
-    """Return a comparison as variables of the members file."""
-    if comparison is None:
-        return {}
-    members = np.array(comparison.members, dtype=int)
-    found = {"check_member": Variable(("check_run",), members, "1", "members that were compared")}
-    if comparison.differences:
-        dimensions = ("check_number",)
-        names = np.array(list(comparison.differences), dtype=object)
-        largest = np.array(list(comparison.differences.values()))
-        long_name = (
-            "largest difference to single runs by scipy, over the largest number of the column"
-        )
-        found |= {
-            "check_column": Variable(dimensions, names, "", "columns that were compared"),
-            "check_difference": Variable(dimensions, largest, "1", long_name),
-        }
-    return found
-
-
-def comparison_of(folder: SweepFolder, table: Table | None) -> ScipyComparison | None:
-    """Return the comparison in the members file of a sweep; None if there is none."""
-    if table is None or "check_member" not in table:
-        return None
-    digest, unlike = (table.attributes.get(name) for name in ("shards_digest", "checked_unlike"))
-    names = table["check_column"].tolist() if "check_column" in table else []
-    largest = table["check_difference"].tolist() if names else []
-    known = set(names) <= set(folder.manifest.columns) and table["check_member"].dtype.kind == "i"
-    if not known or not isinstance(unlike, int):
-        return None
-    differences = dict(zip(names, largest, strict=False))
-    return ScipyComparison(str(digest), tuple(table["check_member"].tolist()), unlike, differences)
 
 
 def relative_residuals(table: Table) -> Array:

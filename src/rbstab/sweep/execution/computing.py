@@ -7,13 +7,16 @@ that was not started from this installation compares them before its first membe
 import platform
 from dataclasses import dataclass, field
 from functools import lru_cache
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
 from secrets import token_hex
 from threading import Lock, local
 from typing import Any, NamedTuple, Self
 
+from rbstab.experiment.provenance import PACKAGES, commit
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.integrate.status import RunStatus
-from rbstab.sweep.execution.machine_properties import difference, processor, versions
 from rbstab.sweep.members.engine import (
     EngineFactory,
     MemberEngine,
@@ -29,6 +32,8 @@ from rbstab.sweep.plan.dump import plan_data
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan, plan_id
 
+CPU_INFO = Path("/proc/cpuinfo")
+
 
 class ExecutorError(Exception):
     """The members cannot be computed where they should be; stored shards are kept."""
@@ -36,6 +41,35 @@ class ExecutorError(Exception):
 
 class WorkerDiffersError(ExecutorError):
     """A worker has other versions or another plan, so the bits of its results would differ."""
+
+
+def versions(engine: str) -> dict[str, str]:
+    """Return the versions of rbstab and of all packages that affect the results of an engine."""
+    names = sorted({*PACKAGES[engine], *PACKAGES["scipy"]})
+    found = {"rbstab": version("rbstab"), "its commit": commit()}
+    return found | {name: import_module(name).__version__ for name in names}
+
+
+def difference(ours: dict[str, str], theirs: dict[str, str]) -> str:
+    """Return the versions that differ, as text; an empty text if all are equal.
+
+    If rbstab was installed from a package, it has no commit, and commits are not compared.
+    """
+    return ", ".join(
+        f"{name} {theirs.get(name, '?')}, not {ours[name]}"
+        for name in ours
+        if ours[name] != theirs.get(name) and ours[name] and theirs.get(name, "?")
+    )
+
+
+def processor() -> str:
+    """Return the name of this machine's processor type."""
+    try:
+        lines = CPU_INFO.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        lines = []
+    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(names, "") or platform.processor() or platform.machine()
 
 
 class Computed(NamedTuple):

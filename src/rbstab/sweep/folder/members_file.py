@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from rbstab.config.numbers import unit_at
-from rbstab.config.source import key_of
 from rbstab.experiment.provenance import provenance
 from rbstab.mechanics.numbers import Array
 from rbstab.store.dataset_file import write_dataset
@@ -19,7 +18,7 @@ from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder
 from rbstab.sweep.folder.sweep_table import MEMBERS, digest_of_all, read_members_file
 from rbstab.sweep.members.engine import concatenated
 from rbstab.sweep.members.outcome import STATUSES
-from rbstab.sweep.plan.axes import VARIANT, VariedKey
+from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import KNOWN_COLUMNS, MOTION_COLUMNS
@@ -32,36 +31,26 @@ RELATIVE_RESIDUAL = ("energy_residual", "energy_scale")
 """The columns that `relative_residuals` needs."""
 
 
-def varied_layout(plan: Plan) -> dict[str, Column]:
-    """Return the columns of a plan's varied keys, by their netCDF names."""
-    return {safe_name(varied.key): _column(plan, varied) for varied in plan.varied_keys}
-
-
-def _column(plan: Plan, varied: VariedKey) -> Column:
-    if varied.path == VARIANT:
-        return Column((), "i1", "1", varied.key, plan.variants)
-    if varied.scale:
-        return Column((), "f8", "1", f"factor on {varied.key}")
-    units = {unit_at(base, varied.key) for base in plan.bases.values()} - {""}
-    return Column((), "f8", units.pop() if len(units) == 1 else "", varied.key)
+def varied_columns(plan: Plan, start: int, stop: int) -> dict[str, Variable]:
+    """Return the values of the varied keys of members start to stop, by their netCDF names."""
+    found = {}
+    for varied, values in zip(plan.varied_keys, plan.values(start, stop).values(), strict=True):
+        column = Column((), "f8", "1", f"factor on {varied.key}")
+        if varied.path == VARIANT:
+            column = Column((), "i1", "1", varied.key, plan.variants)
+            values = [plan.variants.index(name) for name in values]  # noqa: PLW2901
+        elif not varied.scale:
+            units = {unit_at(base, varied.key) for base in plan.bases.values()} - {""}
+            column = Column((), "f8", units.pop() if len(units) == 1 else "", varied.key)
+        found[safe_name(varied.key)] = column.of(values)
+    return found
 
 
 def columns_beside_shards(plan: Plan) -> dict[str, Column]:
-    """Return the columns of the members file."""
+    """Return the columns of the members file, but for the varied keys."""
     traces = {"traces": HAS_TRACE} if plan.keep.count(plan.members) else {}
     proved = {} if plan.prove is None else {"proved_time": MOTION_COLUMNS["proved_time"]}
-    return varied_layout(plan) | KNOWN_COLUMNS | proved | traces
-
-
-def varied_arrays(plan: Plan, start: int, stop: int) -> dict[str, Array]:
-    """Return the data of the varied keys for members start to stop; variants as indices."""
-    arrays = {}
-    for key, values in plan.values(start, stop).items():
-        if key == key_of(VARIANT):
-            codes = {variant: code for code, variant in enumerate(plan.variants)}
-            values = np.array([codes[name] for name in values.tolist()], dtype="i1")  # noqa: PLW2901
-        arrays[safe_name(key)] = values
-    return arrays
+    return KNOWN_COLUMNS | proved | traces
 
 
 def plan_variables(plan: Plan) -> dict[str, Variable]:
@@ -126,7 +115,7 @@ def write_members_file(
     Raises:
         StoreError: The file cannot be written, or a shard is missing.
     """
-    manifest, layout = folder.manifest, columns_beside_shards(plan)
+    manifest, varied = folder.manifest, varied_columns(plan, 0, plan.members)
     compared = comparison or ScipyComparison((), 0, {})
     attributes: dict[str, str | int | float] = {
         "title": plan.title,
@@ -138,12 +127,14 @@ def write_members_file(
         "checked_members": len(compared.members),
         "checked_unlike": compared.unlike,
         **provenance(manifest.engine),
-        VARIED: " ".join(varied_layout(plan)),
+        VARIED: " ".join(varied),
     }
-    shards = list(_shards(plan, folder, known))
-    extras = plan_variables(plan) | ({} if comparison is None else comparison.variables)
-    table = Table(columns_from(layout, concatenated(shards)) | extras, attributes, kind=MEMBERS)
-    write_dataset(folder.sweep_file, table, replace=True)
+    arrays = concatenated(list(_shards(plan, folder, known)))
+    columns = columns_from(columns_beside_shards(plan), arrays)
+    variables = {RUN: columns[RUN], **varied, **columns, **plan_variables(plan)}
+    if comparison is not None:
+        variables |= comparison.variables
+    write_dataset(folder.sweep_file, Table(variables, attributes, kind=MEMBERS), replace=True)
 
 
 def _shards(
@@ -163,7 +154,6 @@ def _shards(
         yield {
             RUN: shard[RUN],
             "traces": plan.keep.selected(*bounds).astype("i1"),
-            **varied_arrays(plan, *bounds),
             **proved_columns(proved, shard),
         }
 

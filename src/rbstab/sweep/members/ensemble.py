@@ -126,13 +126,7 @@ class EnsembleEngine:
 def _copy(target: dict[str, Array], rows: Array, source: dict[str, Array]) -> None:
     """Copy arrays along members into those rows of the target that they have there."""
     for name in (source.keys() & target.keys()) - {TIME}:
-        data = source[name]
-        if data.ndim < 3:
-            target[name][rows] = data
-        else:
-            # Each component is contiguous along the samples.
-            for axis in range(data.shape[2]):
-                target[name][rows, :, axis] = data[..., axis]
+        target[name][rows] = source[name]
 
 
 def _can_run_in_batches(problem: Problem) -> bool:

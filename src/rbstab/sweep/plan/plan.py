@@ -13,7 +13,7 @@ import numpy as np
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import changed_config, identifying, identity_of, plain_data
-from rbstab.config.numbers import found_at
+from rbstab.config.numbers import found_at, replaced
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_run_code
 from rbstab.integrate.problem import Problem
@@ -22,9 +22,9 @@ from rbstab.store.cards import line
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.designs import Design
 from rbstab.sweep.plan.distributions import FiniteList, Member
-from rbstab.sweep.plan.plan_file import PLAN_VERSION, PlanFile
+from rbstab.sweep.plan.plan_file import PLAN_VERSION, PlanFile, TraceSelection
 from rbstab.sweep.plan.proof_selection import ProofSelection
-from rbstab.sweep.plan.trace_selection import TraceSelection
+from rbstab.sweep.plan.varied_numbers import varied_numbers
 
 MAX_MEMBERS = 100_000_000
 """Largest number of members. A billion would take two cores most of a day and fill a disk."""
@@ -184,10 +184,9 @@ class Plan:
 
     def data_of(self, variant: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the base of a variant with these values as plain data, without validation."""
-        data = self.templates[variant]
-        for varied in self.varied_keys_of(variant):
-            if varied.key in values:
-                data = varied.applied(data, values[varied.key])
+        template, given = self.templates[variant], self.varied_keys_of(variant)
+        given = tuple(varied for varied in given if varied.key in values)
+        data: dict[str, Any] = replaced(template, varied_numbers(template, given, values))
         return data
 
     @cached_property

@@ -35,14 +35,14 @@ def varied_columns(plan: Plan, start: int, stop: int) -> dict[str, Variable]:
     """Return the values of the varied keys of members start to stop, by their netCDF names."""
     found = {}
     for varied, values in zip(plan.varied_keys, plan.values(start, stop).values(), strict=True):
-        column = Column((), "f8", "1", f"factor on {varied.key}")
+        column, data = Column((), "f8", "1", f"factor on {varied.key}"), values.tolist()
         if varied.path == VARIANT:
             column = Column((), "i1", "1", varied.key, plan.variants)
-            values = [plan.variants.index(name) for name in values]  # noqa: PLW2901
+            data = list(map(plan.variants.index, data))
         elif not varied.scale:
             units = {unit_at(base, varied.key) for base in plan.bases.values()} - {""}
             column = Column((), "f8", units.pop() if len(units) == 1 else "", varied.key)
-        found[safe_name(varied.key)] = column.of(values)
+        found[safe_name(varied.key)] = column.of(data)
     return found
 
 

@@ -25,10 +25,9 @@ from rbstab.store.errors import NotAResultError
 from rbstab.store.result import RESULT
 from rbstab.store.table import Table
 from rbstab.store.variables import RUN, Variable
-from rbstab.sweep.folder.members_file import comparison_of, comparison_variables
+from rbstab.sweep.folder.scipy_comparison import ScipyComparison, comparison_of
 from rbstab.sweep.folder.shard_inventory import shard_inventory
 from rbstab.sweep.folder.sweep_folder import read_folder
-from rbstab.sweep.members.scipy_comparison import ScipyComparison
 
 TIME_LIMIT = 40.0
 """s; the promise of 5 s, for a machine with ten times as much work as processors."""
@@ -293,9 +292,9 @@ COMPARISONS = [
 @pytest.mark.parametrize("wrong", COMPARISONS, ids=["unlike", "column", "member"])
 def test_wrong_comparison_counts_as_missing(folder, wrong):
     """What is compared again is then compared with the stored members."""
-    sweep, good = read_folder(folder), ScipyComparison("0" * 64, (3, 40), 1, {"end_time": 1e-9})
+    sweep, good = read_folder(folder), ScipyComparison((3, 40), 1, {"end_time": 1e-9})
     attributes = {"shards_digest": "0" * 64, "checked_unlike": wrong.pop("unlike", 1)}
-    variables = comparison_variables(good)
+    variables = good.variables
     whole = Table(variables, {**attributes, "checked_unlike": 1})
     assert comparison_of(sweep, whole) == good
     assert comparison_of(sweep, Table({**variables, **wrong}, attributes)) is None

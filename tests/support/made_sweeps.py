@@ -11,7 +11,7 @@ from rbstab.report.reading.sources import SweepFile
 from rbstab.store.dataset_file import write_dataset
 from rbstab.store.table import Table, columns_from
 from rbstab.store.variables import RUN
-from rbstab.sweep.folder.members_file import plan_variables, varied_arrays, varied_layout
+from rbstab.sweep.folder.members_file import plan_variables, varied_columns
 from rbstab.sweep.folder.open_folder import open_folder
 from rbstab.sweep.folder.sweep_table import MEMBERS, digest_of_all
 from rbstab.sweep.members.engine import Shard
@@ -48,7 +48,6 @@ def write_sweep(
         plan_keys: Other keys of the plan.
     """
     plan = load_plan({"title": "Made up", "base": plain(VISCO_ELASTIC), "vary": vary} | plan_keys)
-    known = varied_layout(plan) | KNOWN_COLUMNS
     attributes: dict[str, str | int | float] = {
         "title": plan.title,
         "plan_id": plan_id(plan),
@@ -68,13 +67,17 @@ def write_sweep(
             folder.write(plan, number, Shard(outcome))
         digests = [folder.read(number).digest for number in range(folder.shards)]
         attributes["shards_digest"] = digest_of_all(digests)
-    found = columns_from(known, arrays) | plan_variables(plan)
+    varied = varied_columns(plan, 0, plan.members)
+    varied = {name: one._replace(data=arrays[name]) for name, one in varied.items()}
+    known = columns_from(KNOWN_COLUMNS, arrays)
+    found = {RUN: known[RUN], **varied, **known, **plan_variables(plan)}
     write_dataset(path, Table(found, attributes, kind=MEMBERS), replace=True)
     return SweepFile(0, "sweep-1", path.parent.name, path)
 
 
 def _arrays(plan: Plan, columns: Columns) -> dict[str, Any]:
-    arrays = varied_arrays(plan, 0, plan.members) | {RUN: np.arange(plan.members)}
+    varied = varied_columns(plan, 0, plan.members)
+    arrays = {name: one.data for name, one in varied.items()} | {RUN: np.arange(plan.members)}
     for name, column in columns_of(plan).items():
         arrays[name] = np.ones((plan.members, *column.shape), dtype=column.dtype)
     for name in ("status", "rest_orientation", "rest_unstable", "final_orientation"):

@@ -24,10 +24,10 @@ def plan_of(members: int = 60, **changes: Any) -> Plan:
     return load_plan({**data, "vary": {"initial.angular_velocity[0]": spin}, **changes})
 
 
-def plan_with_traces(members: int = 60, keep: Any = "traces") -> Plan:
+def plan_with_traces(members: int = 60, keep: Any = "traces", **changes: Any) -> Plan:
     """Return the same plan with five samples, stored as traces."""
-    base = plain(VISCO_ELASTIC)
-    return plan_of(members, keep=keep, base={**base, "integration": SHORT})
+    base = {**plain(VISCO_ELASTIC), "integration": SHORT}
+    return plan_of(members, **{"keep": keep, "base": base, **changes})
 
 
 class FakeEngine:
@@ -69,7 +69,7 @@ class FakeEngine:
             return None
         layout = layout_of(self.plan)
         traces = layout.empty(int(chosen.sum()))
-        for k, name in enumerate(layout.names):
+        for k, name in enumerate(layout.quantities):
             along = np.sin((k + 1) * spin[chosen, np.newaxis] + layout.times)
             traces[name][:] = along if traces[name].ndim == 2 else along[..., np.newaxis]
         return traces

@@ -4,19 +4,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Event
 from time import monotonic
-from typing import NamedTuple
 
 import numpy as np
 
 from rbstab.processes.processors import processor_count
 from rbstab.store.disk.atomic import remove_all_abandoned
 from rbstab.store.disk.paths import check_writable
-from rbstab.sweep.execution.comparison import compare_with_scipy
-from rbstab.sweep.execution.events import EventCallback, Finishing, Started
+from rbstab.sweep.execution.events import Comparing, EventCallback, Finishing, Started
 from rbstab.sweep.execution.pools import Pool, Processes, Threads
 from rbstab.sweep.execution.run import ShardRun
 from rbstab.sweep.folder.members_file import (
-    comparison_of,
     digest_of_shards,
     is_finished,
     members_of_shards,
@@ -29,11 +26,16 @@ from rbstab.sweep.folder.open_folder import (
     locked_folder,
     open_folder,
 )
+from rbstab.sweep.folder.scipy_comparison import (
+    ENGINE,
+    ScipyComparison,
+    compare_with_scipy,
+    comparison_of,
+)
 from rbstab.sweep.folder.shard_inventory import ShardInventory, shard_inventory
 from rbstab.sweep.folder.sweep_folder import SHARDS, TRACES, SweepFolder
 from rbstab.sweep.folder.sweep_table import read_members_file, read_sweep
 from rbstab.sweep.members.engines import factory_for
-from rbstab.sweep.members.scipy_comparison import ENGINE, ScipyComparison
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.bodies import Bodies, bodies_of
@@ -99,8 +101,12 @@ def sweep_to_folder(
     with open_folder(path, plan, options.shard_size, force=options.force, alone=alone) as opened:
         folder = opened.folder
         numbers = (options.part or WHOLE).shard_numbers(folder.shards)
-        before = shard_inventory(folder, numbers, read_traces=True)
-        inventory = before.counting_failed_as_missing() if options.retry_failed else before
+        inventory = shard_inventory(folder, numbers, read_traces=True)
+        retried = {}
+        if options.retry_failed:
+            failed = [k for k, facts in inventory.done.items() if facts.first_failed is not None]
+            retried = {k: inventory.done.pop(k) for k in failed}
+            inventory.missing = sorted([*inventory.missing, *failed])
         if inventory.missing:
             check_writable(folder.shard_file(inventory.missing[0]))
         check_disk_space(plan, folder, inventory.missing)
@@ -120,10 +126,12 @@ def sweep_to_folder(
             options.fail_fast,
             factory,
         ).compute(inventory)
-        inventory.add_from(before)
+        # What was not computed again is stored as it was.
+        inventory.done = retried | inventory.done
+        inventory.missing = [k for k in inventory.missing if k not in inventory.done]
         if options.part is not None or inventory.missing or stop.is_set():
             return Sweep(folder, inventory, None, finished=False, part=options.part)
-        return _finish(plan, folder, inventory, options.compare, _Control(on_event, stop))
+        return _finish(plan, folder, inventory, options.compare, on_event, stop)
 
 
 def _pools(options: SweepOptions, shards: int) -> list[Pool]:
@@ -227,22 +235,20 @@ def _write_known(plan: Plan, sweep: Sweep, found: MemberConvergence) -> None:
     write_members_file(plan, sweep.folder, digest, sweep.comparison, found)
 
 
-class _Control(NamedTuple):
-    """Callback and stop event for the last steps of a sweep."""
-
-    on_event: EventCallback
-    stop: Event
-
-
-def _finish(
+def _finish(  # noqa: PLR0913, PLR0917 (a sweep, and how its end is told)
     plan: Plan,
     folder: SweepFolder,
     inventory: ShardInventory,
     compare: int | None,
-    control: _Control,
+    on_event: EventCallback,
+    stop: Event,
 ) -> Sweep:
     """Compare members with SciPy, and write the members file. All shards must be stored."""
-    on_event, stop = control
+
+    def progress(done: int, members: int) -> bool:
+        on_event(Comparing(done, members))
+        return not stop.is_set()
+
     digest = digest_of_shards(inventory)
     before = members_of_shards(folder, digest)
     finished = is_finished(folder, before)
@@ -251,7 +257,7 @@ def _finish(
     comparison = None
     if plan.engine != ENGINE:
         kept = comparison_of(folder, before)
-        comparison = compare_with_scipy(plan, folder, digest, compare, kept, stop, on_event)
+        comparison = compare_with_scipy(plan, folder, compare, kept, progress)
         if comparison is None:
             return Sweep(folder, inventory, None, finished=False)
         finished = finished and comparison == kept

@@ -10,10 +10,9 @@ from support.clusters import DeadlyEngine, LocalProcesses
 from support.sweeping import Listener, digest_of, run_sweep
 from support.sweeps import FakeEngine, plan_of, shard_files
 
-from rbstab.sweep.execution.computing import Task, WorkerDiffersError
+from rbstab.sweep.execution.computing import Task, WorkerDiffersError, difference
 from rbstab.sweep.execution.dask_cluster import ClusterError, cluster
 from rbstab.sweep.execution.events import ShardDone, Started, Warned
-from rbstab.sweep.execution.machine_properties import difference
 from rbstab.sweep.execution.run import AHEAD
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.dump import plan_data
@@ -164,8 +163,8 @@ def test_another_processor_is_told_once(tmp_path):
     (tmp_path / "cpuinfo").write_text("processor : 0\nmodel name : Abacus 9\n")
     other = (
         "import pathlib\n"
-        "from rbstab.sweep.execution import machine_properties\n"
-        f"machine_properties.CPU_INFO = pathlib.Path({str(tmp_path / 'cpuinfo')!r})\n"
+        "from rbstab.sweep.execution import computing\n"
+        f"computing.CPU_INFO = pathlib.Path({str(tmp_path / 'cpuinfo')!r})\n"
     )
     listener = Listener()
     with LocalProcesses(tmp_path) as processes:

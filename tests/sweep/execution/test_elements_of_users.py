@@ -12,7 +12,7 @@ from rbstab.config.load import run_id
 from rbstab.config.user_code.permission import CodeNotAllowedError
 from rbstab.sweep.execution.computing import Task
 from rbstab.sweep.folder.member_answers import proving_command
-from rbstab.sweep.folder.members_file import varied_layout
+from rbstab.sweep.folder.members_file import varied_columns
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.dump import plan_yaml
@@ -94,7 +94,7 @@ def test_a_reader_without_permission_does_not_say_that_no_theorem_covers_the_mem
 
 
 def test_columns_have_units(folder):
-    columns = varied_layout(plan_of())
+    columns = varied_columns(plan_of(), 0, 1)
     assert columns["elements_mine_parameters_k"].unit == "N/m"
 
 

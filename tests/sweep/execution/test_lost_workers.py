@@ -53,7 +53,7 @@ class Forgetful(Executor):
     def __init__(self, lost, error):
         self.lost, self.error = lost, error
 
-    def submit(self, function: Any, /, *args: Any, **_: Any) -> Future[Any]:
+    def submit(self, function, /, *args, **_):
         start, stop = args
         future: Future[Any] = Future()
         if any(start <= member < stop for member in self.lost):

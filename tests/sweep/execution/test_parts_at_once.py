@@ -1,6 +1,5 @@
 """Protects parts of one sweep in several processes: started at once, killed, and finished."""
 
-import random
 import time
 
 import pytest
@@ -95,22 +94,3 @@ def test_force_beside_another_command(tmp_path, whole):
         assert (code, refused.partition(":")[0]) == (1, "FolderInUseError")
         assert ended([slow]) == [(0, 30)]
         assert shard_files(path) == shard_files(whole)
-
-
-def test_parts_that_are_killed_and_go_on(tmp_path, whole):
-    path, names = tmp_path / "a", ("1/3", "2/3", "3/3")
-    rng = random.Random(7)  # noqa: S311
-    for _ in range(2):
-        known = shard_files(path)
-        started = processes(path, *names, delay=5e-3)
-        while shard_files(path) == known:
-            time.sleep(0.01)
-        for process in started:
-            time.sleep(rng.uniform(0, 0.1))
-            process.kill()
-            process.end()
-    assert shard_inventory(read_folder(path)).missing
-    assert [code for code, _ in ended(processes(path, *names))] == [0, 0, 0]
-    assert finish(path).finished
-    assert shard_files(path) == shard_files(whole)
-    assert digest_of(path) == digest_of(whole)

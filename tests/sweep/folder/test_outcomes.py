@@ -1,7 +1,6 @@
 """Protects the outcomes of members: they follow from the stored columns and from what is wanted."""
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,10 +16,8 @@ from rbstab.store.table import Table, columns_from
 from rbstab.store.variables import RUN
 from rbstab.sweep.folder.member_answers import member_answers
 from rbstab.sweep.folder.outcomes import pose_numbers, with_outcomes
-from rbstab.sweep.folder.sweep_folder import SweepFolder
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.plan.plan import Plan
 
 NAN = math.nan
 
@@ -28,7 +25,7 @@ UPSIDE = 40.0
 """The pitch of an unstable rest state in a made table, degrees."""
 
 
-def table_of(rows: list[tuple[RunStatus, float, float, float]]) -> Table:
+def table_of(rows):
     """Return a table of members: status, settling time, pitch at rest and at the end, degrees."""
     status, settling, rest, end = zip(*rows, strict=True)
     names = [
@@ -47,11 +44,11 @@ def table_of(rows: list[tuple[RunStatus, float, float, float]]) -> Table:
     return Table(columns_from({name: COLUMNS[name] for name in names}, arrays), {})
 
 
-def plan_of(vary: dict[str, Any], base: dict[str, Any], engine: str = "heyoka") -> Plan:
+def plan_of(vary, base, engine="heyoka"):
     return load_plan({"base": base, "vary": vary}, [f"integration.engine={engine}"])
 
 
-def swept(path: Path, plan: Plan) -> SweepFolder:
+def swept(path, plan):
     return run_sweep(path, plan, factory=None, shard_size=None).folder
 
 

@@ -101,13 +101,6 @@ def test_a_number_that_has_changed_on_the_disk(tmp_path):
     for read in (lambda: traces.of(40), lambda: list(traces), lambda: traces.to_xarray([1, 45])):
         with pytest.raises(NotAResultError, match=r"damaged.*Remove .*00000004.h5 and"):
             read()
-    # The user follows the advice of the message.
-    file.unlink()
-    listener = Listener()
-    assert run_sweep(path, plan_with_traces(), listener).finished
-    assert listener.computed == [4]
-    assert file.read_bytes() == content
-    assert (rbstab.open_traces(path).of(40)["run"]) == 40
 
 
 @pytest.mark.parametrize("keep", ["summary", "traces", EVERY])

@@ -15,7 +15,7 @@ from rbstab.store.dataset_file import write_dataset
 from rbstab.store.errors import StoreError
 from rbstab.store.table import read_table
 from rbstab.sweep.folder.member_answers import member_answers
-from rbstab.sweep.folder.members_file import counts_by_status, varied_layout
+from rbstab.sweep.folder.members_file import counts_by_status, varied_columns
 from rbstab.sweep.folder.sweep_folder import read_folder
 from rbstab.sweep.folder.sweep_table import MEMBERS, check_sweep, read_sweep
 from rbstab.sweep.plan.load import load_plan
@@ -79,12 +79,12 @@ def test_every_key_that_varies_has_a_unit():
     """Every varied column of the ready plans has a unit and a valid name."""
     for path in (Path(__file__).parents[3] / "configs" / "sweeps").glob("*.yaml"):
         plan = load_plan(path, allow_python=True)
-        for name, column in varied_layout(plan).items():
+        for name, column in varied_columns(plan, 0, 1).items():
             assert column.unit, name
             assert name.isidentifier()
 
 
-def test_a_members_file_of_other_shards_is_no_finished_sweep(tmp_path: Path) -> None:
+def test_a_members_file_of_other_shards_is_no_finished_sweep(tmp_path):
     """`--retry-failed` that is interrupted leaves old proofs beside new members."""
     run_sweep(tmp_path / "sweep")
     folder = read_folder(tmp_path / "sweep")

@@ -49,18 +49,6 @@ def test_they_are_those_of_single_runs(variant):
         np.testing.assert_allclose(found.orientation[k], zero.rest.motion.Theta, atol=1e-6)
 
 
-def test_each_motion_has_the_state_of_its_own_side():
-    states, parameters = of_one(inverted_pendulum(STIFFNESS, MOMENT))
-    last = np.array([[0.5, -0.5, 2.5, -1e-3], [0.1, 0.1, -0.2, 0.0], [0.1, -0.1, 0.2, 0.0]])
-    found = states.find(np.repeat(parameters, 4, axis=1), last)
-    assert found.found.all()
-    energy = tilt() ** 2 / 2 - MOMENT * (1 - np.cos(tilt()))
-    expected = tilt() * np.array([1, -1, 1, -1])
-    np.testing.assert_allclose(found.energy, energy, rtol=1e-12)
-    np.testing.assert_allclose(found.orientation[:, 0], expected, atol=1e-7)
-    np.testing.assert_allclose(found.orientation[:, 1:], 0, atol=1e-7)
-
-
 def test_motions_that_end_at_the_shared_state_have_its_energy_to_the_last_bit():
     system = inverted_pendulum(STIFFNESS, MOMENT)
     near = np.array([tilt() + 1e-9, 0.0, 0.0])

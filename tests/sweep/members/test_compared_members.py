@@ -6,9 +6,9 @@ from support.paper_runs import paper_config
 
 from rbstab.integrate.heyoka import ensemble
 from rbstab.integrate.heyoka.symbols import parameter_values
+from rbstab.sweep.folder.scipy_comparison import compare, members_to_compare
 from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.ensemble import ensemble_engine
-from rbstab.sweep.members.scipy_comparison import compare, members_to_compare
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 

@@ -26,12 +26,12 @@ from support.member_plans import (
 
 from rbstab.experiment.simulate import simulate
 from rbstab.integrate.status import RunStatus
+from rbstab.sweep.folder.scipy_comparison import compare
 from rbstab.sweep.members.approached_states import ApproachedStates, RestStatesOfMembers
 from rbstab.sweep.members.engine import columns_of_failed
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.ensemble import EnsembleEngine
 from rbstab.sweep.members.outcome import STATUSES, outcome_columns
-from rbstab.sweep.members.scipy_comparison import compare
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 
@@ -43,18 +43,18 @@ each_plan = pytest.mark.parametrize("name", PLANS)
 
 
 @cache
-def made(name: str) -> Any:
+def made(name):
     """Return a plan, its engine, and all its members with their motions, computed at once."""
     plan = keeping(PLANS[name][0](), 1)
     engine = EnsembleEngine(plan, RecordedSingleRuns(plan))
     return plan, engine, engine.compute(0, plan.members)
 
 
-def batches(plan: Any) -> Any:
+def batches(plan):
     return factory_for("heyoka")(plan)
 
 
-def alone(plan: Any, *arguments: Any, **options: Any) -> Any:
+def alone(plan, *arguments, **options):
     return SingleRuns(plan, *arguments, **options)
 
 
@@ -241,31 +241,6 @@ def test_a_single_run_is_the_run_of_its_config(name, member):
         assert np.isnan(traces[quantity][0, reached:]).all(), quantity
 
 
-def test_a_motion_agrees_with_its_own_relations():
-    """Check relations within a trace, without any engine or equation of the program."""
-    base = paper("visco-elastic", duration=0.2, samples=2001)
-    plan = keeping(drawn(base, {PITCH: {"uniform": [5, 20]}}, 2), 1)
-    outcome, traces = batches(plan).compute(0, 2)
-    step = traces["time"][1]
-    for of, rate in (
-        ("lyapunov", "lyapunov_rate"),
-        ("lyapunov_change", "lyapunov_rate"),
-        ("position", "velocity"),
-        ("contact_displacement", "contact_velocity"),
-    ):
-        slope = (traces[of][:, 2:] - traces[of][:, :-2]) / (2 * step)
-        expected = traces[rate][:, 1:-1]
-        assert slope == pytest.approx(expected, abs=1e-4 * np.abs(expected).max()), of
-    start = traces["lyapunov"][:, :1] + traces["lyapunov_change"]
-    left = traces["lyapunov"] - start - traces["energy_residual"]
-    assert left == pytest.approx(np.zeros_like(left), abs=1e-9)
-    assert (outcome["lyapunov_end"] == traces["lyapunov"][:, -1]).all()
-    # Eq. 40, with the gains of the base.
-    K, L = (np.diag(getattr(plan.config_of(0).controller, gain)) for gain in ("K_c", "L_c"))
-    force = -traces["contact_displacement"] @ K - traces["contact_velocity"] @ L
-    assert traces["contact_force"] == pytest.approx(force, rel=1e-12, abs=1e-9)
-
-
 def test_quaternions_change_nothing_where_angles_suffice():
     """And they finish where angles end; the members make several turns."""
     _, _, whole = made("quaternion")
@@ -324,12 +299,6 @@ def test_each_member_has_the_rest_state_of_its_own_system():
     runs = [simulate(plan.config_of(member)) for member in range(plan.members)]
     assert found.tolist() == [float(run["energy_at_rest"]) for run in runs]
     assert found[0] == found[1] == found[3] != found[2]
-
-
-# What is not computed
-
-
-# Other
 
 
 @pytest.mark.parametrize("surface", [{"slope": 20}, pytest.param("position", marks=slow)])

@@ -103,12 +103,6 @@ def plan_data():
     return {"base": plain(), "vary": {"controller.K_t[0]": {"values": [1.5]}}}
 
 
-def test_plans_from_plain_data():
-    plan = load_plan(plan_data())
-    assert plan.config_of(0) == by_hand(VISCO_ELASTIC, 0, "controller.K_t[0]=1.5")
-    assert plan.title == "untitled"
-
-
 @pytest.mark.parametrize("variant", BY_VARIANT)
 def test_values_of_a_member_are_those_of_the_sweep(load, variant):
     plan = load(f"""\

@@ -33,12 +33,12 @@ def plan_of(variant="visco-elastic", keep="traces"):
 )
 def test_a_trace_has_what_its_variants_have(name, own):
     layout = layout_of(PLANS[name][0]())
-    assert set(layout.names) == {*VECTORS, *NUMBERS} | own
+    assert set(layout.quantities) == {*VECTORS, *NUMBERS} | own
     assert layout.size == sum(
         data[0].nbytes for quantity, data in layout.empty(1).items() if quantity != "time"
     )
     vectors = len(VECTORS) + ("connector_state" in own)
-    numbers = len(layout.names) - vectors
+    numbers = len(layout.quantities) - vectors
     assert layout.size == 8 * len(layout.times) * (3 * vectors + numbers)
 
 

@@ -11,11 +11,6 @@ def places(messages):
     return ", ".join(" ".join(message.split(": ")[:2]) for message in messages)
 
 
-def test_what_is_right(load):
-    assert load(PLAN).title == "Plan"
-    assert load(PLAN + "schema_version: 1\n").members == 2
-
-
 # A plan, and the place and the key of each of its problems.
 PLACES = [
     ("", "1:1 base, 1:1 vary"),

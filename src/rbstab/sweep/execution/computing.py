@@ -5,28 +5,34 @@ that was not started from this installation compares them before its first membe
 """
 
 import platform
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import lru_cache
+from importlib import import_module
+from importlib.metadata import version
+from pathlib import Path
 from secrets import token_hex
 from threading import Lock, local
 from typing import Any, NamedTuple, Self
 
-import numpy as np
-
+from rbstab.experiment.provenance import PACKAGES, commit
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.integrate.status import RunStatus
-from rbstab.mechanics.numbers import Array
-from rbstab.store.table import Layout
-from rbstab.sweep.execution.machine_properties import difference, processor, versions
-from rbstab.sweep.members.engine import EngineFactory, MemberEngine, Shard, columns_of_failed
+from rbstab.sweep.members.engine import (
+    EngineFactory,
+    MemberEngine,
+    Shard,
+    concatenated,
+    failed_shard,
+)
 from rbstab.sweep.members.engines import factory_for
-from rbstab.sweep.members.outcome import STATUSES, columns_of, outcome_columns
+from rbstab.sweep.members.outcome import STATUSES, columns_of
 from rbstab.sweep.members.single import SingleRuns
-from rbstab.sweep.members.traces import TIME, checked_traces, layout_of
+from rbstab.sweep.members.traces import TIME
 from rbstab.sweep.plan.dump import plan_data
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import Plan, plan_id
+
+CPU_INFO = Path("/proc/cpuinfo")
 
 
 class ExecutorError(Exception):
@@ -35,6 +41,35 @@ class ExecutorError(Exception):
 
 class WorkerDiffersError(ExecutorError):
     """A worker has other versions or another plan, so the bits of its results would differ."""
+
+
+def versions(engine: str) -> dict[str, str]:
+    """Return the versions of rbstab and of all packages that affect the results of an engine."""
+    names = sorted({*PACKAGES[engine], *PACKAGES["scipy"]})
+    found = {"rbstab": version("rbstab"), "its commit": commit()}
+    return found | {name: import_module(name).__version__ for name in names}
+
+
+def difference(ours: dict[str, str], theirs: dict[str, str]) -> str:
+    """Return the versions that differ, as text; an empty text if all are equal.
+
+    If rbstab was installed from a package, it has no commit, and commits are not compared.
+    """
+    return ", ".join(
+        f"{name} {theirs.get(name, '?')}, not {ours[name]}"
+        for name in ours
+        if ours[name] != theirs.get(name) and ours[name] and theirs.get(name, "?")
+    )
+
+
+def processor() -> str:
+    """Return the name of this machine's processor type."""
+    try:
+        lines = CPU_INFO.read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        lines = []
+    names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(names, "") or platform.processor() or platform.machine()
 
 
 class Computed(NamedTuple):
@@ -73,10 +108,27 @@ class Computing:
         return engine
 
     def __call__(self, start: int, stop: int) -> Computed:
-        """Integrate the members from number `start` up to `stop`."""
-        errors: list[Exception] = []
-        shard = compute_members(self._plan, self.engine(), start, stop, errors.append)
-        error = "".join(f"{type(error).__name__}: {error}" for error in errors)
+        """Integrate the members from number `start` up to `stop`.
+
+        If the engine raises an error, each member is integrated alone, and gets its own status. If
+        the plan has `prove`, the convergence of the members is proved as well.
+
+        Raises:
+            EngineMissingError: The engine cannot be used.
+        """
+        engine, error = self.engine(), ""
+        try:
+            shard = engine.compute(start, stop)
+        except EngineMissingError:
+            raise
+        except Exception as raised:
+            error = f"{type(raised).__name__}: {raised}"
+            shard = SingleRuns(self._plan).compute(start, stop)
+        if self._plan.prove is not None:
+            # Imported late: only plans with `prove` enclose motions.
+            from rbstab.sweep.proofs.motions import motion_columns
+
+            shard = Shard(shard.outcome | motion_columns(self._plan, start, stop), shard.traces)
         return Computed(shard, error, self._processor)
 
 
@@ -158,78 +210,15 @@ def _loaded(task: Task) -> Computing:
     return Computing(plan, task.factory)
 
 
-def compute_members(
-    plan: Plan,
-    engine: MemberEngine,
-    start: int,
-    stop: int,
-    on_error: Callable[[Exception], None],
-) -> Shard:
-    """Integrate members with an engine; if it raises an error, integrate them one by one.
-
-    If the plan has `prove`, the convergence of the members is proved as well.
-
-    Args:
-        plan: The plan.
-        engine: Integrates the members.
-        start: The first member.
-        stop: One after the last member, as in `range`.
-        on_error: Called with the engine's error.
-
-    Raises:
-        EngineMissingError: The engine cannot be used.
-    """
-    try:
-        shard = _checked(plan, engine, start, stop)
-    except EngineMissingError:
-        raise
-    except Exception as error:
-        # No member may stop the sweep: each is rerun as a single run, and gets its own status.
-        on_error(error)
-        shard = _checked(plan, SingleRuns(plan), start, stop)
-    if plan.prove is None:
-        return shard
-    # Imported late: only plans with `prove` enclose motions.
-    from rbstab.sweep.proofs.motions import motion_columns
-
-    return Shard(shard.outcome | motion_columns(plan, start, stop), shard.traces)
-
-
 def crashed_member(plan: Plan, member: int) -> Shard:
     """Return the results of a member that ends every process that computes it."""
-    outcome = columns_of_failed(1, columns_of(plan))
-    outcome["status"][:] = STATUSES.index(RunStatus.CRASHED)
-    is_kept = plan.keep.selected(member, member + 1).any()
-    return Shard(outcome, layout_of(plan).empty(1) if is_kept else None)
+    shard = failed_shard(plan, member, member + 1, columns_of(plan))
+    shard.outcome["status"][:] = STATUSES.index(RunStatus.CRASHED)
+    return shard
 
 
 def joined(shards: list[Shard]) -> Shard:
     """Return consecutive members as one shard."""
-    outcome = _joined([shard.outcome for shard in shards])
+    outcome = concatenated([shard.outcome for shard in shards])
     traces = [shard.traces for shard in shards if shard.traces is not None]
-    return Shard(outcome, _joined(traces) | {TIME: traces[0][TIME]} if traces else None)
-
-
-def _joined(parts: list[dict[str, Array]]) -> dict[str, Array]:
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-
-
-def _checked(plan: Plan, engine: MemberEngine, start: int, stop: int) -> Shard:
-    shard = engine.compute(start, stop)
-    traces = checked_traces(shard.traces, plan, start, stop)
-    return Shard(checked_columns(shard, stop - start, outcome_columns(plan)), traces)
-
-
-def checked_columns(shard: Shard, members: int, columns: Layout) -> dict[str, Array]:
-    """Check the columns of a shard, and return them in their types.
-
-    Raises:
-        ValueError: A column is missing, or does not have one entry for each member.
-    """
-    found = {}
-    for name, column in columns.items():
-        data = np.asarray(shard.outcome.get(name))
-        if data.shape != (members, *column.shape):
-            raise ValueError(f"{name} has the shape {data.shape} for {members} members")
-        found[name] = data.astype(column.dtype, copy=False)
-    return found
+    return Shard(outcome, concatenated(traces) | {TIME: traces[0][TIME]} if traces else None)

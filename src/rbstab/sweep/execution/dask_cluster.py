@@ -12,8 +12,12 @@ from pathlib import Path
 from distributed import Client, KilledWorker
 
 from rbstab.files.existence import is_file
-from rbstab.sweep.execution.computing import Computed, ExecutorError, refuse_other_versions
-from rbstab.sweep.execution.machine_properties import versions
+from rbstab.sweep.execution.computing import (
+    Computed,
+    ExecutorError,
+    refuse_other_versions,
+    versions,
+)
 from rbstab.sweep.execution.pools import Pool
 
 TIME_LIMIT = 10.0

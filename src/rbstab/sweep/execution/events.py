@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from rbstab.sweep.folder.shard_inventory import ShardFacts, ShardInventory
+from rbstab.sweep.folder.shard_inventory import ShardInventory
 from rbstab.sweep.folder.sweep_folder import SweepFolder
 
 
@@ -27,11 +27,9 @@ class Started(NamedTuple):
 
 
 class ShardDone(NamedTuple):
-    """A shard was computed and written: its number, its number of members, and its facts."""
+    """A shard was computed and written: its number."""
 
     number: int
-    members: int
-    facts: ShardFacts
 
 
 class Warned(NamedTuple):

@@ -16,9 +16,14 @@ from threading import Event
 from typing import NamedTuple
 
 from rbstab.integrate.engines import EngineMissingError
-from rbstab.sweep.execution.computing import Computed, ExecutorError, crashed_member, joined
+from rbstab.sweep.execution.computing import (
+    Computed,
+    ExecutorError,
+    crashed_member,
+    joined,
+    processor,
+)
 from rbstab.sweep.execution.events import EventCallback, ShardDone, Warned
-from rbstab.sweep.execution.machine_properties import processor
 from rbstab.sweep.execution.pools import Pool
 from rbstab.sweep.folder.shard_inventory import ShardFacts, ShardInventory
 from rbstab.sweep.folder.sweep_folder import SweepFolder
@@ -209,7 +214,7 @@ class ShardRun:
         inventory.done[number] = facts
         if self.fail_fast and facts.first_failed is not None:
             self.stop.set()
-        self.on_event(ShardDone(number, stop - start, facts))
+        self.on_event(ShardDone(number))
 
     def _warn(self, text: str) -> None:
         self.on_event(Warned(text))

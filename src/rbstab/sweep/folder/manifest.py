@@ -19,7 +19,7 @@ from rbstab.store.document import checked, digest_of, read_document
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.sweep.members.outcome import known_columns
 from rbstab.sweep.plan.plan import MAX_MEMBERS, MAX_TITLE_LENGTH, Plan
-from rbstab.sweep.plan.trace_selection import NO_TRACES, TraceSelection
+from rbstab.sweep.plan.plan_file import NO_TRACES, TraceSelection
 from rbstab.systems.quantities import is_element_state
 
 MANIFEST = "manifest.json"

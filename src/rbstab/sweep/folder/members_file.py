@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from rbstab.config.numbers import unit_at
-from rbstab.config.source import key_of
 from rbstab.experiment.provenance import provenance
 from rbstab.mechanics.numbers import Array
 from rbstab.store.dataset_file import write_dataset
@@ -13,12 +12,13 @@ from rbstab.store.disk.paths import path_exists, read_regular
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.table import GRID_AXIS, GRID_LENGTH, VARIED, Column, Table, columns_from
 from rbstab.store.variables import RUN, Variable, safe_name
+from rbstab.sweep.folder.scipy_comparison import ScipyComparison
 from rbstab.sweep.folder.shard_inventory import ShardInventory
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SweepFolder
 from rbstab.sweep.folder.sweep_table import MEMBERS, digest_of_all, read_members_file
+from rbstab.sweep.members.engine import concatenated
 from rbstab.sweep.members.outcome import STATUSES
-from rbstab.sweep.members.scipy_comparison import ScipyComparison
-from rbstab.sweep.plan.axes import VARIANT, VariedKey
+from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import KNOWN_COLUMNS, MOTION_COLUMNS
@@ -31,36 +31,26 @@ RELATIVE_RESIDUAL = ("energy_residual", "energy_scale")
 """The columns that `relative_residuals` needs."""
 
 
-def varied_layout(plan: Plan) -> dict[str, Column]:
-    """Return the columns of a plan's varied keys, by their netCDF names."""
-    return {safe_name(varied.key): _column(plan, varied) for varied in plan.varied_keys}
-
-
-def _column(plan: Plan, varied: VariedKey) -> Column:
-    if varied.path == VARIANT:
-        return Column((), "i1", "1", varied.key, plan.variants)
-    if varied.scale:
-        return Column((), "f8", "1", f"factor on {varied.key}")
-    units = {unit_at(base, varied.key) for base in plan.bases.values()} - {""}
-    return Column((), "f8", units.pop() if len(units) == 1 else "", varied.key)
+def varied_columns(plan: Plan, start: int, stop: int) -> dict[str, Variable]:
+    """Return the values of the varied keys of members start to stop, by their netCDF names."""
+    found = {}
+    for varied, values in zip(plan.varied_keys, plan.values(start, stop).values(), strict=True):
+        column, data = Column((), "f8", "1", f"factor on {varied.key}"), values.tolist()
+        if varied.path == VARIANT:
+            column = Column((), "i1", "1", varied.key, plan.variants)
+            data = list(map(plan.variants.index, data))
+        elif not varied.scale:
+            units = {unit_at(base, varied.key) for base in plan.bases.values()} - {""}
+            column = Column((), "f8", units.pop() if len(units) == 1 else "", varied.key)
+        found[safe_name(varied.key)] = column.of(data)
+    return found
 
 
 def columns_beside_shards(plan: Plan) -> dict[str, Column]:
-    """Return the columns of the members file."""
+    """Return the columns of the members file, but for the varied keys."""
     traces = {"traces": HAS_TRACE} if plan.keep.count(plan.members) else {}
     proved = {} if plan.prove is None else {"proved_time": MOTION_COLUMNS["proved_time"]}
-    return varied_layout(plan) | KNOWN_COLUMNS | proved | traces
-
-
-def varied_arrays(plan: Plan, start: int, stop: int) -> dict[str, Array]:
-    """Return the data of the varied keys for members start to stop; variants as indices."""
-    arrays = {}
-    for key, values in plan.values(start, stop).items():
-        if key == key_of(VARIANT):
-            codes = {variant: code for code, variant in enumerate(plan.variants)}
-            values = np.array([codes[name] for name in values.tolist()], dtype="i1")  # noqa: PLW2901
-        arrays[safe_name(key)] = values
-    return arrays
+    return KNOWN_COLUMNS | proved | traces
 
 
 def plan_variables(plan: Plan) -> dict[str, Variable]:
@@ -125,7 +115,8 @@ def write_members_file(
     Raises:
         StoreError: The file cannot be written, or a shard is missing.
     """
-    manifest, layout = folder.manifest, columns_beside_shards(plan)
+    manifest, varied = folder.manifest, varied_columns(plan, 0, plan.members)
+    compared = comparison or ScipyComparison((), 0, {})
     attributes: dict[str, str | int | float] = {
         "title": plan.title,
         "plan_id": manifest.plan_id,
@@ -133,16 +124,17 @@ def write_members_file(
         "design": plan.design.keyword if plan.design is not None else "grid",
         "shard_size": manifest.shard_size,
         "shards_digest": shards_digest,
-        "checked_members": len(comparison.members) if comparison is not None else 0,
-        "checked_unlike": comparison.unlike if comparison is not None else 0,
+        "checked_members": len(compared.members),
+        "checked_unlike": compared.unlike,
         **provenance(manifest.engine),
-        VARIED: " ".join(varied_layout(plan)),
+        VARIED: " ".join(varied),
     }
-    shards = list(_shards(plan, folder, known))
-    arrays = {name: np.concatenate([shard[name] for shard in shards]) for name in (RUN, *layout)}
-    extras = plan_variables(plan) | comparison_variables(comparison)
-    table = Table(columns_from(layout, arrays) | extras, attributes, kind=MEMBERS)
-    write_dataset(folder.sweep_file, table, replace=True)
+    arrays = concatenated(list(_shards(plan, folder, known)))
+    columns = columns_from(columns_beside_shards(plan), arrays)
+    variables = {RUN: columns[RUN], **varied, **columns, **plan_variables(plan)}
+    if comparison is not None:
+        variables |= comparison.variables
+    write_dataset(folder.sweep_file, Table(variables, attributes, kind=MEMBERS), replace=True)
 
 
 def _shards(
@@ -162,43 +154,8 @@ def _shards(
         yield {
             RUN: shard[RUN],
             "traces": plan.keep.selected(*bounds).astype("i1"),
-            **varied_arrays(plan, *bounds),
             **proved_columns(proved, shard),
         }
-
-
-def comparison_variables(comparison: ScipyComparison | None) -> dict[str, Variable]:
-    """Return a comparison as variables of the members file."""
-    if comparison is None:
-        return {}
-    members = np.array(comparison.members, dtype=int)
-    found = {"check_member": Variable(("check_run",), members, "1", "members that were compared")}
-    if comparison.differences:
-        dimensions = ("check_number",)
-        names = np.array(list(comparison.differences), dtype=object)
-        largest = np.array(list(comparison.differences.values()))
-        long_name = (
-            "largest difference to single runs by scipy, over the largest number of the column"
-        )
-        found |= {
-            "check_column": Variable(dimensions, names, "", "columns that were compared"),
-            "check_difference": Variable(dimensions, largest, "1", long_name),
-        }
-    return found
-
-
-def comparison_of(folder: SweepFolder, table: Table | None) -> ScipyComparison | None:
-    """Return the comparison in the members file of a sweep; None if there is none."""
-    if table is None or "check_member" not in table:
-        return None
-    digest, unlike = (table.attributes.get(name) for name in ("shards_digest", "checked_unlike"))
-    names = table["check_column"].tolist() if "check_column" in table else []
-    largest = table["check_difference"].tolist() if names else []
-    known = set(names) <= set(folder.manifest.columns) and table["check_member"].dtype.kind == "i"
-    if not known or not isinstance(unlike, int):
-        return None
-    differences = dict(zip(names, largest, strict=False))
-    return ScipyComparison(str(digest), tuple(table["check_member"].tolist()), unlike, differences)
 
 
 def relative_residuals(table: Table) -> Array:

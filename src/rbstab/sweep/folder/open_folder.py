@@ -27,12 +27,12 @@ from rbstab.sweep.members.outcome import columns_of
 from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan, plan_id
-from rbstab.sweep.plan.trace_selection import NO_TRACES
+from rbstab.sweep.plan.plan_file import NO_TRACES
 from rbstab.sweep.proofs.variants import shares_proof
 from rbstab.systems.modes import has_modes
 
 MEMBER_BYTES = 8
-"""The size of the number of a member in a file."""
+"""The size of the number of a member in a file, and of the value of a varied key."""
 
 MAX_TRACE_BYTES = 32e6
 """Bytes of the traces of a shard. Each thread has one shard in memory."""
@@ -202,12 +202,11 @@ def default_shard_size(
         trace_bytes: The bytes of traces per member, on average.
         shard_limit: The most members of a shard, because of their proofs.
     """
-    limit = max(1, int(MAX_TRACE_BYTES / trace_bytes)) if trace_bytes else 4096
-    limit = min(limit, shard_limit)
-    if one_by_one:
-        return min(16, limit)
-    size = min(4096, max(1024, members // 64 // 64 * 64), limit)
-    return size // 64 * 64 or size
+    size = min(
+        *(16 if one_by_one else 4096, max(1024, members // 4096 * 64)),
+        *(shard_limit, int(MAX_TRACE_BYTES / max(trace_bytes, 1.0))),
+    )
+    return size // 64 * 64 or max(1, size)
 
 
 def _proof_limit(plan: Plan) -> int:
@@ -342,7 +341,8 @@ def sweep_bytes(plan: Plan, ranges: Iterable[tuple[int, int]] = ()) -> int:
         ranges: The members to count in the shards and their traces; default all.
     """
     beside, shards = columns_beside_shards(plan).values(), columns_of(plan).values()
-    total = plan.members * (MEMBER_BYTES + sum(column.size for column in beside))
+    known = MEMBER_BYTES * (1 + len(plan.varied_keys)) + sum(column.size for column in beside)
+    total = plan.members * known
     for start, stop in ranges or [(0, plan.members)]:
         total += (stop - start) * (MEMBER_BYTES + sum(column.size for column in shards))
         if traces := _trace_bytes(plan):

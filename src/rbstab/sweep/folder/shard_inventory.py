@@ -77,17 +77,6 @@ class ShardInventory:
         found = [f.first_failed for f in self.done.values() if f.first_failed is not None]
         return min(found, default=None)
 
-    def counting_failed_as_missing(self) -> "ShardInventory":
-        """Return an inventory in which each shard with a failed member counts as missing."""
-        failed = [k for k, facts in self.done.items() if facts.first_failed is not None]
-        done = {k: facts for k, facts in self.done.items() if k not in failed}
-        return ShardInventory(done, sorted([*self.missing, *failed]))
-
-    def add_from(self, other: "ShardInventory") -> None:
-        """Add the stored shards of another inventory that are missing in this one."""
-        self.done = other.done | self.done
-        self.missing = [k for k in self.missing if k not in self.done]
-
 
 def shard_inventory(
     folder: SweepFolder, numbers: Iterable[int] | None = None, *, read_traces: bool = False

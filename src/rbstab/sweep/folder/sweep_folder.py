@@ -14,7 +14,7 @@ import numpy as np
 
 from rbstab.files.shell_words import shell_word
 from rbstab.mechanics.numbers import Array
-from rbstab.store.dataset_file import Checksum, checksum_of, write_dataset
+from rbstab.store.dataset_file import checksum_of, write_dataset
 from rbstab.store.disk.paths import not_done, path_exists, path_is_file
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions import MOTIONS
@@ -22,8 +22,8 @@ from rbstab.store.table import Table, columns_from, read_table
 from rbstab.store.variables import RUN
 from rbstab.sweep.folder.manifest import Manifest, read_manifest
 from rbstab.sweep.members.engine import Shard
-from rbstab.sweep.members.outcome import columns_of, element_states, known_columns
-from rbstab.sweep.members.traces import motions_of
+from rbstab.sweep.members.outcome import columns_of, known_columns
+from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.plan import Plan
 
 PLAN_FILE = "plan.yaml"
@@ -130,7 +130,7 @@ class SweepFolder:
         attributes: dict[str, str | int | float] = {"manifest": self.id}
         if shard.traces is not None:
             numbers, plan_id = self.traced(number), self.manifest.plan_id
-            motions = motions_of(shard.traces, numbers, plan_id, element_states(plan))
+            motions = layout_of(plan).motions(shard.traces, numbers, plan_id)
             file = self.traces_file(number)
             checksum = write_dataset(file, replace(motions, kind=MOTIONS), replace=True)
             attributes |= {"traces_digest": checksum.digest, "traces_bytes": checksum.size}
@@ -182,16 +182,11 @@ class SweepFolder:
         """
         if not len(self.traced(number)):
             return True
-        path, written = self.traces_file(number), traces_checksum(shard)
+        path = self.traces_file(number)
+        written = tuple(shard.attributes.get(f"traces_{name}") for name in ("digest", "bytes"))
         with suppress(NotAResultError):
             return path_exists(path) and checksum_of(path, check=read) == written
         return False
-
-
-def traces_checksum(shard: Table) -> Checksum | None:
-    """Return the digest and the size of the traces of a shard, if it has any."""
-    digest, size = (shard.attributes.get(f"traces_{name}") for name in ("digest", "bytes"))
-    return Checksum(digest, size) if isinstance(digest, str) and type(size) is int else None
 
 
 def read_folder(path: Path) -> SweepFolder:

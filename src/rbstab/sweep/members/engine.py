@@ -1,6 +1,6 @@
 """Interface of the engines that integrate the members of a sweep."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -9,6 +9,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Layout
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
+from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.plan import Plan
 
 FAILED = (
@@ -71,3 +72,15 @@ def columns_of_failed(members: int, columns: Layout = COLUMNS) -> dict[str, Arra
         found[name] = np.full(shape, np.nan if kind == "f" else 0, dtype=column.dtype)
     found["status"][:] = STATUSES.index(RunStatus.SOLVER_FAILURE)
     return found
+
+
+def failed_shard(plan: Plan, start: int, stop: int, columns: Layout) -> Shard:
+    """Return the members from number `start` up to `stop` as failed, to be filled with results."""
+    traced = int(plan.keep.selected(start, stop).sum())
+    traces = layout_of(plan).empty(traced) if traced else None
+    return Shard(columns_of_failed(stop - start, columns), traces)
+
+
+def concatenated(parts: Sequence[Mapping[str, Array]]) -> dict[str, Array]:
+    """Return arrays by name, each along the members of all parts."""
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

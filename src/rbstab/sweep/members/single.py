@@ -19,7 +19,7 @@ from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.members.engine import Shard, columns_of_failed
+from rbstab.sweep.members.engine import Shard, failed_shard
 from rbstab.sweep.members.outcome import (
     FINAL_PREFIX,
     LARGEST_PREFIX,
@@ -28,7 +28,7 @@ from rbstab.sweep.members.outcome import (
     outcome_columns,
     outcome_of,
 )
-from rbstab.sweep.members.traces import TIME, copy_single_run, layout_of
+from rbstab.sweep.members.traces import TIME, copy_single_run
 from rbstab.sweep.plan.plan import Plan
 from rbstab.systems.parameters import parameters
 
@@ -50,7 +50,6 @@ class SingleRuns:
     def __init__(self, plan: Plan, name: str | None = None, *, with_largest: bool = False) -> None:
         self._plan, self._with_largest = plan, with_largest
         self._engine = name or plan.engine
-        self._layout = layout_of(plan)
         self._columns = outcome_columns(plan)
         if with_largest:
             self._columns |= {
@@ -63,10 +62,9 @@ class SingleRuns:
 
     def compute(self, start: int, stop: int) -> Shard:
         """Integrate the members from number `start` up to `stop`."""
-        columns = columns_of_failed(stop - start, self._columns)
+        columns, traces = shard = failed_shard(self._plan, start, stop, self._columns)
         kept = self._plan.keep.selected(start, stop)
         places = np.cumsum(kept) - 1
-        traces = self._layout.empty(int(kept.sum())) if kept.any() else None
         for index in range(stop - start):
             # An error in one member must not stop the others; the member keeps its failed status.
             try:
@@ -81,7 +79,7 @@ class SingleRuns:
                 columns[name][index] = values[0]
             if traces is not None and kept[index] and TIME in quantities:
                 copy_single_run(traces, int(places[index]), quantities)
-        return Shard(columns, traces)
+        return shard
 
     def _problem(self, config: Config) -> Problem:
         # Columns do not contain trusted_until, so it is not computed.

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from rbstab.config.numbers import changed_numbers, replaced
+from rbstab.config.numbers import changed_numbers
 from rbstab.config.source import Path
 from rbstab.config.units import NumberKey, number_key
 from rbstab.sweep.plan.distributions import Distribution, FiniteList, Member
@@ -55,12 +55,6 @@ class VariedKey:
     def factor(self, number: Any) -> Any:
         """Return what a value of the plan times is a number of a member, from that of the base."""
         return number if self.scale else self.number_key.factor
-
-    def applied(self, data: dict[str, Any], value: Any) -> dict[str, Any]:
-        """Return the data of a config with the value at the key replaced or scaled."""
-        if isinstance(value, str):
-            return dict(replaced(data, {self.path: value}))
-        return dict(replaced(data, self.numbers(data, value)))
 
     def numbers(self, owner: Any, value: Any) -> dict[Path, Any]:
         """Return the new numbers at the key by path, of one member or of many in an array."""

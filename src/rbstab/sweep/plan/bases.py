@@ -13,7 +13,7 @@ from rbstab.config.schema import VARIANTS, Config, model_of
 from rbstab.config.source import Source
 from rbstab.config.user_code.permission import Code
 from rbstab.files.existence import is_file
-from rbstab.sweep.plan.problems import Problems
+from rbstab.sweep.plan.plan_file import Problems
 
 
 def read_bases(  # noqa: PLR0913, PLR0917 (a base and what changes it)

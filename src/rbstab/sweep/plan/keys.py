@@ -16,8 +16,7 @@ from rbstab.config.units import names_in, number_key
 from rbstab.sweep.plan.axes import VARIANT, VARIED_SECTIONS, Axis, VariedKey
 from rbstab.sweep.plan.distributions import FiniteList, Member, Values
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.plan.plan_file import PlanFile
-from rbstab.sweep.plan.problems import Problems
+from rbstab.sweep.plan.plan_file import PlanFile, Problems
 
 MAX_VARIED_KEYS = 200
 """Largest number of varied keys. No config has so many numbers."""

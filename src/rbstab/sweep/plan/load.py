@@ -15,8 +15,7 @@ from rbstab.sweep.plan.bases import read_bases
 from rbstab.sweep.plan.designs import DESIGNS, Design, RandomDesign
 from rbstab.sweep.plan.keys import check_axes, check_changes, check_keys, check_names
 from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan
-from rbstab.sweep.plan.plan_file import GRID, PlanFile
-from rbstab.sweep.plan.problems import Problems
+from rbstab.sweep.plan.plan_file import GRID, PlanFile, Problems
 from rbstab.sweep.plan.validity import problems_of_members
 
 MEMBER_KEYS = ("vary", "design", "members", "seed")

@@ -13,7 +13,7 @@ import numpy as np
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import changed_config, identifying, identity_of, plain_data
-from rbstab.config.numbers import found_at
+from rbstab.config.numbers import found_at, replaced
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_run_code
 from rbstab.integrate.problem import Problem
@@ -22,9 +22,9 @@ from rbstab.store.cards import line
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.designs import Design
 from rbstab.sweep.plan.distributions import FiniteList, Member
-from rbstab.sweep.plan.plan_file import PLAN_VERSION, PlanFile
+from rbstab.sweep.plan.plan_file import PLAN_VERSION, PlanFile, TraceSelection
 from rbstab.sweep.plan.proof_selection import ProofSelection
-from rbstab.sweep.plan.trace_selection import TraceSelection
+from rbstab.sweep.plan.varied_numbers import varied_numbers
 
 MAX_MEMBERS = 100_000_000
 """Largest number of members. A billion would take two cores most of a day and fill a disk."""
@@ -100,7 +100,11 @@ class Plan:
         A grid has all its axes as dimensions. Any other design has the axes marked `each`, and then
         its points. An array with one entry per member can be reshaped to these lengths.
         """
-        counted = {axis.name: axis.length or 1 for axis in self.axes if self._is_counted(axis)}
+        counted = {
+            axis.name: axis.length or 1
+            for axis in self.axes
+            if (self.design is None or axis.each) and not axis.counts_members
+        }
         return counted if self.design is None else counted | {"point": self.design.points}
 
     @property
@@ -129,18 +133,12 @@ class Plan:
         """
         if not 0 <= start <= stop <= self.members:
             raise IndexError(f"members {start} to {stop} of a plan with {self.members}")
-        points = 1 if self.design is None else self.design.points
         numbers = np.arange(start, stop)
-        entries, point = numbers // points, numbers % points
-        at: dict[str, Array] = {}
-        # The last axis varies fastest.
-        for axis in reversed(self.axes):
-            if axis.counts_members:
-                # In a design all entries of `each` get the numbers of their points.
-                at[axis.name] = numbers if self.design is None else point
-            elif self._is_counted(axis):
-                at[axis.name] = entries % (axis.length or 1)
-                entries = entries // (axis.length or 1)
+        _, *indices = np.unravel_index(numbers, (1, *self.dimensions.values()))
+        at: dict[str, Array] = dict(zip(self.dimensions, indices, strict=True))
+        # In a design all entries of `each` get the numbers of their points.
+        counted = at.pop("point", numbers)
+        at |= {axis.name: counted for axis in self.axes if axis.counts_members}
         wanted = [
             (axis.name, varied)
             for axis in self.axes
@@ -180,30 +178,21 @@ class Plan:
         """
         values = {key: found.tolist()[0] for key, found in self.values(index, index + 1).items()}
         variant = self.variant_of(values)
-        title = self.title_of(variant, index)
-        data = self.data_of(variant, values) | {"title": title}
-        return changed_config(self.bases[variant], data)
-
-    def title_of(self, variant: str, index: int) -> str:
-        """Return the title of a member of a variant."""
-        suffix = f", member {index}"
-        return self.bases[variant].title[: MAX_TITLE_LENGTH - len(suffix)] + suffix
+        base, suffix = self.bases[variant], f", member {index}"
+        title = base.title[: MAX_TITLE_LENGTH - len(suffix)] + suffix
+        return changed_config(base, self.data_of(variant, values) | {"title": title})
 
     def data_of(self, variant: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the base of a variant with these values as plain data, without validation."""
-        data = self.templates[variant]
-        for varied in self.varied_keys_of(variant):
-            if varied.key in values:
-                data = varied.applied(data, values[varied.key])
+        template, given = self.templates[variant], self.varied_keys_of(variant)
+        given = tuple(varied for varied in given if varied.key in values)
+        data: dict[str, Any] = replaced(template, varied_numbers(template, given, values))
         return data
 
     @cached_property
     def templates(self) -> dict[str, dict[str, Any]]:
         """The bases as plain data with all defaults filled in. Do not change them."""
         return {name: plain_data(base) for name, base in self.bases.items()}
-
-    def _is_counted(self, axis: Axis) -> bool:
-        return (self.design is None or axis.each) and not axis.counts_members
 
 
 def _coordinates(design: Design, start: int, stop: int) -> Array:

@@ -1,19 +1,26 @@
 """The file of a plan: one declaration from which its reading and its JSON Schema follow."""
 
+from bisect import bisect_left
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
     PlainValidator,
     Tag,
+    ValidationError,
     model_validator,
 )
 
-from rbstab.config.errors import describe
+from rbstab.config.errors import ConfigProblem, describe
+from rbstab.config.messages import problems_of
 from rbstab.config.quantities import Count, Text, value_error, version
 from rbstab.config.section import Section, word_or
+from rbstab.config.source import Path, Source
+from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.distributions import (
     Geomspace,
     Linspace,
@@ -27,7 +34,6 @@ from rbstab.sweep.plan.distributions import (
     listed,
 )
 from rbstab.sweep.plan.proof_selection import ProofSelection
-from rbstab.sweep.plan.trace_selection import TraceSelection
 
 PLAN_VERSION = 1
 
@@ -85,6 +91,40 @@ class Varied(Group):
 
     each: Group = _UNSET
     member: Member = _UNSET
+
+
+@dataclass(frozen=True)
+class TraceSelection:
+    """The members with traces: every n-th, or a list. For other members only a summary is stored.
+
+    Args:
+        every: Members 0, n, 2n, ... have traces; 0: none.
+        members: Numbers of members with traces, ascending.
+    """
+
+    every: int = 0
+    members: tuple[int, ...] = ()
+
+    def selected(self, start: int, stop: int) -> Array:
+        """Return whether each member from `start` up to `stop` has a trace, shape (stop - start,).
+
+        Args:
+            start: The first member.
+            stop: One after the last member, as in `range`.
+        """
+        if self.every:
+            return np.arange(start, stop) % self.every == 0
+        first, end = (bisect_left(self.members, number) for number in (start, stop))
+        selected = np.zeros(stop - start, dtype=bool)
+        selected[np.array(self.members[first:end], dtype=np.int64) - start] = True
+        return selected
+
+    def count(self, members: int) -> int:
+        """Return the number of traces of a sweep with this number of members."""
+        return -(-members // self.every) if self.every else len(self.members)
+
+
+NO_TRACES = TraceSelection()
 
 
 class Every(Section):
@@ -169,6 +209,32 @@ class ReadablePlan(PlanFile):
 
     base: Any = None
     vary: dict[str, Varied] = Field(default={})
+
+
+class Problems(list[ConfigProblem]):
+    """The problems that are found in the source of a plan, those of its text first."""
+
+    def __init__(self, source: Source) -> None:
+        super().__init__(source.problems)
+        self.source = source
+
+    def add(self, path: Path, problem: str, expected: str, *, of_key: bool = False) -> None:
+        """Add a problem at a value or, with `of_key`, at its key."""
+        found = self.source.problem(path, problem, expected, of_key=of_key)
+        self += self.source.new([found])
+
+    def read(self) -> PlanFile:
+        """Return what is right in the file, and add the problems of the rest."""
+        data = self.source.data
+        try:
+            return PlanFile.model_validate(data)
+        except ValidationError as error:
+            self += self.source.new(problems_of(error, self.source, PlanFile))
+            wrong = {one["loc"][: 2 if one["loc"][0] == "vary" else 1] for one in error.errors()}
+        right = {key: value for key, value in data.items() if (key,) not in wrong}
+        if isinstance(right.get("vary"), dict):
+            right["vary"] = {k: v for k, v in data["vary"].items() if ("vary", k) not in wrong}
+        return ReadablePlan.model_validate(right)
 
 
 def plan_json_schema() -> dict[str, Any]:

@@ -9,12 +9,14 @@ from rbstab.sweep.plan.axes import VariedKey
 
 
 def varied_numbers(
-    base: Config, varied_keys: Sequence[VariedKey], values: Mapping[str, Any]
+    base: Config | Mapping[str, Any],
+    varied_keys: Sequence[VariedKey],
+    values: Mapping[str, Any],
 ) -> dict[Path, Any]:
     """Return the values of all varied numbers by their paths, in the order of the keys.
 
     Args:
-        base: The base.
+        base: The base, or its plain data.
         varied_keys: The keys that the base has.
         values: The values (or factors) of each key: a number, or an array for many members.
     """

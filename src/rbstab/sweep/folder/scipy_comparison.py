@@ -1,12 +1,18 @@
-"""The differences of a few members to single runs by SciPy. The plan alone decides which."""
+"""Compare a few stored members with single runs by SciPy. The plan alone decides which."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from rbstab.config.source import key_of
 from rbstab.mechanics.numbers import Array
+from rbstab.store.table import Table
+from rbstab.store.variables import Variable
+from rbstab.sweep.folder.sweep_folder import SweepFolder
+from rbstab.sweep.members.engine import concatenated
 from rbstab.sweep.members.outcome import COLUMNS, FINAL_PREFIX, LARGEST_PREFIX
+from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.proof_selection import ProofSelection
@@ -42,20 +48,98 @@ round-off, which would be compared with round-off."""
 
 @dataclass(frozen=True)
 class ScipyComparison:
-    """The comparison of sampled members with single runs by SciPy.
+    """The comparison of some members with single runs by SciPy.
 
     Args:
-        shards_digest: The digest of the compared shards.
         members: The members.
         unlike: The number of members whose status, or whose NaNs, differ from the single run.
         differences: For each column, the largest difference divided by the largest energy, by the
             largest sample of the quantity, or by the largest absolute value of the column.
     """
 
-    shards_digest: str
     members: tuple[int, ...]
     unlike: int
     differences: dict[str, float]
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """The comparison as variables of the members file."""
+        names = np.array(list(self.differences), dtype=object)
+        largest = np.array(list(self.differences.values()), dtype=float)
+        divided = (
+            "largest difference to single runs by scipy, over the largest number of the column"
+        )
+        found = {
+            "check_member": (
+                "check_run",
+                np.array(self.members, int),
+                "members that were compared",
+            ),
+            "check_column": ("check_number", names, "columns that were compared"),
+            "check_difference": ("check_number", largest, divided),
+        }
+        return {
+            name: Variable((dimension,), data, "" if data.dtype == object else "1", long_name)
+            for name, (dimension, data, long_name) in found.items()
+            if name == "check_member" or self.differences
+        }
+
+
+def comparison_of(folder: SweepFolder, table: Table | None) -> ScipyComparison | None:
+    """Return the comparison in the members file of a sweep; None if there is none."""
+    if table is None or "check_member" not in table:
+        return None
+    members, unlike = table["check_member"], table.attributes.get("checked_unlike")
+    names = table["check_column"].tolist() if "check_column" in table else []
+    known = set(names) <= set(folder.manifest.columns) and members.dtype.kind == "i"
+    if not known or not isinstance(unlike, int):
+        return None
+    largest = table["check_difference"].tolist() if names else []
+    return ScipyComparison(tuple(members.tolist()), unlike, dict(zip(names, largest, strict=False)))
+
+
+def compare_with_scipy(
+    plan: Plan,
+    folder: SweepFolder,
+    count: int | None,
+    kept: ScipyComparison | None,
+    progress: Callable[[int, int], bool],
+) -> ScipyComparison | None:
+    """Return the comparison of a sweep with SciPy: the one that is kept, or a new one.
+
+    Args:
+        plan: The plan.
+        folder: The folder, with all shards.
+        count: The number of members to compare; default: those of the kept comparison, or else
+            see `members_to_compare`.
+        kept: A comparison of these shards.
+        progress: Called before each member, and at the end, with the numbers of members that were
+            compared and of all; returns whether to go on.
+
+    Returns:
+        The comparison; None if it was stopped.
+
+    Raises:
+        StoreError: A shard is missing or damaged.
+    """
+    if kept is not None and count is None:
+        return kept
+    members = members_to_compare(plan, count)
+    if kept is not None and list(kept.members) == members:
+        return kept
+    singles = SingleRuns(plan, ENGINE, with_largest=True)
+    ours, theirs = [], []
+    for done, member in enumerate(members):
+        if not progress(done, len(members)):
+            return None
+        theirs.append(singles.compute(member, member + 1).outcome)
+        shard, row = divmod(member, folder.manifest.shard_size)
+        table = folder.read(shard)
+        ours.append({name: table[name][[row]] for name in table.columns})
+    if not members:
+        return ScipyComparison((), 0, {})
+    progress(len(members), len(members))
+    return ScipyComparison(tuple(members), *compare(concatenated(ours), concatenated(theirs)))
 
 
 def is_comparable(variant: str) -> bool:

@@ -23,24 +23,6 @@ class Failed(click.ClickException):
             say(line)
 
 
-class Command(click.Command):
-    """A command whose function may return its exit code, and raise the errors of the library."""
-
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; end it with its exit code."""
-        try:
-            code = super().invoke(ctx)
-        except (click.ClickException, click.exceptions.Exit, click.Abort):
-            raise
-        except Exception as error:
-            told = _told(error)
-            if told is None:
-                raise
-            raise told from error
-        if code:
-            ctx.exit(code)
-
-
 CODES = {
     "OtherSweepError": exit_codes.USAGE,
     "StoreError": exit_codes.STORAGE,
@@ -54,7 +36,7 @@ CODES = {
 """The exit codes of the errors of the library. Their names are enough: none has to be imported."""
 
 
-def _told(error: Exception) -> Failed | None:
+def told(error: Exception) -> Failed | None:
     """Return how the command ends with an error of the library; None: that is a fault in rbstab."""
     for kind in type(error).__mro__:
         if kind.__module__.startswith("rbstab.") and kind.__name__ in CODES:

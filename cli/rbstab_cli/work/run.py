@@ -62,8 +62,6 @@ def run(
     quiet: bool,
 ) -> int:
     """Run the configs and print the results."""
-    if to_end and not prove:
-        raise click.UsageError("--to-end needs --prove")
     if engine is not None:
         refuse_engine_change(changes)
         changes = (*changes, f"integration.engine={engine}")

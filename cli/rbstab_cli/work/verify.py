@@ -55,8 +55,11 @@ def verify(
     if certificate is not None:
         check_target(certificate, force=force)
     config = _config(config_path, changes, allow_python=allow_python)
-    if second:
-        _check_second(config)
+    if second and find_spec("codac") is None:
+        raise click.UsageError(
+            "a second opinion needs codac, which a plain install lacks. "
+            'Run `pip install "rbstab[second]"`'
+        )
     several = len(proofs) > 1 or is_dir(proofs[0])
     if certificate is not None and several:
         raise click.UsageError("--certificate needs the file of one proof")
@@ -156,24 +159,9 @@ def _code(checked: Sequence[Checked]) -> int:
 
 def _config(path: Path | None, changes: tuple[str, ...], *, allow_python: bool) -> Config | None:
     if path is None:
-        if changes:
-            raise click.UsageError("--set changes a config; give it with --config.")
-        if allow_python:
-            raise click.UsageError("--allow-python has no effect without --config.")
         return None
     # Without permission the config is only read: all but the energy of code can be compared.
     return load_configs([path], changes, allow_python=allow_python or None)[path]
-
-
-def _check_second(config: Config | None) -> None:
-    """Refuse to ask for a second opinion without a config, or without codac."""
-    if config is None:
-        raise click.UsageError("--second needs --config: codac is asked about its equations.")
-    if find_spec("codac") is None:
-        raise click.UsageError(
-            "a second opinion needs codac, which a plain install lacks. "
-            'Run `pip install "rbstab[second]"`'
-        )
 
 
 def _proofs_of_folder(folder: Path, config: Config | None) -> tuple[list[Path], int]:

@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import click
-
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Convergence, Enclose, stored_convergence
@@ -43,9 +41,6 @@ def stability(
     quiet: bool,
 ) -> None:
     """Compute everything that was asked for about each config, then print it."""
-    if search_only and (withins or largest):
-        option = "--within" if withins else "--largest-within"
-        raise click.UsageError(f"--search-only makes no proofs: leave out {option}")
     if output is not None:
         check_target(output, force=force)
     loaded = load_configs(configs, changes, allow_python=allow_python)

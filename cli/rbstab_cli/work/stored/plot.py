@@ -25,9 +25,7 @@ def plot(
 ) -> None:
     """Write a figure, or list all of them."""
     form = None if output is None else _form(output)
-    if (name is None) != (output is None):
-        raise click.UsageError("give both --figure NAME and -o FILE, or none of them")
-    if column and form in (None, "csv"):
+    if column and form == "csv":
         raise click.UsageError("--column is of use only with -o FILE that ends in .svg, .pdf, .png")
     if output is not None:
         check_target(output, force=force)

@@ -38,8 +38,6 @@ from rbstab_cli.streams import exact
 
 def show(path: Path, as_json: bool, as_config: bool) -> int | None:
     """Print the content of a file or folder."""
-    if as_json and as_config:
-        raise click.UsageError("--json cannot be combined with --config")
     try:
         opened = open_result(path)
     except StoreError:

@@ -11,6 +11,9 @@ from rbstab_cli.errors import told
 
 SET = "--set"
 
+TYPED = "rbstab.typed"
+"""The key of the words of a command, as they were typed, in `Context.meta`."""
+
 Rules = Mapping[str, tuple[str, ...]]
 """Options and arguments by an option, as they are typed: `{"--part": ("--force",)}`."""
 
@@ -44,6 +47,7 @@ class Command(click.Command):
         Raises:
             UsageError: There is such a word, or one that click refuses.
         """
+        ctx.meta[TYPED] = tuple(args)
         try:
             _, _, given = self.make_parser(ctx).parse_args(list(args))
         except click.NoSuchOption as error:

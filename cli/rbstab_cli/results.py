@@ -32,12 +32,10 @@ class Taken(NamedTuple):
         paths: Files of runs, folders of sweeps, and whatever else was named.
         in_folders: Those of `paths` that were found in a folder. The user named none of them, so
             one that cannot be read does not hide the others.
-        named: What the user named, without what is no result.
     """
 
     paths: tuple[Path, ...]
     in_folders: frozenset[Path]
-    named: tuple[Path, ...]
 
 
 def taken(named: Sequence[Path], *, quiet: bool = False) -> Taken:
@@ -75,7 +73,7 @@ def taken(named: Sequence[Path], *, quiet: bool = False) -> Taken:
     if unfinished and not unfinished.issuperset(found):
         _say_left_out("not finished", sorted(unfinished))
         found = [path for path in found if path not in unfinished]
-    return Taken(tuple(found), frozenset(in_folders.difference(paths)), paths)
+    return Taken(tuple(found), frozenset(in_folders.difference(paths)))
 
 
 def results_among(paths: Sequence[Path], *, quiet: bool = False) -> tuple[Path, ...]:

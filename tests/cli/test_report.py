@@ -100,18 +100,6 @@ def test_the_command_makes_the_same_report_again(folder: Path) -> None:
         assert again["title"] == made["title"]
 
 
-def test_the_command_names_a_whole_folder_by_a_pattern(folder: Path) -> None:
-    """The pattern appears only for all files of the folder in their order."""
-    parent = Path("my runs")
-    parent.mkdir()
-    names = [str(made_file(parent / f"{number}.h5")) for number in range(9)]
-    pattern = "rbstab report 'my runs'/*.h5 --format text"
-    for given, expected in ((names, True), (names[:8], False), ([*names[1:], names[0]], False)):
-        text = " ".join(rbstab("report", *given, "--format", "text").stdout.split())
-        assert (pattern in text) == expected
-        assert ("made by rbstab report 'my runs/" in text) != expected
-
-
 def test_a_report_is_replaced_and_nothing_else(runs: list[str]) -> None:
     success("report", *runs, "-o", "r.txt")
     success("report", runs[0], "-o", "r.txt")

@@ -17,8 +17,8 @@ from rbstab.integrate.status import RunStatus
 from rbstab.store.errors import StoreError
 from rbstab.store.result import open_result
 from rbstab_cli import exit_codes
-from rbstab_cli.output.certificate import VIOLATED
 from rbstab_cli.output.progress import compiling, working
+from rbstab_cli.output.runs import VIOLATED
 from rbstab_cli.printing import say
 
 if TYPE_CHECKING:

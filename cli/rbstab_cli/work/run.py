@@ -8,7 +8,6 @@ from typing import Any
 import click
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE
-from rbstab.config.schema import Config
 from rbstab.experiment.answers.outcome import outcome_of
 from rbstab.experiment.answers.rest_modes import rest_modes
 from rbstab.experiment.answers.run_answer import (
@@ -18,7 +17,6 @@ from rbstab.experiment.answers.run_answer import (
     answer_beside,
 )
 from rbstab.experiment.convergence.with_proof import with_later_proof
-from rbstab.experiment.proof_cache import sufficient_proof
 from rbstab.experiment.summary import (
     at_least,
     at_rest_from,
@@ -31,21 +29,21 @@ from rbstab.integrate.engines import EngineMissingError
 from rbstab.integrate.engines import engine as engine_of
 from rbstab.integrate.status import RunStatus
 from rbstab.processes.imports import keep_imports
-from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
 from rbstab_cli.inputs import load_configs, load_members, refuse_engine_change
-from rbstab_cli.output.answers import print_answers, print_statement
-from rbstab_cli.output.facts import run_data
 from rbstab_cli.output.files import check_proofs_folder, check_results_folder
-from rbstab_cli.output.warnings import own_warnings, print_result_warnings
+from rbstab_cli.output.runs import (
+    own_warnings,
+    print_answers,
+    print_result_warnings,
+    print_statement,
+    run_data,
+)
 from rbstab_cli.printing import Table, number, print_json, say
 from rbstab_cli.work.batch import MAX_NAMED, Batch, Finished
 
 REPEATED = "the same command with --prove"
 """The command that makes a proof, as the answers of this command name it."""
-
-Named = dict[tuple[str, str], Config]
-"""Configs by their label in messages and the stem of their result file."""
 
 
 def run(
@@ -78,7 +76,7 @@ def run(
     targets = _targets(loaded, output)
     tried = check_results_folder(output, targets.values(), force=force)
     if tried and prove is not False:
-        check_proofs_folder(output, lambda: _has_proofs(output, loaded, brief=prove is None))
+        check_proofs_folder(output)
     batch = Batch(output, force=force, prove=prove, to_end=to_end, quiet=quiet)
     printed = as_json
     try:
@@ -98,15 +96,6 @@ def run(
         every = paths if len(paths) <= MAX_NAMED else [shell_word(output)]
         say(f"Next: rbstab {'show' if len(paths) == 1 else 'report'} {' '.join(every)}")
     return batch.exit_code
-
-
-def _has_proofs(folder: Path, configs: Named, *, brief: bool) -> bool:
-    """Whether the proofs of some configs are stored in a folder of results."""
-    try:
-        found = (sufficient_proof(folder, config, brief=brief) for config in configs.values())
-        return all(proof is not None for proof in found)
-    except StoreError:
-        return False
 
 
 def _targets(names: Iterable[tuple[str, str]], output: Path) -> dict[tuple[str, str], Path]:

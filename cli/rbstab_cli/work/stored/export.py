@@ -20,8 +20,8 @@ from rbstab.store.variables import FlatColumns, flat_columns, joined
 from rbstab.sweep.folder.stored_traces import open_traces
 from rbstab_cli import exit_codes
 from rbstab_cli.errors import Failed, reason_of
-from rbstab_cli.output.facts import run_data
 from rbstab_cli.output.files import check_target
+from rbstab_cli.output.runs import run_data
 from rbstab_cli.results import taken
 
 

@@ -2,28 +2,25 @@
 
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack, suppress
-from itertools import groupby
 from os.path import realpath
 from pathlib import Path
 from threading import Thread
 
 import click
 
-from rbstab.files.shell_words import quoted, shell_word
+from rbstab.files.shell_words import quoted
 from rbstab.report.model.document import Report, Unread
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.writers.write import SUFFIXES, check_available
 from rbstab.report.writers.write import check_target as check_report
 from rbstab.store.disk.paths import path_is_dir
 from rbstab_cli import exit_codes
+from rbstab_cli.command import TYPED
 from rbstab_cli.errors import Failed
 from rbstab_cli.output.progress import working
-from rbstab_cli.output.warnings import print_unread_proofs
+from rbstab_cli.output.runs import print_unread_proofs
 from rbstab_cli.printing import print_json, say
 from rbstab_cli.results import results_folder_of, taken
-
-MAX_LISTED = 8
-"""The most results that the stored command lists by name; a pattern replaces more, if one fits."""
 
 ENDINGS = {"html": ".html", "md": ".md", "pdf": ".pdf", "text": ".txt"}
 
@@ -42,8 +39,7 @@ def report(
     path, form = _target(output, form, as_json=as_json)
     if opened and path is None:
         raise click.UsageError("--open needs a file of the report: give -o FILE")
-    named = taken(results, quiet=quiet)
-    paths = named.paths
+    paths = taken(results, quiet=quiet).paths
     if path is not None:
         _check_writable(path, form, paths, force=force)
     with ExitStack() as shown:
@@ -53,7 +49,8 @@ def report(
         imports.join()
         _print_unread(sources.unread)
         print_unread_proofs(map(results_folder_of, paths))
-        made_by = _command(named.named, output, form, title, force=force, as_json=as_json)
+        words = click.get_current_context().meta[TYPED]
+        made_by = f"rbstab report {' '.join(map(quoted, words))}".rstrip()
 
         def write(made: Report) -> None:
             from rbstab.report.writers.write import write_report
@@ -151,35 +148,3 @@ def _print(made: Report, path: Path | None, *, as_json: bool) -> None:
 
         # The terminal sets the width; without a terminal it is 80 columns.
         print_report(made, OutputConsole(highlight=False))
-
-
-def _command(
-    results: Sequence[Path],
-    output: Path | None,
-    form: str,
-    title: str | None,
-    *,
-    force: bool,
-    as_json: bool,
-) -> str:
-    """Return the command line that makes the report again."""
-    words = ["rbstab", "report", *_names(results)]
-    words += ["-o", shell_word(output)] if output is not None else []
-    words += ["--format", form] if output is not None or not as_json else []
-    words += ["--title", quoted(title)] if title is not None else []
-    words += ["--force"] if force else []
-    words += ["--json"] if as_json else []
-    return " ".join(words)
-
-
-def _names(results: Sequence[Path]) -> list[str]:
-    """Return the results as words of a command; a pattern may replace all results of a folder."""
-    names: list[str] = []
-    for folder, group in groupby(results, key=lambda result: result.parent):
-        files = list(group)
-        present = sorted(path for path in folder.glob("*.h5") if not path.name.startswith("."))
-        if len(files) > MAX_LISTED and files == present:
-            names.append("*.h5" if folder == Path() else f"{shell_word(folder)}/*.h5")
-        else:
-            names += map(shell_word, files)
-    return names

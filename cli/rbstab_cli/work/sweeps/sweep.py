@@ -1,6 +1,5 @@
 """`rbstab sweep`: the checks before a sweep, and its options."""
 
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
@@ -63,7 +62,7 @@ def sweep(
         loaded = _load(plan, (*changes, f"integration.engine={name}"), allow_python=allow_python)
         proves = prove is not False and loaded.prove is None
         if check_results_folder(output, [folder]) and proves and not (dry_run or part):
-            check_proofs_folder(output, lambda: False)
+            check_proofs_folder(output)
         if is_slow:
             say(WITHOUT_HEYOKA)
         options = SweepOptions(
@@ -73,14 +72,11 @@ def sweep(
             report_dry_run(loaded, folder, options, as_json=as_json)
             return None
         # Imported late: checks need none of what runs members.
+        from rbstab_cli.work.sweeps.cluster import connected_cluster
         from rbstab_cli.work.sweeps.running import run_sweep
-    with ExitStack() as stack:
-        if dask is not None:
-            from rbstab_cli.work.sweeps.cluster import connected_cluster
-
-            pool = stack.enter_context(connected_cluster(dask, loaded.engine))
-            options = replace(options, pool=pool)
-        unlimited = bool(prove) if proves else None
+    unlimited = bool(prove) if proves else None
+    with connected_cluster(dask, loaded.engine) as pool:
+        options = replace(options, pool=pool)
         return run_sweep(loaded, folder, options, unlimited=unlimited, as_json=as_json, quiet=quiet)
 
 

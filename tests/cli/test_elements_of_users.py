@@ -14,8 +14,7 @@ CONFIG = GOOD.replace("title: A short run", "schema_version: 2\ntitle: A spring"
 )
 
 
-@pytest.mark.usefixtures("folder")
-def test_the_template_is_written_and_passes() -> None:
+def test_the_template_is_written_and_passes(folder):
     done = success("init", "--element")
     assert Path("cubic_spring.py").read_text() == TEMPLATE
     assert "Next: rbstab check --element cubic_spring.py\n" in done.stderr
@@ -27,16 +26,14 @@ def test_the_template_is_written_and_passes() -> None:
     assert len(others) >= 7
 
 
-@pytest.mark.usefixtures("folder")
-def test_the_line_for_a_config_works() -> None:
+def test_the_line_for_a_config_works(folder):
     done = rbstab("init", "--element", "other.py")
     line = done.stderr.splitlines()[-1].removeprefix("In a config: ")
     Path("case.yaml").write_text(f"schema_version: 2\n{GOOD}{line}\n")
     done = success("check", "case.yaml", "--allow-python")
 
 
-@pytest.mark.usefixtures("folder")
-def test_wrong_files_are_all_told() -> None:
+def test_wrong_files_are_all_told(folder):
     Path("wrong.py").write_text(SPRING.replace("0.5 *", "0.6 *"))
     Path("broken.py").write_text("class Mine(:\n")
     Path("mine.py").write_text(SPRING)
@@ -51,10 +48,7 @@ def test_wrong_files_are_all_told() -> None:
     assert done.stderr.startswith("broken.py: cannot be run: line 1: SyntaxError: ")
 
 
-@pytest.mark.usefixtures("folder")
-def test_an_error_late_in_a_run_is_one_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_error_late_in_a_run_is_one_line(folder, monkeypatch, capsys):
     """The code may fail where it was not tried: a message with its line, and no traceback."""
     from rbstab_cli import main as program
 
@@ -76,8 +70,7 @@ def test_an_error_late_in_a_run_is_one_line(
 HELD = CONFIG.replace("variant: free", "variant: permanent")
 
 
-@pytest.mark.usefixtures("folder")
-def test_a_proof_with_code_is_made_and_verified() -> None:
+def test_a_proof_with_code_is_made_and_verified(folder):
     Path("mine.py").write_text(SPRING)
     Path("case.yaml").write_text(HELD)
     done = success("stability", "case.yaml", "--allow-python")
@@ -94,8 +87,7 @@ def test_a_proof_with_code_is_made_and_verified() -> None:
     assert rbstab("verify", proof, "--config", "case.yaml", "--allow-python").exit_code == 4
 
 
-@pytest.mark.usefixtures("folder")
-def test_rest_states_on_a_ridge_are_named() -> None:
+def test_rest_states_on_a_ridge_are_named(folder):
     """A spring that lets go, of a mast that its weight pushes over: it holds it, or does not."""
     Path("mine.py").write_text(LETS_GO)
     text = HELD.replace("{k: 3}", "{k: 9000, reach: 0.2}")

@@ -27,7 +27,7 @@ def mixed(folder: Path) -> Path:
     return Path("mixed")
 
 
-def test_a_report_takes_the_results_in_a_folder(mixed: Path) -> None:
+def test_a_report_takes_the_results_in_a_folder(mixed):
     done = rbstab("report", "mixed", "--format", "text")
     assert (done.exit_code, done.stderr) == (
         0,
@@ -41,7 +41,7 @@ def test_a_report_takes_the_results_in_a_folder(mixed: Path) -> None:
     assert same["sections"] == data["sections"]
 
 
-def test_a_folder_of_proofs(mixed: Path) -> None:
+def test_a_folder_of_proofs(mixed):
     before = {file.name for file in (mixed / "proofs").iterdir()}
     assert len(before) == 2
     rbstab("run", "good.yaml", "-q", "-o", "mixed")
@@ -61,7 +61,7 @@ def test_a_folder_of_proofs(mixed: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_folder_above_the_results_stands_for_them(mixed: Path) -> None:
+def test_the_folder_above_the_results_stands_for_them(mixed):
     mixed.rename("results")
     (Path("results") / "broken.h5").write_text("text")
     plain, dot = rbstab("list"), rbstab("list", ".")
@@ -97,9 +97,7 @@ def named(folder: Path) -> list[Path]:
     return sorted(folder.iterdir())
 
 
-def test_what_stands_beside_results_is_left_out(
-    beside: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_stands_beside_results_is_left_out(beside, capsys):
     results = [beside / name for name in ("heavy.h5", "light.h5", "plan")]
     assert list(results_among(named(beside))) == results
     (note,) = capsys.readouterr().err.splitlines()
@@ -108,7 +106,7 @@ def test_what_stands_beside_results_is_left_out(
     assert capsys.readouterr().err == ""
 
 
-def test_the_parts_of_a_sweep_are_left_out(beside: Path) -> None:
+def test_the_parts_of_a_sweep_are_left_out(beside):
     sweep = beside / "plan"
     (sweep / "plan.yaml").write_text("base: good.yaml\nvary: {}\n")
     (sweep / "shards").mkdir()
@@ -116,7 +114,7 @@ def test_the_parts_of_a_sweep_are_left_out(beside: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["wrong.h5", "folder", "missing.h5", "mine.txt", "mine.yaml"])
-def test_what_may_be_meant_as_a_result_is_not_left_out(beside: Path, name: str) -> None:
+def test_what_may_be_meant_as_a_result_is_not_left_out(beside, name):
     """A damaged file, a folder, a file that does not exist, and a config of any name."""
     if name == "folder":
         Path(name).mkdir()
@@ -125,7 +123,7 @@ def test_what_may_be_meant_as_a_result_is_not_left_out(beside: Path, name: str) 
     assert results_among([beside / "light.h5", Path(name)]) == (beside / "light.h5", Path(name))
 
 
-def test_a_report_of_a_pattern_that_names_the_older_report(folder: Path) -> None:
+def test_a_report_of_a_pattern_that_names_the_older_report(folder):
     """The report of before is replaced."""
     made_file(Path("made/run.h5"), made_config())
     Path("made/proofs").mkdir()

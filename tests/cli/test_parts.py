@@ -1,7 +1,6 @@
 """Protects `rbstab sweep --part`: processes share one sweep, and a last command finishes it."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -23,8 +22,7 @@ SWEEP = ("sweep", "--no-prove", "plan.yaml", "--engine", "scipy", "--shard-size"
 FINISH = ("sweep", "--no-prove", "results/plan/plan.yaml")
 
 
-@pytest.mark.usefixtures("use_fake_engine")
-def test_parts_and_what_finishes_them() -> None:
+def test_parts_and_what_finishes_them(use_fake_engine):
     whole = rbstab(*SWEEP, "-o", "whole")
     for number, shards in ((1, 3), (2, 2)):
         done = success(*SWEEP, "--part", f"{number}/2")
@@ -47,8 +45,7 @@ def test_parts_and_what_finishes_them() -> None:
 
 
 @missing_heyoka.NEEDED
-@pytest.mark.usefixtures("plan")
-def test_the_comparison_is_made_when_the_sweep_is_finished() -> None:
+def test_the_comparison_is_made_when_the_sweep_is_finished(plan):
     options = ("sweep", "--no-prove", "plan.yaml", "--engine", "heyoka", "--shard-size", "10")
     for number in (1, 2):
         success(*options, "--part", f"{number}/2")
@@ -60,10 +57,9 @@ def test_the_comparison_is_made_when_the_sweep_is_finished() -> None:
     ("place", "sweep"),
     [(".", "other place/plan"), ("other place", "plan"), ("other place/plan", ".")],
 )
-@pytest.mark.usefixtures("use_fake_engine")
 def test_the_command_that_resumes_a_sweep_works_as_typed(
-    place: str, sweep: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    use_fake_engine, place, sweep, monkeypatch
+):
     rbstab(*SWEEP, "--part", "1/3", "-o", "other place")
     file = Path("other place/plan/members.h5").absolute()
     monkeypatch.chdir(place)
@@ -76,7 +72,7 @@ def test_the_command_that_resumes_a_sweep_works_as_typed(
     assert file.exists()
 
 
-def test_exit_codes_of_a_part(use_fake_engine: Callable[..., None]) -> None:
+def test_exit_codes_of_a_part(use_fake_engine):
     use_fake_engine(failing=range(20))
     assert rbstab(*SWEEP, "--part", "1/2").exit_code == 3
     success(*SWEEP, "--part", "9/9", "-o", "other")  # an empty part
@@ -89,8 +85,7 @@ def test_exit_codes_of_a_part(use_fake_engine: Callable[..., None]) -> None:
     assert "started with shards of 4 members" in size.stderr
 
 
-@pytest.mark.usefixtures("plan")
-def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scheduler_that_does_not_answer(plan, monkeypatch):
     monkeypatch.setattr("rbstab.sweep.execution.dask_cluster.TIME_LIMIT", 0.5)
     refused = rbstab(*SWEEP, "--dask", "tcp://127.0.0.1:9")
     assert refused.exit_code == 2

@@ -16,9 +16,7 @@ def use_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "100")
 
 
-def test_a_terminal_shows_what_is_done_and_how_far(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_terminal_shows_what_is_done_and_how_far(capsys, monkeypatch):
     use_terminal(monkeypatch)
     with working("one.yaml", quiet=False) as work:
         work.begin_with("Ctrl-C stops")
@@ -31,13 +29,7 @@ def test_a_terminal_shows_what_is_done_and_how_far(
 @pytest.mark.parametrize(
     ("interval", "wanted", "printed"), [(0.01, True, True), (0.01, False, False), (10, True, False)]
 )
-def test_lines_where_there_is_no_terminal(
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-    interval: float,
-    wanted: bool,
-    printed: bool,
-) -> None:
+def test_lines_where_there_is_no_terminal(capsys, monkeypatch, interval, wanted, printed):
     """Long work prints lines with what it said last, also between its callbacks; short one none."""
     monkeypatch.setattr(progress_module, "LINE_INTERVAL", interval)
     with working("one.yaml", quiet=not wanted) as work:

@@ -35,7 +35,7 @@ def proved(folder: Path, once: tuple[Path, Result]) -> Result:
     return done
 
 
-def test_show_says_what_the_run_has_said(proved: Result) -> None:
+def test_show_says_what_the_run_has_said(proved):
     shown = rbstab("show", "results/good.h5").stdout
     _, *answers = shown.splitlines()[:6]
     assert answers == proved.stdout.strip().splitlines()[-6:-1]
@@ -48,7 +48,7 @@ def test_show_says_what_the_run_has_said(proved: Result) -> None:
     assert "convergence_" not in shown
 
 
-def test_json_has_it_as_one_object(proved: Result) -> None:
+def test_json_has_it_as_one_object(proved):
     data = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
     found = data["convergence"]
     assert found["proved"] is True
@@ -70,7 +70,7 @@ def test_json_has_it_as_one_object(proved: Result) -> None:
     assert shapes[0] < shapes[1] == 11
 
 
-def test_a_printed_value_that_does_not_follow(folder: Path) -> None:
+def test_a_printed_value_that_does_not_follow(folder):
     reference = (
         *("--set", "reference.source=a book"),
         *("--set", "reference.final.orientation=[0.09, -0.12, 0.3]"),
@@ -101,7 +101,7 @@ def proved_later(folder: Path) -> Path:
     return Path("results/good.h5")
 
 
-def test_show_says_one_thing(proved_later: Path) -> None:
+def test_show_says_one_thing(proved_later):
     shown = words(rbstab("show", str(proved_later)).stdout)
     assert "This start: proved" in shown
     assert "Whole range: proved" in shown

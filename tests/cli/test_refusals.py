@@ -6,7 +6,6 @@ import shlex
 import shutil
 from pathlib import Path
 
-import click
 import pytest
 from cli.conftest import GOOD, STORED, rbstab
 from cli.conftest import PLAN_OF_MASSES as PLAN
@@ -330,7 +329,7 @@ STORAGE = {
     [one for one in sweep.params if one.name not in ("status_of", "as_json", "quiet", "plan")],
     ids=str,
 )
-def test_a_status_has_no_use_for_the_options_of_a_sweep(option: click.Option) -> None:
+def test_a_status_has_no_use_for_the_options_of_a_sweep(option):
     (name, *_), values = option.opts, {"--set": "a=1", "--engine": "scipy"}
     value = values.get(name, "1/2" if name == "--part" else "1")
     done = rbstab("sweep", "--status", "results/plan", name, *([] if option.is_flag else [value]))
@@ -367,12 +366,8 @@ def contents(folder: Path) -> dict[Path, bytes]:
 )
 @pytest.mark.usefixtures("no_runs")
 def test_a_command_that_cannot_be_done_says_why_and_changes_nothing(
-    line: str,
-    code: int,
-    message: str,
-    place: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    line, code, message, place, monkeypatch
+):
     monkeypatch.chdir(place)
     before = contents(place)
     first, second = map(str, sorted(Path("results/proofs").iterdir()))

@@ -1,7 +1,6 @@
 """`rbstab run`: its file, table and answers; repeated, failed and forced runs; members."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -19,9 +18,7 @@ OUTSIDE = ("--set", "controller.variant=permanent", "--set", "initial.angular_ve
 
 
 @pytest.mark.heavy
-def test_proved_answers_come_last_and_are_proved_once(
-    folder: Path, refuse: Callable[..., None]
-) -> None:
+def test_proved_answers_come_last_and_are_proved_once(folder, refuse):
     done = success("run", "good.yaml", *OUTSIDE)
     head, *_, outcome, desired, this_start, whole_range, pushes, modes = done.stdout.splitlines()
     assert head.split()[:2] == ["file", "outcome"]
@@ -48,7 +45,7 @@ def test_proved_answers_come_last_and_are_proved_once(
 
 
 @pytest.mark.slow
-def test_a_run_leaves_a_file_a_table_and_facts(folder: Path) -> None:
+def test_a_run_leaves_a_file_a_table_and_facts(folder):
     done = rbstab(*RUN)
     result = api.open_result("results/good.h5")
     assert (done.exit_code, result.status) == (0, "completed")
@@ -77,7 +74,7 @@ def test_a_run_leaves_a_file_a_table_and_facts(folder: Path) -> None:
     assert "  This start:  proved: " in rbstab(*RUN, "--prove").stdout
 
 
-def test_an_equal_run_is_repeated_by_force_only(folder: Path) -> None:
+def test_an_equal_run_is_repeated_by_force_only(folder):
     path = Path("results/good.h5")
     rbstab(*RUN)
     before = path.stat()
@@ -91,7 +88,7 @@ def test_an_equal_run_is_repeated_by_force_only(folder: Path) -> None:
     assert list(Path("results").iterdir()) == [path]
 
 
-def test_a_different_result_is_moved_aside_by_force_only(folder: Path) -> None:
+def test_a_different_result_is_moved_aside_by_force_only(folder):
     rbstab(*RUN)
     old, before = api.open_result("results/good.h5"), Path("results/good.h5").read_bytes()
     refused = rbstab(*RUN, "--set", "body.mass=40")
@@ -106,7 +103,7 @@ def test_a_different_result_is_moved_aside_by_force_only(folder: Path) -> None:
     assert api.open_result("results/good.h5").run_id != old.run_id
 
 
-def test_a_run_that_fails_or_cannot_be_stored_leaves_its_neighbours(folder: Path) -> None:
+def test_a_run_that_fails_or_cannot_be_stored_leaves_its_neighbours(folder):
     leaves = GOOD.replace("[1, 2, -1]", "[0, 32, 0]").replace("[400, 400, 320]", "[4, 4, 3]")
     Path("a_leaves.yaml").write_text(leaves)
     done = rbstab("run", "--no-prove", "a_leaves.yaml", "good.yaml")
@@ -122,7 +119,7 @@ def test_a_run_that_fails_or_cannot_be_stored_leaves_its_neighbours(folder: Path
     assert api.open_result("in the way/other.h5").status == "completed"
 
 
-def test_a_run_without_its_proof_is_kept(folder: Path, refuse: Callable[..., None]) -> None:
+def test_a_run_without_its_proof_is_kept(folder, refuse):
     refuse("experiment.proof_cache.write_document", error=StoreError("the proof cannot be written"))
     done = rbstab("run", "good.yaml")
     assert done.exit_code == 4
@@ -144,9 +141,7 @@ def warned(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return names
 
 
-def test_warnings_are_said_once_and_those_of_results_follow_their_answers(
-    warned: list[str],
-) -> None:
+def test_warnings_are_said_once_and_those_of_results_follow_their_answers(warned):
     done = rbstab("run", "--no-prove", *warned)
     given, *own = [line for line in done.stderr.splitlines() if line.startswith("warning")]
     assert given.startswith("warning: a.yaml and 1 more: body.inertia: no real body")
@@ -175,7 +170,7 @@ vary:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
-def test_a_member_is_that_of_its_sweep(engine: str, folder: Path) -> None:
+def test_a_member_is_that_of_its_sweep(engine, folder):
     """Its engine is that of the sweep, or which the sweep would have."""
     Path("spins.yaml").write_text(SPINS)
     rbstab("run", "--no-prove", "spins.yaml", "--member", "1", "-q", "-o", "before")
@@ -196,7 +191,7 @@ def test_a_member_is_that_of_its_sweep(engine: str, folder: Path) -> None:
     assert result["position"][-1] == pytest.approx(table["final_position"][3], rel=1e-8)
 
 
-def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder: Path) -> None:
+def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder):
     Path("spins.yaml").write_text(SPINS)
     member = ("run", "--no-prove", "spins.yaml", "--member", "3", "--engine", "scipy")
     success(*member, "--set", "controller.K_r=[10, 20, 30]")
@@ -212,7 +207,7 @@ def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder: Path) -> None
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("count", "command"), [(1, "show"), (2, "report"), (7, "report")])
-def test_the_next_command_shows_or_reports_the_runs(count: int, command: str, folder: Path) -> None:
+def test_the_next_command_shows_or_reports_the_runs(count, command, folder):
     names = [f"a {number}.yaml" for number in range(count)]
     for name in names:
         Path(name).write_text(GOOD)

@@ -26,9 +26,8 @@ vary:
 SWEEP = ("sweep", "--no-prove", "plan.yaml")
 
 
-@pytest.mark.usefixtures("plan")
 @pytest.mark.parametrize("name", ["heyoka", "scipy"])
-def test_a_sweep(name):
+def test_a_sweep(plan, name):
     done = success(*SWEEP, "--engine", name, "--shard-size", "8")
     assert "completed       20  100.00%" in done.stdout
     assert "worst |r| / largest energy " in done.stdout
@@ -102,8 +101,7 @@ def test_numbers_in_words():
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("plan")
-def test_motions_are_kept_on_request_and_made_again_if_lost():
+def test_motions_are_kept_on_request_and_made_again_if_lost(plan):
     Path("plan.yaml").write_text(f"{PLAN}keep: {{traces: {{every: 3}}}}\n")
     success(*SWEEP, "--engine", "heyoka")
     traces = open_traces("results/plan")
@@ -121,8 +119,7 @@ def test_motions_are_kept_on_request_and_made_again_if_lost():
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("use_fake_engine")
-def test_a_dry_run_says_what_is_left_and_writes_nothing():
+def test_a_dry_run_says_what_is_left_and_writes_nothing(use_fake_engine):
     options = ("--dry-run", "--engine", "scipy", "--shard-size", "8", "--threads", "2")
     assert "10 x 2 = 20" in rbstab(*SWEEP, *options).stdout
     whole = json.loads(rbstab(*SWEEP, *options, "--json").stdout)
@@ -139,8 +136,7 @@ def test_a_dry_run_says_what_is_left_and_writes_nothing():
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("use_fake_engine")
-def test_another_sweep_is_moved_aside_by_force_only():
+def test_another_sweep_is_moved_aside_by_force_only(use_fake_engine):
     rbstab(*SWEEP, "--engine", "scipy")
     before = shard_files(Path("results/plan"))
     for changes in (("--set", "body.mass=42"), ("--engine", "heyoka")):
@@ -157,8 +153,7 @@ def test_another_sweep_is_moved_aside_by_force_only():
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("plan")
-def test_without_heyoka_scipy_is_used_unless_heyoka_is_wanted(monkeypatch):
+def test_without_heyoka_scipy_is_used_unless_heyoka_is_wanted(plan, monkeypatch):
     def missing(name):
         if name == "heyoka":
             raise EngineMissingError("the engine 'heyoka' cannot be used here")
@@ -172,8 +167,7 @@ def test_without_heyoka_scipy_is_used_unless_heyoka_is_wanted(monkeypatch):
     assert "cannot be used here" in refused.stderr
 
 
-@pytest.mark.usefixtures("use_fake_engine")
-def test_the_next_command_is_named():
+def test_the_next_command_is_named(use_fake_engine):
     done = rbstab(*SWEEP, "--engine", "scipy", "-o", "my results")
     assert done.stderr.endswith(f"Next: rbstab report {shell_word(Path('my results', 'plan'))}\n")
     assert "Next" not in rbstab(*SWEEP, "-o", "my results", "-q").stderr

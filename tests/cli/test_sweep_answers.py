@@ -43,8 +43,7 @@ class FakeClock:
         return slow
 
 
-@pytest.mark.usefixtures("plan")
-def test_members_that_start_in_a_region(folder: Path) -> None:
+def test_members_that_start_in_a_region(plan, folder):
     done = success("sweep", "plan.yaml")
     *_, proved, not_proved = done.stdout.splitlines()
     assert proved == "Convergence: proved for 2 of the members: they start in a certified region."
@@ -57,8 +56,7 @@ def test_members_that_start_in_a_region(folder: Path) -> None:
     assert "converges to rest state 1: proved 2 not proved at the start" in words(shown.stdout)
 
 
-@pytest.mark.usefixtures("plan")
-def test_show_names_the_command_that_proves_a_member(folder: Path) -> None:
+def test_show_names_the_command_that_proves_a_member(plan, folder):
     """The motion of the last member enters the region, outside of which it starts."""
     Path("good.yaml").write_text(GOOD.replace("duration: 0.1", "duration: 6"))
     place = "other place"
@@ -76,7 +74,7 @@ def test_show_names_the_command_that_proves_a_member(folder: Path) -> None:
     assert (shown["seen"], shown["provable"]) == (1, 2)
 
 
-def test_counts_of_many_members_have_separators(capsys: pytest.CaptureFixture[str]) -> None:
+def test_counts_of_many_members_have_separators(capsys):
     counts = dict.fromkeys(KINDS, 0)
     counts |= {OutcomeKind.RETURNS: 12_000, OutcomeKind.RESTS_ELSEWHERE: 9999}
     counts[OutcomeKind.MOVING] = 8001
@@ -100,9 +98,7 @@ def words(text: str) -> str:
 
 
 @pytest.mark.slow
-def test_bodies_that_the_budget_does_not_reach_are_named(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bodies_that_the_budget_does_not_reach_are_named(folder, monkeypatch):
     """In the summary, in the JSON and in the report, with the command that goes on."""
     text = PLAN.replace("[1, 2, 60]", "[1]") + "  body.mass: {linspace: [40, 44, 5]}\n"
     Path("bodies.yaml").write_text(text)
@@ -137,9 +133,7 @@ def test_bodies_that_the_budget_does_not_reach_are_named(
 
 
 @pytest.mark.slow
-def test_a_body_that_refutes_is_named_by_all_commands(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_body_that_refutes_is_named_by_all_commands(folder, monkeypatch):
     """More bodies than the budget is for: many are proved at once, or a body refutes the claim."""
     monkeypatch.setattr("rbstab.sweep.sweep.FEW", 3)
     monkeypatch.setattr(prove_bodies, "BUDGET", 0.0)
@@ -171,8 +165,7 @@ def test_a_body_that_refutes_is_named_by_all_commands(
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("plan")
-def test_motions_are_proved_member_by_member_on_request(statuses: list[str]) -> None:
+def test_motions_are_proved_member_by_member_on_request(plan, statuses):
     text = PLAN.replace("velocity[1]", "velocity[0]").replace("[1, 2, 60]", "[1, 14, 16, 500]")
     Path("plan.yaml").write_text(f"{text}prove: {{motion: {{steps: 20}}}}\n")
     done = success("sweep", "plan.yaml", "--shard-size", "2", "--threads", "1")
@@ -187,8 +180,7 @@ def test_motions_are_proved_member_by_member_on_request(statuses: list[str]) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("plan")
-def test_a_sweep_counts_later_proofs_everywhere() -> None:
+def test_a_sweep_counts_later_proofs_everywhere(plan):
     first = rbstab("sweep", "plan.yaml", "--no-prove")
     # Without any proof, there is nothing to say but how many settled.
     assert "onverge" not in first.stdout
@@ -209,7 +201,7 @@ def test_a_sweep_counts_later_proofs_everywhere() -> None:
 
 
 @pytest.mark.slow
-def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(folder: Path) -> None:
+def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(folder):
     Path("varied.yaml").write_text(PLAN)
     rbstab("sweep", "varied.yaml", "--no-prove", "-q")
     Path("varied.yaml").rename("plan of yesterday.yaml")

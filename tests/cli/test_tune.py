@@ -20,7 +20,7 @@ GAINS = ("--over", "controller.L_r,controller.L_t")
 OVER = (*GAINS, "--bounds", "0.5:2")
 
 
-def test_a_better_config_is_written_and_not_overwritten(folder: Path) -> None:
+def test_a_better_config_is_written_and_not_overwritten(folder):
     arguments = ("tune", "good.yaml", "--objective", "energy", *OVER)
     done = success(*arguments)
     assert "controller.L_t[2]" in done.stdout
@@ -42,7 +42,7 @@ def test_a_better_config_is_written_and_not_overwritten(folder: Path) -> None:
     assert Path("good.yaml").read_text() == GOOD
 
 
-def test_the_factors_are_those_of_the_written_config(folder: Path) -> None:
+def test_the_factors_are_those_of_the_written_config(folder):
     done = rbstab("tune", "good.yaml", "--objective", "energy", *OVER, "-o", "t.yaml", "--json")
     facts = json.loads(done.stdout)
     assert facts["file"] == "t.yaml"
@@ -52,14 +52,14 @@ def test_the_factors_are_those_of_the_written_config(folder: Path) -> None:
     assert load_config("t.yaml").controller.L_r[0] == 60 * factor
 
 
-def test_nothing_better_writes_nothing(folder: Path) -> None:
+def test_nothing_better_writes_nothing(folder):
     arguments = ("--objective", "energy", "--over", "controller.L_r", "--bounds", "1:1")
     done = success("tune", "good.yaml", *arguments)
     assert done.stderr.endswith("good.yaml: no better config was found; nothing is written\n")
     assert not Path("good_tuned.yaml").exists()
 
 
-def test_no_run_that_settles_is_exit_code_3(folder: Path) -> None:
+def test_no_run_that_settles_is_exit_code_3(folder):
     done = rbstab("tune", "good.yaml", "--objective", "settling_time", *OVER)
     assert done.exit_code == 3
     assert done.stderr.endswith("no run completed and settled; nothing is written\n")
@@ -82,7 +82,7 @@ def settling_config(folder: Path) -> Path:
     return folder
 
 
-def test_the_tables_name_every_parameter(settling_config: Path) -> None:
+def test_the_tables_name_every_parameter(settling_config):
     done = success("sensitivities", "good.yaml")
     quantities, relative, per_unit = done.stdout.strip().split("\n\n")
     assert "settling_time [s]" in quantities
@@ -95,7 +95,7 @@ def test_the_tables_name_every_parameter(settling_config: Path) -> None:
     assert not Path("results").exists()
 
 
-def test_the_json_holds_all(settling_config: Path) -> None:
+def test_the_json_holds_all(settling_config):
     facts = json.loads(rbstab("sensitivities", "good.yaml", "--json").stdout)
     names = [quantity["name"] for quantity in facts["quantities"]]
     assert names[0] == "settling_time"
@@ -108,7 +108,7 @@ def test_the_json_holds_all(settling_config: Path) -> None:
     assert mass["relative"]["settling_time"] == pytest.approx(expected)
 
 
-def test_a_run_that_does_not_complete_is_said(folder: Path) -> None:
+def test_a_run_that_does_not_complete_is_said(folder):
     done = rbstab("sensitivities", "good.yaml", "--set", "integration.step_limit=1")
     assert done.exit_code == 3
     assert done.stderr.startswith("error: step limit: stopped after 1 steps")
@@ -136,7 +136,7 @@ def case1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-def test_the_config_that_it_writes_is_proved(case1: Path) -> None:
+def test_the_config_that_it_writes_is_proved(case1):
     done = success("guard", "case1.yaml")
     end = "every start in the range converges: proved -> case1_guarded.yaml\n"
     assert done.stderr.endswith(end)
@@ -153,7 +153,7 @@ def test_the_config_that_it_writes_is_proved(case1: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_couple_of_the_barrier_is_that_of_its_potential(case1: Path) -> None:
+def test_the_couple_of_the_barrier_is_that_of_its_potential(case1):
     done = rbstab("guard", "case1.yaml", "-o", "g.yaml", "--json")
     facts = json.loads(done.stdout)
     assert facts["file"] == "g.yaml"
@@ -169,7 +169,7 @@ def test_the_couple_of_the_barrier_is_that_of_its_potential(case1: Path) -> None
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("method", "key"), [("stiff", "stiffness"), ("repelling", "couple")])
-def test_a_soft_guard_keeps_this_start_in_the_range(case1: Path, method: str, key: str) -> None:
+def test_a_soft_guard_keeps_this_start_in_the_range(case1, method, key):
     options = ("--method", method, "--soft-angle", "1.1", "--limit", "50000", "--json")
     done = success("guard", "case1.yaml", *options)
     assert done.stderr.endswith(
@@ -187,7 +187,7 @@ def test_a_soft_guard_keeps_this_start_in_the_range(case1: Path, method: str, ke
     assert facts["guarded"]["largest_couple"] <= proved["couple_bound"]
 
 
-def test_a_couple_above_the_limit_is_not_written(case1: Path) -> None:
+def test_a_couple_above_the_limit_is_not_written(case1):
     done = rbstab("guard", "case1.yaml", "--method", "repelling", "--limit", "20000", "--json")
     assert done.exit_code == 3
     assert done.stderr.endswith(
@@ -198,7 +198,7 @@ def test_a_couple_above_the_limit_is_not_written(case1: Path) -> None:
     assert not Path("case1_guarded.yaml").exists()
 
 
-def test_no_soft_guard_says_why(case1: Path) -> None:
+def test_no_soft_guard_says_why(case1):
     case1.write_text(as_yaml(with_elements(strut=STRUT)))
     done = rbstab("guard", "case1.yaml", "--method", "stiff", "--json")
     assert done.exit_code == 3
@@ -207,9 +207,7 @@ def test_no_soft_guard_says_why(case1: Path) -> None:
     assert json.loads(done.stdout)["proved"] is None
 
 
-def test_rest_states_at_other_angles_are_why_no_barrier_is_found(
-    case1: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rest_states_at_other_angles_are_why_no_barrier_is_found(case1, monkeypatch):
     """A shank hangs from its knee by soft springs: it can also rest after a whole turn."""
     monkeypatch.setattr("rbstab.experiment.tuning.guard.LADDER", (0.01, 1.0))
     data = with_elements()
@@ -234,7 +232,7 @@ def test_rest_states_at_other_angles_are_why_no_barrier_is_found(
     assert "keeps the range without a guard: proved" in soft.stderr
 
 
-def test_a_guard_of_the_config_is_replaced_and_other_elements_keep_their_names() -> None:
+def test_a_guard_of_the_config_is_replaced_and_other_elements_keep_their_names():
     given = load_config(with_elements(range=STRUT, range_2=STRUT))
     found = with_barrier(with_barrier(given, 7.0), 3.0).elements
     assert [name for name, element in found.items() if element.kind == "spring"] == [

@@ -31,7 +31,7 @@ def results(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return Path("results")
 
 
-def test_a_list_shows_the_results(results: Path) -> None:
+def test_a_list_shows_the_results(results):
     done = rbstab("list")
     assert (done.exit_code, done.stderr) == (0, WARNING)
     assert str(results / "embedded.h5") in done.stdout
@@ -40,14 +40,14 @@ def test_a_list_shows_the_results(results: Path) -> None:
 
 
 @pytest.mark.parametrize("inside", ["", "embedded.h5", "finished_map"])
-def test_a_report_and_show_go_on(inside: str, results: Path) -> None:
+def test_a_report_and_show_go_on(inside, results):
     for words in (("report", "--format", "text"), ("show",)):
         done = success(*words, str(results / inside))
         assert done.stderr.count(WARNING) == 1
         assert done.stdout
 
 
-def test_a_sweep_is_not_called_unproved(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sweep_is_not_called_unproved(folder, monkeypatch):
     """It is not known what the proofs say of its members."""
     Path("plan.yaml").write_text(PLAN)
     success("sweep", "plan.yaml", "--engine", "scipy", "--no-prove")
@@ -60,9 +60,7 @@ def test_a_sweep_is_not_called_unproved(folder: Path, monkeypatch: pytest.Monkey
     assert entry["this_start"] == "not proved"
 
 
-def test_another_folder_that_cannot_be_read_is_named(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_another_folder_that_cannot_be_read_is_named(folder, monkeypatch):
     """It may be a sweep."""
     Path("results/closed").mkdir(parents=True)
     shutil.copy(STORED / "runs" / "embedded.h5", "results")

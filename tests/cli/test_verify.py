@@ -17,7 +17,7 @@ def proof(folder: Path) -> Path:
     return path
 
 
-def test_a_proof_is_verified(proof: Path) -> None:
+def test_a_proof_is_verified(proof):
     done = success("verify", str(proof))
     assert done.stdout.startswith(f"{proof}: verified\n")
     assert "The range of eq. 5\n    Rest states: checked. 1 are isolated" in done.stdout
@@ -32,7 +32,7 @@ def test_a_proof_is_verified(proof: Path) -> None:
     assert "not compared with a config" not in with_config.stdout
 
 
-def test_a_larger_bound_with_a_new_digest_is_refused(proof: Path) -> None:
+def test_a_larger_bound_with_a_new_digest_is_refused(proof):
     data = read_document(proof)
     data["region"]["energy_bound"] *= 1.01
     write_document(proof, data)
@@ -42,9 +42,7 @@ def test_a_larger_bound_with_a_new_digest_is_refused(proof: Path) -> None:
     assert "Certified region: REFUSED" in done.stdout
 
 
-def test_a_check_that_takes_too_long_is_no_refusal(
-    proof: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_check_that_takes_too_long_is_no_refusal(proof, monkeypatch):
     wrong = proof.with_name(f"{'0' * 32}.json")
     data = read_document(proof)
     data["reduced_energy"]["operations"][1] = ["tan", 0]
@@ -59,7 +57,7 @@ def test_a_check_that_takes_too_long_is_no_refusal(
     assert rbstab("verify", str(proof), str(wrong)).exit_code == 4
 
 
-def test_an_edit_without_a_new_digest_is_damage(proof: Path) -> None:
+def test_an_edit_without_a_new_digest_is_damage(proof):
     text = proof.read_text()
     proof.write_text(text.replace('"lower_bound": 4', '"lower_bound": 5', 1))
     assert proof.read_text() != text
@@ -68,14 +66,14 @@ def test_an_edit_without_a_new_digest_is_damage(proof: Path) -> None:
     assert "is damaged" in done.stderr
 
 
-def test_another_config_is_refused(proof: Path) -> None:
+def test_another_config_is_refused(proof):
     changes = ("--set", "body.contact_point=[0.15, 0.10, -0.43]")
     done = rbstab("verify", str(proof), "--config", "good.yaml", *changes)
     assert done.exit_code == 4
     assert "it was made for another one" in done.stdout
 
 
-def test_all_proofs_of_a_folder_are_checked(proof: Path) -> None:
+def test_all_proofs_of_a_folder_are_checked(proof):
     changes = ("--set", "body.contact_point=[0.15, 0.10, -0.43]")
     success("stability", "good.yaml", "--no-run", *changes)
     (other,) = set(proof.parent.iterdir()) - {proof}
@@ -102,7 +100,7 @@ def test_all_proofs_of_a_folder_are_checked(proof: Path) -> None:
     assert printed("results/proofs/0.json is damaged") in done.stderr
 
 
-def test_a_file_that_claims_nothing_is_not_counted(proof: Path) -> None:
+def test_a_file_that_claims_nothing_is_not_counted(proof):
     load = "quantity: force, point: [0, 0, 0], direction: [1, 0, 0], amplitude: 1"
     element = f"{{kind: input, {load}, signal: {{kind: sine, frequency: 1}}}}"
     text = Path("good.yaml").read_text().replace("title:", "schema_version: 2\ntitle:")
@@ -113,9 +111,7 @@ def test_a_file_that_claims_nothing_is_not_counted(proof: Path) -> None:
     assert done.stdout.splitlines()[-1] == "results: 1 of 1 proofs verified; 1 file claims nothing"
 
 
-def test_a_second_opinion_that_is_not_decided_is_no_refusal(
-    proof: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_second_opinion_that_is_not_decided_is_no_refusal(proof, monkeypatch):
     monkeypatch.setattr("rbstab.experiment.verification.second.opinion.LATEST", 0.01)
     done = rbstab("verify", str(proof), "--config", "good.yaml", "--second")
     assert done.exit_code == 5
@@ -123,7 +119,7 @@ def test_a_second_opinion_that_is_not_decided_is_no_refusal(
     assert "REFUSED" not in done.stdout
 
 
-def test_a_certificate_has_the_boxes_that_are_counted(proof: Path) -> None:
+def test_a_certificate_has_the_boxes_that_are_counted(proof):
     words = ("verify", str(proof), "--certificate", "boxes.json")
     done = success(*words, "--json")
     data, certificate = json.loads(done.stdout), json.loads(Path("boxes.json").read_text())
@@ -139,7 +135,7 @@ def test_a_certificate_has_the_boxes_that_are_counted(proof: Path) -> None:
 
 
 @pytest.mark.heavy
-def test_a_second_opinion_confirms_and_refutes(folder: Path) -> None:
+def test_a_second_opinion_confirms_and_refutes(folder):
     config = str(Path(__file__).parents[2] / "configs/examples/stability/fast.yaml")
     success("stability", config, "--no-run")
     (proof,) = (folder / "results/proofs").iterdir()

@@ -34,15 +34,15 @@ def check_kind(path: Path, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(("path", "kind"), KINDS)
-def test_kinds(path: Path, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kinds(path, kind, monkeypatch):
     check_kind(path, kind, monkeypatch)
 
 
-def test_the_kind_of_a_proof(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_kind_of_a_proof(tmp_path, monkeypatch):
     check_kind(store_proof_of(STORED / "runs/range_left.h5", tmp_path), Kind.PROOF, monkeypatch)
 
 
-def test_names_alone_make_no_sweep(tmp_path: Path) -> None:
+def test_names_alone_make_no_sweep(tmp_path):
     for name in ("members.h5", "shards/00000000.h5", "traces/00000000.h5", "other/proof.json"):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
@@ -51,5 +51,5 @@ def test_names_alone_make_no_sweep(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["", "members.h5", "shards/00000000.h5", "traces/00000000.h5"])
-def test_the_folder_of_a_sweep(name: str) -> None:
+def test_the_folder_of_a_sweep(name):
     assert sweep_folder_of(SWEEP / name) == SWEEP

@@ -35,12 +35,12 @@ def padded(version: str) -> tuple[int, ...]:
     return (*parts, *[0] * (3 - len(parts)))
 
 
-def test_the_lower_bounds_are_tested() -> None:
+def test_the_lower_bounds_are_tested():
     tested = {name: padded(version) for name, version in exact().items()}
     assert tested == {name: padded(version) for name, version in bounds().items()}
 
 
-def test_each_named_python_is_tested() -> None:
+def test_each_named_python_is_tested():
     named = re.findall(r"Python :: (3\.\d+)", "\n".join(PROJECT["classifiers"]))
     tested = workflow_versions()
     assert named

@@ -150,7 +150,7 @@ def installed(
         hidden.rename(stub.parent)
 
 
-def test_the_wheel_carries_all_examples(wheel: Path) -> None:
+def test_the_wheel_carries_all_examples(wheel):
     folder = "rbstab/configs/"
     with zipfile.ZipFile(wheel) as archive:
         carried = {
@@ -163,7 +163,7 @@ def test_the_wheel_carries_all_examples(wheel: Path) -> None:
     assert {name: path.read_bytes() for name, path in expected.items()} == carried
 
 
-def test_it_leads_to_a_first_report(installed: Installation) -> None:
+def test_it_leads_to_a_first_report(installed):
     where = installed.call("python", "-c", "import rbstab; print(rbstab.__file__)")
     assert Path(where.strip()).is_relative_to(installed.packages)
     installed.call("rbstab", "examples", "case2_visco_elastic")
@@ -176,7 +176,7 @@ def test_it_leads_to_a_first_report(installed: Installation) -> None:
     assert (installed.folder / "report.html").stat().st_size > 100_000
 
 
-def test_examples_and_sweeps_from_python(installed: Installation) -> None:
+def test_examples_and_sweeps_from_python(installed):
     code = "import rbstab; print(rbstab.simulate(rbstab.example('case1_permanent')).status)"
     assert installed.call("python", "-c", code) == "completed\n"
     (installed.folder / "few.yaml").write_text(

@@ -52,7 +52,7 @@ integration: {duration: 10}
 
 
 @pytest.fixture(autouse=True)
-def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _folder(tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     for name, data in {"mounts": MOUNTS, "leg": LEG}.items():
         Path(f"{name}.yaml").write_text(json.dumps(data))

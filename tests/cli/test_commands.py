@@ -12,7 +12,7 @@ import click
 import jsonschema
 import pytest
 import yaml
-from cli.conftest import GOOD, PLAN_OF_MASSES, rbstab, replace_everywhere, success
+from cli.conftest import GOOD, PLAN_OF_MASSES, json_of, rbstab, replace_everywhere, success
 from support.made_runs import made_file
 
 from rbstab_cli import exit_codes, main
@@ -99,7 +99,7 @@ def test_a_sweep_by_heyoka_imports_no_scipy():
 def test_numbers_that_are_not_finite_are_null_in_json(folder):
     Path("good.yaml").write_text(GOOD.replace("[1, 2, -1]", "[1e200, 0, 1e200]"))
     assert rbstab("run", "--no-prove", "good.yaml").exit_code == 3
-    facts = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    facts = json_of("show", "results/good.h5")
     assert facts["status"] == "diverged"
     assert facts["lyapunov_start"] is None
 

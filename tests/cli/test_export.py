@@ -27,7 +27,7 @@ FORMS = ("csv", "parquet", "mat")
 
 
 @pytest.fixture
-def sweep(folder: Path) -> Path:
+def sweep(folder) -> Path:
     """The folder of a sweep of 12 members with traces, of which two diverged."""
     plan = plan_with_traces(12)
     run_sweep(folder / "swept", plan, factory=lambda plan: FakeEngine(plan, failing=(1, 7)))

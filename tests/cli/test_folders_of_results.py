@@ -1,22 +1,19 @@
 """Folders and shell patterns in place of results: what is taken, and what is said of the others."""
 
-import json
 import shutil
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, rbstab, success
+from cli.conftest import GOOD, STORED, json_of, rbstab, success
 from support.made_runs import made_config, made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
 from rbstab_cli.results import results_among
 
-STORED = Path(__file__).parents[1] / "formats/data/format_1"
-
 
 @pytest.fixture
-def mixed(folder: Path) -> Path:
+def mixed(folder) -> Path:
     """A folder with two runs, two sweeps of which one is not finished, and two proofs."""
     Path("mixed").mkdir()
     for name in ("embedded.h5", "range_left.h5"):
@@ -34,10 +31,10 @@ def test_a_report_takes_the_results_in_a_folder(mixed):
         printed("mixed: 2 runs and 2 sweeps\nLeft out, not finished: mixed/begun_map\n"),
     )
     assert "rbstab report mixed --format text" in done.stdout
-    data = json.loads(rbstab("report", "mixed", "--json").stdout)
+    data = json_of("report", "mixed")
     assert data["title"] == "2 runs and 1 sweep"
     named = (f"mixed/{name}" for name in ("embedded.h5", "finished_map", "range_left.h5"))
-    same = json.loads(rbstab("report", *named, "--json").stdout)
+    same = json_of("report", *named)
     assert same["sections"] == data["sections"]
 
 
@@ -46,7 +43,7 @@ def test_a_folder_of_proofs(mixed):
     assert len(before) == 2
     rbstab("run", "good.yaml", "-q", "-o", "mixed")
     (name,) = {file.name for file in (mixed / "proofs").iterdir()} - before
-    rows = json.loads(rbstab("show", "mixed/proofs", "--json").stdout)
+    rows = json_of("show", "mixed/proofs")
     by_name = {row["proof"]: row for row in rows}
     assert len(by_name) == len(list((mixed / "proofs").iterdir()))
     assert by_name[name]["of"] == "A short run"
@@ -83,7 +80,7 @@ BESIDE = (
 
 
 @pytest.fixture
-def beside(folder: Path) -> Path:
+def beside(folder) -> Path:
     """A folder with two runs, a sweep, and files that stand beside them."""
     for name in (*BESIDE, "light.h5", "heavy.h5", "plan/manifest.json", "plan/members.h5"):
         path = folder / "mixed" / name

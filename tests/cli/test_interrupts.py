@@ -79,7 +79,7 @@ CASES = [
 
 
 @pytest.fixture
-def files(folder: Path) -> Path:
+def files(folder) -> Path:
     """The working folder with configs and plans."""
     for name, text in FILES.items():
         (folder / name).write_text(text)

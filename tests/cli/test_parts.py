@@ -1,10 +1,9 @@
 """Protects `rbstab sweep --part`: processes share one sweep, and a last command finishes it."""
 
-import json
 from pathlib import Path
 
 import pytest
-from cli.conftest import rbstab, success
+from cli.conftest import json_of, rbstab, success
 from support import missing_heyoka
 from support.printed_paths import words_of
 from support.sweeping import digest_of
@@ -32,7 +31,7 @@ def test_parts_and_what_finishes_them(use_fake_engine):
         words = [line.split() for line in done.stdout.splitlines()]
         assert ["completed", str(4 * shards), "100.00%"] in words
         assert not Path("results/plan/members.h5").exists()
-    status = json.loads(rbstab("sweep", "--status", "results/plan", "--json").stdout)
+    status = json_of("sweep", "--status", "results/plan")
     assert (status["done"], status["finished"]) == (20, False)
     finished = rbstab(*FINISH)
     assert (finished.exit_code, finished.stdout) == (0, whole.stdout)

@@ -338,7 +338,7 @@ def test_a_status_has_no_use_for_the_options_of_a_sweep(option):
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def place(tmp_path_factory) -> Path:
     """A folder with files of every kind, right and wrong."""
     folder = tmp_path_factory.mktemp("place")
     for name, text in FILES.items():

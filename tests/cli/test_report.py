@@ -13,7 +13,7 @@ from support.results import flip
 
 
 @pytest.fixture
-def runs(folder: Path) -> list[str]:
+def runs(folder) -> list[str]:
     """The results of two runs, in the working folder."""
     return [
         str(made_file(Path(f"{name}.h5"), made_config(f"body.mass={mass}")))

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, rbstab, success
+from cli.conftest import GOOD, json_of, rbstab, success
 from support.printed_paths import printed, words_of
 
 import rbstab as api
@@ -36,11 +36,11 @@ def test_proved_answers_come_last_and_are_proved_once(folder, refuse):
     again = rbstab("run", "good.yaml", *OUTSIDE)
     assert (again.exit_code, again.stdout) == (0, done.stdout)
     assert "already done" in again.stderr
-    (data,) = json.loads(rbstab("run", "good.yaml", *OUTSIDE, "--json").stdout)
+    (data,) = json_of("run", "good.yaml", *OUTSIDE)
     words = {question: answer["word"] for question, answer in data["answers"].items()}
     assert words == dict.fromkeys(("this_start", "whole_range", "pushes"), "proved")
     assert (data["outcome"]["kind"], data["outcome"]["rest_state"]) == ("moving", 1)
-    shown = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    shown = json_of("show", "results/good.h5")
     assert [shown[key] for key in ("answers", "outcome")] == [data["answers"], data["outcome"]]
 
 
@@ -132,7 +132,7 @@ WARNING = "the motion is not reproducible after t = 0.05 s (trusted_until)"
 
 
 @pytest.fixture
-def warned(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def warned(folder, monkeypatch) -> list[str]:
     """Two configs with a warning each, `a.yaml` and `b.yaml`; results of runs have another one."""
     names = ["a.yaml", "b.yaml"]
     for name in names:

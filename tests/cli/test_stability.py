@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from cli.conftest import rbstab, success
+from cli.conftest import json_of, rbstab, success
 from support.leg import leg
 
 from rbstab import open_result
@@ -142,7 +142,7 @@ def test_the_gain_from_which_on_a_leg_stands_is_named(tmp_path):
         "K_r[0] ≥ 6.481 N m/rad; unstable there for ≤ 6.000 (by the eigenvalues)."
     )
     assert sentence in text
-    (found,) = json.loads(rbstab("stability", str(config), *SHORT, *along, "--json").stdout)
+    (found,) = json_of("stability", str(config), *SHORT, *along)
     (locus,) = found["along"]
     assert locus["number"] == "K_r[0]"
     assert [point["value"] for point in locus["points"]] == pytest.approx(values)
@@ -174,7 +174,7 @@ integration: {duration: 0.01, samples: 3}
 
 
 @pytest.fixture
-def falls(folder: Path) -> str:
+def falls(folder) -> str:
     (folder / "falls.yaml").write_text(FALLS)
     return "falls.yaml"
 

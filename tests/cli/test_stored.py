@@ -6,18 +6,16 @@ import sys
 from pathlib import Path
 
 import pytest
-from cli.conftest import rbstab, success
+from cli.conftest import STORED, json_of, rbstab, success
 from support.made_runs import made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
 from rbstab_cli.work.stored.list import age
 
-STORED = Path(__file__).parents[1] / "formats/data/format_1"
-
 
 @pytest.fixture(autouse=True)
-def results(folder: Path) -> Path:
+def results(folder) -> Path:
     """A copy of stored results in the working folder."""
     shutil.copytree(STORED, "results")
     for path in Path("results/runs").iterdir():
@@ -80,7 +78,7 @@ def test_show_of_other_kinds(path, expected):
     lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
     for text in expected:
         assert any(line.startswith(text) for line in lines), done.stdout
-    json.loads(rbstab("show", str(found), "--json").stdout)
+    json_of("show", str(found))
 
 
 @pytest.mark.parametrize(
@@ -133,7 +131,7 @@ def test_a_list_has_a_line_for_each_result():
     assert len(lines) == 1 + 9 + 4 + 2
     files = printed("results/proofs has 1 file; rbstab show results/proofs prints what is proved.")
     assert done.stdout.splitlines()[-1] == files
-    data = {entry["path"]: entry for entry in json.loads(rbstab("list", "--json").stdout)}
+    data = {entry["path"]: entry for entry in json_of("list")}
     assert len(data) == 9 + 4
     sweep = data[printed("results/finished_map")]
     assert (sweep["status"], sweep["problem"]) == ("30 of 30 completed", None)

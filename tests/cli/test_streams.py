@@ -42,7 +42,7 @@ def handlers() -> Iterator[None]:
 
 
 @pytest.fixture
-def run_with(monkeypatch: pytest.MonkeyPatch, handlers: None) -> Run:
+def run_with(monkeypatch, handlers) -> Run:
     """A function that calls the entry point with streams of an encoding that refuse the rest."""
 
     def run(encoding: str, *arguments: str) -> Ended:
@@ -62,7 +62,7 @@ def run_with(monkeypatch: pytest.MonkeyPatch, handlers: None) -> Run:
 
 
 @pytest.fixture
-def unicode_run(folder: Path) -> Path:
+def unicode_run(folder) -> Path:
     """A working folder with a config and a result whose title is not ASCII."""
     (folder / "unicode.yaml").write_text(UNICODE, encoding="utf-8")
     success("run", "--no-prove", "unicode.yaml", "-q")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 import xarray
-from cli.conftest import rbstab, success
+from cli.conftest import json_of, rbstab, success
 from support.sweeps import shard_files
 
 from rbstab import load_plan, open_traces, simulate
@@ -109,9 +109,9 @@ def test_motions_are_kept_on_request_and_made_again_if_lost(plan):
     single = simulate(load_plan(Path("plan.yaml")).config_of(9))
     assert traces.of(9)["contact_force"] == pytest.approx(single["contact_force"], abs=1e-8)
     status = ("sweep", "--status", "results/plan")
-    assert json.loads(rbstab(*status, "--json").stdout)["traces"] == 7
+    assert json_of(*status)["traces"] == 7
     Path("results/plan/traces/00000000.h5").write_bytes(b"")
-    found = json.loads(rbstab(*status, "--json").stdout)
+    found = json_of(*status)
     assert (found["damaged_shards"], found["done"]) == ([0], 0)
     assert "of 7 members" in rbstab(*status).stdout
     success(*SWEEP)
@@ -122,14 +122,14 @@ def test_motions_are_kept_on_request_and_made_again_if_lost(plan):
 def test_a_dry_run_says_what_is_left_and_writes_nothing(use_fake_engine):
     options = ("--dry-run", "--engine", "scipy", "--shard-size", "8", "--threads", "2")
     assert "10 x 2 = 20" in rbstab(*SWEEP, *options).stdout
-    whole = json.loads(rbstab(*SWEEP, *options, "--json").stdout)
+    whole = json_of(*SWEEP, *options)
     assert (whole["members"], whole["done"], whole["threads"]) == (20, 0, 2)
-    part = json.loads(rbstab(*SWEEP, *options, "--json", "--part", "1/2").stdout)
+    part = json_of(*SWEEP, *options, "--part", "1/2")
     assert (part["members"], part["done"]) == (12, 0)
     assert part["bytes"] == pytest.approx(whole["bytes"] * 12 / 20, abs=1)
     assert not Path("results").exists()
     rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "8")
-    assert json.loads(rbstab(*SWEEP, *options, "--json").stdout)["done"] == 20
+    assert json_of(*SWEEP, *options)["done"] == 20
     other = rbstab(*SWEEP, *options, "--json", "--set", "body.mass=42")
     assert json.loads(other.stdout)["done"] == 0
     assert "holds a different sweep" in other.stderr

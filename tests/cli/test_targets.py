@@ -61,7 +61,7 @@ TARGETS = {
 
 
 @pytest.fixture
-def special(folder: Path) -> Iterator[None]:
+def special(folder) -> Iterator[None]:
     """In the working folder: files of every kind, with every ending that commands need."""
     (folder / "held.yaml").write_text(GOOD.replace("variant: free", "variant: permanent"))
     (folder / "plan.yaml").write_text(PLAN_OF_MASSES)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cli.conftest import GOOD, rbstab, success
+from cli.conftest import GOOD, json_of, rbstab, success
 from support.paper_runs import paper_config
 
 from rbstab.config.files.dump import as_yaml
@@ -75,7 +75,7 @@ STICKING = GOOD.replace(
 
 
 @pytest.fixture
-def settling_config(folder: Path) -> Path:
+def settling_config(folder) -> Path:
     """The working folder, where `good.yaml` runs until it has settled."""
     text = GOOD.replace("duration: 0.1", "duration: 2")
     Path("good.yaml").write_text(text)
@@ -96,7 +96,7 @@ def test_the_tables_name_every_parameter(settling_config):
 
 
 def test_the_json_holds_all(settling_config):
-    facts = json.loads(rbstab("sensitivities", "good.yaml", "--json").stdout)
+    facts = json_of("sensitivities", "good.yaml")
     names = [quantity["name"] for quantity in facts["quantities"]]
     assert names[0] == "settling_time"
     assert {"peak_time[0]", "final.orientation[0]", "final.velocity[2]"} <= set(names)
@@ -129,7 +129,7 @@ def with_elements(**elements: Any) -> dict[str, Any]:
 
 
 @pytest.fixture
-def case1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def case1(tmp_path, monkeypatch) -> Path:
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "case1.yaml"
     path.write_text(as_yaml(paper_config("permanent", **SHORT)))

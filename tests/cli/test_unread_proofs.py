@@ -1,14 +1,11 @@
 """Stored proofs that cannot be read do not hide the results; a run tries their folder first."""
 
-import json
 import shutil
 from pathlib import Path
 
 import pytest
-from cli.conftest import rbstab, success
+from cli.conftest import STORED, json_of, rbstab, success
 from support.closed_folders import close
-
-STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 PROOFS = Path("results", "proofs")
 
@@ -21,7 +18,7 @@ WARNING = (
 
 
 @pytest.fixture
-def results(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def results(folder, monkeypatch) -> Path:
     """A folder of results with a run, a sweep, and proofs that cannot be read."""
     PROOFS.mkdir(parents=True)
     (PROOFS / f"{'0' * 32}.json").write_text("{}")
@@ -54,9 +51,9 @@ def test_a_sweep_is_not_called_unproved(folder, monkeypatch):
     PROOFS.mkdir()
     with monkeypatch.context() as patched:
         close(folder / PROOFS, patched)
-        (entry,) = json.loads(rbstab("list", "--json").stdout)
+        (entry,) = json_of("list")
     assert entry["this_start"] == "-"
-    (entry,) = json.loads(rbstab("list", "--json").stdout)
+    (entry,) = json_of("list")
     assert entry["this_start"] == "not proved"
 
 

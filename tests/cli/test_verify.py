@@ -4,14 +4,14 @@ import json
 from pathlib import Path
 
 import pytest
-from cli.conftest import rbstab, success
+from cli.conftest import json_of, rbstab, success
 from support.printed_paths import printed
 
 from rbstab.store.document import read_document, write_document
 
 
 @pytest.fixture
-def proof(folder: Path) -> Path:
+def proof(folder) -> Path:
     success("stability", "good.yaml", "--no-run")
     (path,) = (folder / "results" / "proofs").iterdir()
     return path
@@ -52,7 +52,7 @@ def test_a_check_that_takes_too_long_is_no_refusal(proof, monkeypatch):
     assert done.exit_code == 5
     assert done.stdout.startswith(f"{proof}: not decided: the check takes too long\n")
     assert "REFUSED" not in done.stdout
-    assert json.loads(rbstab("verify", str(proof), "--json").stdout)["too_long"]
+    assert json_of("verify", str(proof))["too_long"]
     assert rbstab("verify", str(wrong)).exit_code == 4
     assert rbstab("verify", str(proof), str(wrong)).exit_code == 4
 

@@ -33,7 +33,7 @@ def run_file(folder: Path, name: str, *changes: str) -> Path:
 
 
 @pytest.fixture
-def usual(tmp_path: Path) -> Path:
+def usual(tmp_path) -> Path:
     """A short run."""
     return run_file(tmp_path, "usual")
 

@@ -21,7 +21,7 @@ STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path) -> Path:
     """A folder with two runs, two sweeps, proofs, and files that are no results."""
     for name in ("embedded", "range_left"):
         shutil.copy(STORED / f"runs/{name}.h5", tmp_path)

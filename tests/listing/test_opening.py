@@ -26,7 +26,7 @@ PLAN = "base: a.yaml\nvary: {body.mass: {values: [40, 41]}}\n"
 
 
 @pytest.fixture
-def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def place(tmp_path, monkeypatch) -> Path:
     """A working folder with a file of each kind."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(SWEEP, "sweep")
@@ -108,7 +108,7 @@ def test_damaged_and_missing_files_keep_their_errors(place, function):
     with pytest.raises(StoreError, match=r"run\.h5 is damaged"):
         function("run.h5")
     with pytest.raises(StoreError, match="cannot be read: No such file"):
-        function("missing.h5")
+        function("shards/missing.h5")
 
 
 def test_an_unfinished_sweep_is_called_so(place):

@@ -31,7 +31,7 @@ NO_HEYOKA = 'raise ImportError("this machine has no heyoka")\n'
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def wheel(tmp_path_factory) -> Path:
     """The wheel of the project, built by its build backend."""
     folder = tmp_path_factory.mktemp("wheel")
     here = importlib.util.find_spec("hatchling") is not None
@@ -110,9 +110,7 @@ class Installation:
     params=[OWN, *(pytest.param(other, marks=pytest.mark.long) for other in OTHERS)],
     ids="Python {}".format,
 )
-def environment(
-    request: pytest.FixtureRequest, wheel: Path, tmp_path_factory: pytest.TempPathFactory
-) -> Installation:
+def environment(request, wheel, tmp_path_factory) -> Installation:
     """A new environment with the wheel, for each version of Python on this machine."""
     python = sys.executable if request.param == OWN else interpreter(request.param)
     if python is None:
@@ -127,9 +125,9 @@ def environment(
 
 @pytest.fixture(scope="module", params=["with heyoka", "without heyoka"])
 def installed(
-    request: pytest.FixtureRequest,
-    environment: Installation,
-    tmp_path_factory: pytest.TempPathFactory,
+    request,
+    environment,
+    tmp_path_factory,
 ) -> Iterator[Installation]:
     """The environment and an empty folder, with heyoka if this system has it, and without."""
     environment.folder = tmp_path_factory.mktemp("work")

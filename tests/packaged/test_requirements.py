@@ -6,7 +6,7 @@ import re
 import tomllib
 from pathlib import Path
 
-from support.interpreters import workflow_versions
+import yaml
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -33,6 +33,13 @@ def padded(version: str) -> tuple[int, ...]:
     """Return a version as numbers; 2.0 is 2.0.0."""
     parts = [int(part) for part in version.split(".")]
     return (*parts, *[0] * (3 - len(parts)))
+
+
+def workflow_versions() -> list[str]:
+    """Return the versions of Python in the workflow, such as `3.11`, the oldest first."""
+    text = (ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8")
+    versions: list[str] = yaml.safe_load(text)["jobs"]["systems"]["strategy"]["matrix"]["python"]
+    return sorted(versions, key=padded)
 
 
 def test_the_lower_bounds_are_tested():

@@ -1,19 +1,18 @@
 """`rbstab report`: a report of runs and sweeps, as a file, as JSON or printed."""
 
 from collections.abc import Iterable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from os.path import realpath
 from pathlib import Path
-from threading import Thread
 
 import click
 
 from rbstab.files.shell_words import quoted
 from rbstab.report.model.document import Report, Unread
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.writers.write import SUFFIXES, check_available
+from rbstab.report.writers.plain_data import data_of
+from rbstab.report.writers.write import SUFFIXES, check_available, write_report
 from rbstab.report.writers.write import check_target as check_report
-from rbstab.store.disk.paths import path_is_dir
 from rbstab_cli import exit_codes
 from rbstab_cli.command import TYPED
 from rbstab_cli.errors import Failed
@@ -21,8 +20,6 @@ from rbstab_cli.output.progress import working
 from rbstab_cli.output.runs import print_unread_proofs
 from rbstab_cli.printing import print_json, say
 from rbstab_cli.results import results_folder_of, taken
-
-ENDINGS = {"html": ".html", "md": ".md", "pdf": ".pdf", "text": ".txt"}
 
 
 def report(
@@ -44,17 +41,13 @@ def report(
         _check_writable(path, form, paths, force=force)
     with ExitStack() as shown:
         shown.enter_context(working("report", quiet=quiet))
-        imports = _import_beside(sweeps=any(map(path_is_dir, paths)))
         sources = read_sources(paths)
-        imports.join()
         _print_unread(sources.unread)
         print_unread_proofs(map(results_folder_of, paths))
         words = click.get_current_context().meta[TYPED]
         made_by = f"rbstab report {' '.join(map(quoted, words))}".rstrip()
 
         def write(made: Report) -> None:
-            from rbstab.report.writers.write import write_report
-
             if path is not None:
                 write_report(made, path, form, force=force)
             # Printing ends the progress, which would stand in the way.
@@ -62,6 +55,7 @@ def report(
             _print(made, path, as_json=as_json)
 
         if sources.runs or sources.sweeps:
+            # Imported late: it takes a second.
             from rbstab.report.produce import produce
 
             tried = form if path is not None else "text"
@@ -76,27 +70,6 @@ def report(
     return exit_codes.STORAGE if sources.unread else exit_codes.OK
 
 
-def _import_beside(*, sweeps: bool) -> Thread:
-    """Import what makes reports, which takes a second, in a thread; meanwhile workers read results.
-
-    Args:
-        sweeps: Whether there are sweeps, whose intervals SciPy computes.
-    """
-
-    def work() -> None:
-        # Where an import fails, the command repeats it, with its error.
-        with suppress(ImportError):
-            import rbstab.report.produce  # noqa: F401
-
-            if sweeps:
-                import scipy.stats  # noqa: F401
-
-    # The thread is a daemon, so that an interrupt ends the command at once.
-    thread = Thread(target=work, daemon=True)
-    thread.start()
-    return thread
-
-
 def _print_unread(unread: Iterable[Unread]) -> None:
     for result in unread:
         say(f"{result.path}: {result.reason}")
@@ -107,7 +80,8 @@ def _target(output: Path | None, form: str | None, *, as_json: bool) -> tuple[Pa
     if output is None:
         form = form or "html"
         to_stdout = as_json or form == "text"
-        return (None if to_stdout else Path("results", f"report{ENDINGS[form]}")), form
+        ending = next(suffix for suffix, name in SUFFIXES.items() if name == form)
+        return (None if to_stdout else Path("results", f"report{ending}")), form
     of_name = SUFFIXES.get(output.suffix.lower())
     found = form or of_name
     if form is not None and of_name not in (None, form):
@@ -139,8 +113,6 @@ def _check_writable(path: Path, form: str, results: Sequence[Path], *, force: bo
 def _print(made: Report, path: Path | None, *, as_json: bool) -> None:
     """Print a report as JSON, or as text if it is written to no file."""
     if as_json:
-        from rbstab.report.writers.plain_data import data_of
-
         print_json(data_of(made))
     elif path is None:
         from rbstab.report.writers.text import print_report

@@ -101,7 +101,7 @@ def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Ans
         proofs = ProvedConvergence(plan, results)
         found = store_convergence(plan, sweep, proofs)
     counts = Counter(found.codes.tolist())
-    return Answers(_sentences(counts, 0) + _ended_early(proofs.brief), data | _counts(counts, 0))
+    return Answers(_sentences(counts) + _ended_early(proofs.brief), data | _data(counts, 0))
 
 
 def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Answers:
@@ -130,14 +130,15 @@ def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Ans
             stop=stop,
         )
     left = np.flatnonzero(~proofs.reached & (proofs.found.codes == NO_PROOF))
-    counts = Counter(proofs.found.codes.tolist())
+    # Those that were not reached in time are told apart.
+    counts = Counter(proofs.found.codes.tolist()) - Counter({NO_PROOF: len(left)})
     ranges = ranges_of(left.tolist())
     data = {
         "bodies": proofs.bodies,
         "reached": proofs.reached_bodies,
         "budget": proofs.budget,
         "seconds": round(proofs.seconds, 3),
-        **_counts(counts, len(left)),
+        **_data(counts, len(left)),
         "members_not_reached": ranges,
         "one_rest_state": proofs.one_state.data,
         "boxes": [
@@ -153,7 +154,7 @@ def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Ans
     sentences = [
         *(f"{text[:1].lower()}{text[1:]}" for text in proofs.one_state.sentences),
         *_of_boxes(plan, proofs),
-        *_sentences(counts, len(left)),
+        *_sentences(counts),
         *_ended_early(proofs.brief),
     ]
     every, which = _bodies(proofs.bodies), named_members(ranges)
@@ -210,24 +211,12 @@ def _ended_early(count: int) -> list[str]:
     return [f"{need} more boxes for the rest states; --prove tries more"]
 
 
-def _counts(counts: Counts, not_reached: int) -> dict[str, Any]:
-    """Return the numbers of members as data, by words."""
-    shown = _without(counts, not_reached)
-    words = {word: shown[code] for code, word in enumerate(CONVERGENCE) if shown[code]}
+def _data(counts: Counts, not_reached: int) -> dict[str, Any]:
+    """Return the numbers of members as data, by words; those that were not reached in time last."""
+    words = {word: counts[code] for code, word in enumerate(CONVERGENCE) if counts[code]}
     return {"members": words | ({"not reached": not_reached} if not_reached else {})}
 
 
-def _sentences(counts: Counts, not_reached: int) -> list[str]:
-    """Return a sentence for each answer: for how many members, and why.
-
-    Args:
-        counts: The numbers of members.
-        not_reached: How many of those without a proof were not reached in time.
-    """
-    shown = _without(counts, not_reached)
-    return [text.format(grouped(shown[code])) for code, text in SENTENCES.items() if shown[code]]
-
-
-def _without(counts: Counts, not_reached: int) -> Counts:
-    """Return the numbers of members without those that were not reached in time."""
-    return counts - Counter({NO_PROOF: not_reached})
+def _sentences(counts: Counts) -> list[str]:
+    """Return a sentence for each answer: for how many members, and why."""
+    return [text.format(grouped(counts[code])) for code, text in SENTENCES.items() if counts[code]]

@@ -234,7 +234,16 @@ WRONG_VALUES = {
     },
     **{
         f"stability good.yaml --along '{text}'": "expected KEY=FROM:TO:COUNT"
-        for text in ("", "K_r", "K_r=1:2", "=1:2:3", "K_r=0:1:3", "K_r=1:inf:3", "K_r=1:2:0")
+        for text in (
+            "",
+            "K_r",
+            "K_r=1:2",
+            "=1:2:3",
+            "K_r=0:1:3",
+            "K_r=1:inf:3",
+            "K_r=1:nan:3",
+            "K_r=1:2:0",
+        )
     },
     **{
         f"stability good.yaml --along {key}=1:2:3": f"{key} has no numbers that a factor can scale "

@@ -10,6 +10,7 @@ import click
 
 from rbstab.processes.imports import keep_imports
 from rbstab_cli.command import Command
+from rbstab_cli.printing import QUIET
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
@@ -84,6 +85,17 @@ class Choice(click.Choice[str]):
             raise click.BadParameter(f"{error.message}{hint}", ctx, param) from error
 
 
+def quiet(
+    help_text: str = "Print no progress and no hints; problems are still printed.",
+) -> Decorator:
+    """Return the option -q. `is_quiet` tells whether it is given; no function takes it."""
+
+    def keep(ctx: click.Context, _: click.Parameter, value: bool) -> None:
+        ctx.meta[QUIET] = value
+
+    return flag("-q", "--quiet", help=help_text, expose_value=False, callback=keep)
+
+
 SHARED: dict[str, Decorator] = {
     "config": click.argument("config", metavar="CONFIG", type=PATH),
     "configs": click.argument("configs", nargs=-1, required=True, metavar="CONFIG...", type=PATH),
@@ -102,11 +114,7 @@ SHARED: dict[str, Decorator] = {
         "so read them first; without this option a config with one is refused.",
     ),
     "json": flag("--json", "as_json", help="Print the results as JSON."),
-    "quiet": flag(
-        "-q",
-        "--quiet",
-        help="Print no progress and no hints; problems are still printed.",
-    ),
+    "quiet": quiet(),
     "force": flag("--force", help="Replace FILE if it exists."),
 }
 """The arguments and options that several commands have."""

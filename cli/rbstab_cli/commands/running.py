@@ -8,6 +8,7 @@ from rbstab_cli.options import (
     declare,
     engine,
     flag,
+    quiet,
     repeatable,
     results_folder,
     takes,
@@ -37,11 +38,7 @@ from rbstab_cli.options import (
 )
 @flag("--to-end", help="With --prove: enclose the exact motion to the end of the run.")
 @takes("allow_python", "json")
-@flag(
-    "-q",
-    "--quiet",
-    help="Print no progress, no hints and no warnings of results; problems are still printed.",
-)
+@quiet("Print no progress, no hints and no warnings of results; problems are still printed.")
 def run() -> None:
     """Integrate configs and store their results.
 

@@ -2,7 +2,7 @@
 
 import click
 
-from rbstab_cli.options import PATH, Choice, declare, flag, output, takes
+from rbstab_cli.options import PATH, Choice, declare, flag, output, quiet, takes
 
 
 @declare(
@@ -103,7 +103,7 @@ def export() -> None:
 @flag("--force", help="Replace FILE even if it is not a report.")
 @flag("--open", "opened", help="Open the report in the browser.")
 @flag("--json", "as_json", help="Print the content as JSON; a report only with -o.")
-@flag("-q", "--quiet", help="Do not print the path of the report; problems are still printed.")
+@quiet("Do not print the path of the report; problems are still printed.")
 def report() -> None:
     """Make a report of runs and sweeps.
 

@@ -80,7 +80,7 @@ def print_answers(answers: Sequence[Answered], warnings: Mapping[Path, Sequence[
             click.echo(_named(list(runs)))
             print_answer(answer, next(iter(runs.values())))
         for path in runs:
-            print_result_warnings(path, warnings[path])
+            print_result_warnings(path, warnings.get(path, ()))
 
 
 def _named(paths: Sequence[Path]) -> str:

@@ -39,7 +39,7 @@ from rbstab_cli.output.runs import (
     print_statement,
     run_data,
 )
-from rbstab_cli.printing import Table, number, print_json, say
+from rbstab_cli.printing import Table, hint, is_quiet, number, print_json
 from rbstab_cli.work.batch import MAX_NAMED, Batch, Finished
 
 REPEATED = "the same command with --prove"
@@ -57,7 +57,6 @@ def run(
     to_end: bool,
     allow_python: bool,
     as_json: bool,
-    quiet: bool,
 ) -> int:
     """Run the configs and print the results."""
     if engine is not None:
@@ -77,7 +76,7 @@ def run(
     tried = check_results_folder(output, targets.values(), force=force)
     if tried and prove is not False:
         check_proofs_folder(output)
-    batch = Batch(output, force=force, prove=prove, to_end=to_end, quiet=quiet)
+    batch = Batch(output, force=force, prove=prove, to_end=to_end)
     printed = as_json
     try:
         for (label, stem), config in loaded.items():
@@ -90,11 +89,11 @@ def run(
         batch.say_interrupted(len(loaded))
     if not printed:
         _print_table(batch.finished)
-    _print_answers(batch.finished, as_json=as_json, quiet=quiet)
-    if batch.finished and not quiet and batch.exit_code != exit_codes.INTERRUPTED:
+    _print_answers(batch.finished, as_json=as_json)
+    if batch.finished and batch.exit_code != exit_codes.INTERRUPTED:
         paths = [shell_word(finished.run.path) for finished in batch.finished]
         every = paths if len(paths) <= MAX_NAMED else [shell_word(output)]
-        say(f"Next: rbstab {'show' if len(paths) == 1 else 'report'} {' '.join(every)}")
+        hint(f"Next: rbstab {'show' if len(paths) == 1 else 'report'} {' '.join(every)}")
     return batch.exit_code
 
 
@@ -168,12 +167,13 @@ def _note(runs: list[Finished]) -> str:
     return f"At rest: {meaning} from then on{at_start}{before}{never}."
 
 
-def _print_answers(runs: list[Finished], *, as_json: bool, quiet: bool) -> None:
+def _print_answers(runs: list[Finished], *, as_json: bool) -> None:
     """Print the answers of runs: their words, and for a few runs their sentences.
 
     The warnings of the results go to stderr, unless the command is quiet.
     """
-    warnings = {f.run.path: [] if quiet else own_warnings(f.run.result, f.config) for f in runs}
+    shown = [] if is_quiet() else runs
+    warnings = {f.run.path: own_warnings(f.run.result, f.config) for f in shown}
     if as_json:
         print_json([_run_data(finished) for finished in runs])
         for path, own in warnings.items():

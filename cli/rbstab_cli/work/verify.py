@@ -49,7 +49,6 @@ def verify(
     force: bool,
     allow_python: bool,
     as_json: bool,
-    quiet: bool,
 ) -> int:
     """Check proofs and print what was found."""
     several = len(proofs) > 1 or is_dir(proofs[0])
@@ -69,7 +68,7 @@ def verify(
     files, others = _files(proofs, config)
     found: list[Checked] = []
     for path in files:
-        one = _checked(path, config, second=second, quiet=quiet)
+        one = _checked(path, config, second=second)
         # A damaged proof does not stop the others.
         if one is not None:
             found.append(one)
@@ -115,7 +114,7 @@ def _counted(named: Sequence[Path], good: int, count: int, silent: int, others: 
     return "; ".join(ends)
 
 
-def _checked(path: Path, config: Config | None, *, second: bool, quiet: bool) -> Checked | None:
+def _checked(path: Path, config: Config | None, *, second: bool) -> Checked | None:
     """Return a proof with what was found of it; print why it cannot be read, and return None."""
     try:
         proof = read_model(path, Proof)
@@ -123,7 +122,7 @@ def _checked(path: Path, config: Config | None, *, second: bool, quiet: bool) ->
         say(f"error: {error}")
         return None
     count = 0
-    with working(path.name, quiet=quiet) as work:
+    with working(path.name) as work:
 
         def progress(finding: Finding) -> None:
             nonlocal count

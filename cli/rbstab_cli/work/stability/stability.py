@@ -38,7 +38,6 @@ def stability(
     as_json: bool,
     output: Path | None,
     force: bool,
-    quiet: bool,
 ) -> None:
     """Compute everything that was asked for about each config, then print it."""
     if output is not None:
@@ -59,14 +58,12 @@ def stability(
                 tolerances[path],
                 largest,
                 time_limit,
-                quiet=quiet,
             )
         problem = problem_of(config)
-        with working(f"{path.name}: rest states", quiet=quiet):
+        with working(f"{path.name}: rest states"):
             proof = _proof(config, problem, results, search_only=search_only)
         label = compiling(config.integration.engine, len(problem.system.elements)) or "exact motion"
-        nothing = no_run and search_only
-        with working(f"{path.name}: {label}", quiet=quiet or nothing):
+        with working(f"{path.name}: {label}"):
             stored = results / f"{path.stem}.h5"
             run = None if no_run else _run(config, problem, stored, proof, enclose)
             motion = None if search_only else _convergence(config, problem, proof, run)

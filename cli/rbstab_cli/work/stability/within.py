@@ -143,8 +143,6 @@ def proved_within(
     tolerances: tuple[Tolerance, ...],
     largest: tuple[str, ...],
     time_limit: float | None,
-    *,
-    quiet: bool,
 ) -> Within:
     """Prove the tolerances of the options for one config.
 
@@ -157,7 +155,6 @@ def proved_within(
         largest: The values of --largest-within.
         time_limit: The wall time for the tolerances, and for each key of `largest`, s; by default
             `SECONDS_OF_BODIES` or `SECONDS_OF_STARTS`.
-        quiet: Whether to show no progress.
     """
     of_starts = are_of_starts(tolerances)
     limit = time_limit or (SECONDS_OF_STARTS if of_starts else SECONDS_OF_BODIES)
@@ -166,7 +163,7 @@ def proved_within(
         is_late = _late_after(limit)
         return largest_within(config, _prove(config, results, is_late), key, texts, is_late)
 
-    with working(f"{name}: all {'starts' if of_starts else 'bodies'}", quiet=quiet) as work:
+    with working(f"{name}: all {'starts' if of_starts else 'bodies'}") as work:
         is_late = _late_after(limit)
         if of_starts:
             return Within(texts, starts=_proved_starts(config, results, tolerances, is_late, work))

@@ -29,7 +29,7 @@ def plot(
         raise click.UsageError("--column is of use only with -o FILE that ends in .svg, .pdf, .png")
     if output is not None:
         check_target(output, force=force)
-    with working("figures", quiet=False):
+    with working("figures"):
         figures = _figures(taken(results))
     if name is None or output is None or form is None:
         print_facts(((name, figure.title) for name, figure in figures.items()), "figure", "title")

@@ -18,7 +18,7 @@ from rbstab_cli.command import TYPED
 from rbstab_cli.errors import Failed
 from rbstab_cli.output.progress import working
 from rbstab_cli.output.runs import print_unread_proofs
-from rbstab_cli.printing import print_json, say
+from rbstab_cli.printing import hint, print_json, say
 from rbstab_cli.results import results_folder_of, taken
 
 
@@ -30,17 +30,16 @@ def report(
     force: bool,
     opened: bool,
     as_json: bool,
-    quiet: bool,
 ) -> int:
     """Make the report, and say where it is."""
     path, form = _target(output, form, as_json=as_json)
     if opened and path is None:
         raise click.UsageError("--open needs a file of the report: give -o FILE")
-    paths = taken(results, quiet=quiet).paths
+    paths = taken(results).paths
     if path is not None:
         _check_writable(path, form, paths, force=force)
     with ExitStack() as shown:
-        shown.enter_context(working("report", quiet=quiet))
+        shown.enter_context(working("report"))
         sources = read_sources(paths)
         _print_unread(sources.unread)
         print_unread_proofs(map(results_folder_of, paths))
@@ -63,8 +62,8 @@ def report(
             _print_unread(sources.unread[len(known) :])
     if not sources.runs and not sources.sweeps:
         raise Failed(exit_codes.STORAGE, "No result could be read; no report is written.")
-    if path is not None and not quiet:
-        say(f"-> {path}")
+    if path is not None:
+        hint(f"-> {path}")
     if opened and path is not None:
         click.launch(path.absolute().as_uri())
     return exit_codes.STORAGE if sources.unread else exit_codes.OK

@@ -29,7 +29,7 @@ from rbstab.sweep.proofs.variants import shares_proof, undecided_reason
 from rbstab.sweep.sweep import Sweep, prove_members, store_convergence
 from rbstab_cli.interrupts import graceful_interrupts
 from rbstab_cli.output.progress import working
-from rbstab_cli.printing import say
+from rbstab_cli.printing import hint
 
 Counts = Counter[int]
 """The number of members with each code of the column `convergence`."""
@@ -57,17 +57,13 @@ class Answers(NamedTuple):
     missing: str = ""
 
 
-def prove_and_tell(
-    plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool, as_json: bool
-) -> Answers:
+def prove_and_tell(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
     """Prove the rest states of the bodies of a finished sweep, and count the proved members.
 
     Args:
         plan: The plan.
         sweep: The sweep.
         unlimited: Whether the proofs have no budget of time.
-        quiet: Whether to leave out progress.
-        as_json: Whether stdout is for JSON.
 
     Raises:
         StoreError: A proof cannot be written.
@@ -78,11 +74,11 @@ def prove_and_tell(
         why = "; ".join(dict.fromkeys(filter(None, reasons.values())))
         return Answers([f"not proved; {why}"], {"bodies": 0, "reached": 0, "why": why})
     if all(shares_proof(plan, variant) for variant in decided):
-        return _of_shared(plan, sweep, unlimited=unlimited, quiet=quiet)
-    return _of_bodies(plan, sweep, unlimited=unlimited, quiet=quiet or as_json)
+        return _of_shared(plan, sweep, unlimited=unlimited)
+    return _of_bodies(plan, sweep, unlimited=unlimited)
 
 
-def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Answers:
+def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
     """Prove the rest states that the members of each variant share.
 
     An interrupt ends the proofs at once. Each finished one is stored.
@@ -90,7 +86,7 @@ def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Ans
     results = sweep.folder.path.parent
     bodies = sum(shares_proof(plan, variant) for variant in plan.variants)
     data: dict[str, Any] = {"bodies": bodies, "reached": bodies}
-    with working("proofs of rest states", quiet=quiet):
+    with working("proofs of rest states"):
         try:
             keep_proofs(plan, results, brief=not unlimited)
         except KeyboardInterrupt:
@@ -104,22 +100,21 @@ def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Ans
     return Answers(_sentences(counts) + _ended_early(proofs.brief), data | _data(counts, 0))
 
 
-def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Answers:
+def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
     """Prove the rest states of each distinct body, within a budget.
 
     The first interrupt ends the proofs; what was proved until then is stored. The second one ends
     the command at once.
     """
     budget, bodies = None if unlimited else prove_bodies.BUDGET, bodies_of(plan)
-    if not quiet:
-        limit = "without a limit of time"
-        if budget is not None:
-            limit = f"for at most {budget:g} s; those begun by then are finished"
-        say(f"Proving the rest states of {_bodies(len(bodies))}, {limit} ...")
+    limit = "without a limit of time"
+    if budget is not None:
+        limit = f"for at most {budget:g} s; those begun by then are finished"
+    hint(f"Proving the rest states of {_bodies(len(bodies))}, {limit} ...")
     stop = Event()
     with (
         graceful_interrupts(stop, stop),
-        working("proofs of rest states", quiet=quiet) as work,
+        working("proofs of rest states") as work,
     ):
         proofs = prove_members(
             *(plan, sweep),

@@ -15,6 +15,7 @@ from rbstab.sweep.execution.events import (
 )
 from rbstab.sweep.folder.members_file import counts_by_status
 from rbstab_cli.output.progress import Work
+from rbstab_cli.printing import is_quiet
 
 UPDATE_INTERVAL = 0.1
 """Time between two updates, s."""
@@ -26,11 +27,10 @@ class EventPrinter:
     Args:
         interrupted: Set when the user interrupts the sweep.
         work: Shows how far the sweep is.
-        quiet: Print only problems.
     """
 
-    def __init__(self, interrupted: Event, work: Work, *, quiet: bool) -> None:
-        self.interrupted, self.quiet, self._work = interrupted, quiet, work
+    def __init__(self, interrupted: Event, work: Work) -> None:
+        self.interrupted, self._work, self._quiet = interrupted, work, is_quiet()
         self._told_interrupt = False
         self._last = 0.0
 
@@ -66,7 +66,7 @@ class EventPrinter:
         if event.changed:
             versions = ", ".join(event.changed)
             self._work.print(f"warning: this sweep was started with other versions: {versions}")
-        if done and not self.quiet:
+        if done and not self._quiet:
             self._work.print(f"{self._of_all(done)} members are already done")
 
     def _of_all(self, count: int) -> str:

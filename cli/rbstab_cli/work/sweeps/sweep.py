@@ -43,7 +43,6 @@ def sweep(
     force: bool,
     allow_python: bool,
     as_json: bool,
-    quiet: bool,
 ) -> int | None:
     """Run a plan, or print the status of a sweep."""
     if status_of is not None:
@@ -77,7 +76,7 @@ def sweep(
     unlimited = bool(prove) if proves else None
     with connected_cluster(dask, loaded.engine) as pool:
         options = replace(options, pool=pool)
-        return run_sweep(loaded, folder, options, unlimited=unlimited, as_json=as_json, quiet=quiet)
+        return run_sweep(loaded, folder, options, unlimited=unlimited, as_json=as_json)
 
 
 def _engine(wanted: str | None, folder: Path, plan: Path) -> tuple[str, bool]:

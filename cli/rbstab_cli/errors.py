@@ -1,6 +1,7 @@
 """How a command ends that cannot be done: what it says on stderr, and its exit code."""
 
 import sys
+from importlib.util import find_spec
 from typing import IO, Any
 
 import click
@@ -21,6 +22,25 @@ class Failed(click.ClickException):
         """Print the lines."""
         for line in self.lines:
             say(line)
+
+
+def require(extra: str, use: str, *modules: str) -> None:
+    """End a command whose optional packages are not installed.
+
+    Args:
+        extra: The extra of rbstab that has them.
+        use: What needs them.
+        modules: The modules of the packages.
+
+    Raises:
+        UsageError: One of them is not installed.
+    """
+    for name in modules:
+        if find_spec(name) is None:
+            raise click.UsageError(
+                f"{use} needs {name}, which a plain install lacks. Run: "
+                f'pip install "rbstab[{extra}]"'
+            )
 
 
 CODES = {

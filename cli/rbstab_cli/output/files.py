@@ -70,6 +70,19 @@ def new_config(config: Path, output: Path | None, ending: str, *, force: bool) -
     return target
 
 
+def form_of(path: Path, forms: Iterable[str]) -> str:
+    """Return the form of a file that is to be written, by its ending.
+
+    Raises:
+        UsageError: It is none of the forms.
+    """
+    ending = path.suffix.lower().removeprefix(".")
+    if ending not in forms:
+        endings = ", ".join(f".{form}" for form in forms)
+        raise click.UsageError(f"-o {path}: expected a file name that ends in {endings}")
+    return ending
+
+
 @contextmanager
 def stdout_to_file(path: Path | None, *, force: bool) -> Iterator[None]:
     """Write the output of the block to a file with `write_file`; to stdout if path is None."""

@@ -3,7 +3,6 @@
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,7 +22,7 @@ from rbstab.store.disk.paths import not_done
 from rbstab.store.document import read_model
 from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed
+from rbstab_cli.errors import Failed, require
 from rbstab_cli.inputs import load_configs
 from rbstab_cli.output.files import check_target, write_file
 from rbstab_cli.output.progress import working
@@ -60,11 +59,8 @@ def verify(
     named = [] if config_path is None else [config_path]
     configs = load_configs(named, changes, allow_python=allow_python or None)
     config = next(iter(configs.values()), None)
-    if second and find_spec("codac") is None:
-        raise click.UsageError(
-            "a second opinion needs codac, which a plain install lacks. "
-            'Run `pip install "rbstab[second]"`'
-        )
+    if second:
+        require("second", "--second", "codac")
     files, others = _files(proofs, config)
     found: list[Checked] = []
     for path in files:

@@ -8,6 +8,7 @@ import click
 
 from rbstab.sweep.execution.computing import ExecutorError
 from rbstab.sweep.execution.pools import Pool
+from rbstab_cli.errors import require
 
 
 @contextmanager
@@ -27,12 +28,9 @@ def connected_cluster(address: str | None, engine: str) -> Iterator[Pool | None]
     if address is None:
         yield None
         return
-    try:
-        from rbstab.sweep.execution.dask_cluster import cluster
-    except ModuleNotFoundError as error:
-        raise click.UsageError(
-            f'--dask needs the package {error.name}. Run: pip install "rbstab[cluster]"'
-        ) from error
+    require("cluster", "--dask", "distributed")
+    from rbstab.sweep.execution.dask_cluster import cluster
+
     with ExitStack() as stack:
         # Dask prints tracebacks; this program prints its own messages instead.
         logging.disable(logging.CRITICAL)

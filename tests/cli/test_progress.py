@@ -19,7 +19,7 @@ def use_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_terminal_shows_what_is_done_and_how_far(capsys, monkeypatch):
     use_terminal(monkeypatch)
     with working("one.yaml") as work:
-        work.begin_with("Ctrl-C stops")
+        work.hint("Ctrl-C stops")
         work.update("compiling much")
     shown = capsys.readouterr().err
     for text in ("Ctrl-C stops", "one.yaml", "compiling much"):

@@ -60,9 +60,9 @@ class Work:
         else:
             say(text)
 
-    def begin_with(self, text: str) -> None:
-        """Print a line that stays, on a terminal only."""
-        if self._bar is not None:
+    def hint(self, text: str) -> None:
+        """Print a line that stays, and that --quiet leaves out."""
+        if not is_quiet():
             self.print(text)
 
     @property

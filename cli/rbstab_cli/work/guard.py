@@ -14,7 +14,7 @@ from rbstab_cli import exit_codes
 from rbstab_cli.inputs import load_one
 from rbstab_cli.output.files import new_config, write_file
 from rbstab_cli.output.progress import working
-from rbstab_cli.printing import Table, is_quiet, number, print_json, say
+from rbstab_cli.printing import Table, number, print_json, say
 
 BARRIER = "barrier"
 
@@ -44,8 +44,7 @@ def guard(
     with working(f"{config.name}: guard") as work:
 
         def tried(stiffness: float, outcome: str) -> None:
-            if not is_quiet():
-                work.print(f"k = {stiffness:g} N m: {outcome}")
+            work.hint(f"k = {stiffness:g} N m: {outcome}")
 
         found = guarded(loaded, method, angle, limit, tried)
     accepted = found.config is not None and found.limit_kept is not False

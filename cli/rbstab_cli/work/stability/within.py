@@ -184,8 +184,8 @@ def _proved_starts(
     is_late: Callable[[], bool],
     work: Work,
 ) -> StartsProof:
-    """Prove all starts; on a terminal, say first how much work there may be, and how to stop it."""
-    work.begin_with(
+    """Prove all starts; say first how much work there may be, and how to stop it."""
+    work.hint(
         f"All starts, in at most {MAX_PARTS} parts of up to a minute each; smaller tolerances "
         "need fewer. Ctrl-C stops, and then nothing is stored."
     )

@@ -15,7 +15,6 @@ from rbstab.sweep.execution.events import (
 )
 from rbstab.sweep.folder.members_file import counts_by_status
 from rbstab_cli.output.progress import Work
-from rbstab_cli.printing import is_quiet
 
 UPDATE_INTERVAL = 0.1
 """Time between two updates, s."""
@@ -30,7 +29,7 @@ class EventPrinter:
     """
 
     def __init__(self, interrupted: Event, work: Work) -> None:
-        self.interrupted, self._work, self._quiet = interrupted, work, is_quiet()
+        self.interrupted, self._work = interrupted, work
         self._told_interrupt = False
         self._last = 0.0
 
@@ -66,8 +65,8 @@ class EventPrinter:
         if event.changed:
             versions = ", ".join(event.changed)
             self._work.print(f"warning: this sweep was started with other versions: {versions}")
-        if done and not self._quiet:
-            self._work.print(f"{self._of_all(done)} members are already done")
+        if done:
+            self._work.hint(f"{self._of_all(done)} members are already done")
 
     def _of_all(self, count: int) -> str:
         return f"{grouped(count)} of {grouped(self._total)}"

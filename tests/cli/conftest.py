@@ -52,11 +52,14 @@ def rbstab(*arguments: str) -> Result:
     return CliRunner().invoke(cli, list(arguments), prog_name="rbstab")
 
 
-def success(*arguments: str) -> Result:
-    """Call the command line in this process; fail the test if it does not end with 0."""
+def ended(code: int, *arguments: str) -> Result:
+    """Call the command line in this process; fail the test if it does not end with the code."""
     done = rbstab(*arguments)
-    assert done.exit_code == 0, done.output
+    assert done.exit_code == code, done.output
     return done
+
+
+success = functools.partial(ended, 0)
 
 
 def json_of(*arguments: str) -> Any:

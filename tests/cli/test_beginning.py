@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from cli.conftest import rbstab, success
+from cli.conftest import ended, rbstab, success
 from support.printed_paths import printed, words_of
 
 from rbstab.config.load import load_config
@@ -72,8 +72,7 @@ def test_a_copied_example_with_code_names_the_option_that_runs_it(command):
 @pytest.mark.parametrize("name", FILES)
 def test_init_overwrites_nothing(name):
     Path(name).write_text("mine")
-    done = rbstab("init", "--variant", "sliding")
-    assert done.exit_code == 4
+    done = ended(4, "init", "--variant", "sliding")
     assert done.stderr.splitlines() == [
         f"{name}: already exists; it is not overwritten",
         "Nothing was written. Choose another folder: rbstab init FOLDER --variant sliding",
@@ -92,8 +91,7 @@ def test_a_copy_of_an_example_overwrites_nothing():
     changed = Path("configs/examples/elements.yaml")
     changed.write_text(changed.read_text() + "# mine\n")
     before = contents("configs")
-    done = rbstab("examples", "strut_stiffness", "joint")
-    assert done.exit_code == 4
+    done = ended(4, "examples", "strut_stiffness", "joint")
     assert done.stderr.splitlines() == [
         f"{changed}: already exists; it is not overwritten",
         "Nothing was written. Choose another folder: rbstab examples strut_stiffness joint "

@@ -12,7 +12,7 @@ import click
 import jsonschema
 import pytest
 import yaml
-from cli.conftest import GOOD, PLAN_OF_MASSES, json_of, rbstab, replace_everywhere, success
+from cli.conftest import GOOD, PLAN_OF_MASSES, ended, json_of, rbstab, replace_everywhere, success
 from support.made_runs import made_file
 
 from rbstab_cli import exit_codes, main
@@ -98,7 +98,7 @@ def test_a_sweep_by_heyoka_imports_no_scipy():
 
 def test_numbers_that_are_not_finite_are_null_in_json(folder):
     Path("good.yaml").write_text(GOOD.replace("[1, 2, -1]", "[1e200, 0, 1e200]"))
-    assert rbstab("run", "--no-prove", "good.yaml").exit_code == 3
+    ended(3, "run", "--no-prove", "good.yaml")
     facts = json_of("show", "results/good.h5")
     assert facts["status"] == "diverged"
     assert facts["lyapunov_start"] is None
@@ -181,7 +181,7 @@ def test_the_docs_and_the_help_list_every_code():
     assert {int(code) for code in re.findall(r"(?:^|; ) ?(\d+) ", told)} == codes
 
 
-def ended(monkeypatch: pytest.MonkeyPatch, *words: str) -> object:
+def code_of(monkeypatch: pytest.MonkeyPatch, *words: str) -> object:
     """Return the exit code of the program in this process."""
     monkeypatch.setattr(sys, "argv", ["rbstab", *words])
     for name in ("prepare_streams", "handle_interrupts", "stop_handling"):
@@ -193,13 +193,13 @@ def ended(monkeypatch: pytest.MonkeyPatch, *words: str) -> object:
 
 def test_the_codes_of_commands(folder, monkeypatch):
     short = ("run", "good.yaml", "--no-prove", "-q")
-    assert ended(monkeypatch, "check", "good.yaml") == exit_codes.OK
-    assert ended(monkeypatch, "check", "missing.yaml") == exit_codes.USAGE
-    assert ended(monkeypatch, "run") == exit_codes.USAGE
+    assert code_of(monkeypatch, "check", "good.yaml") == exit_codes.OK
+    assert code_of(monkeypatch, "check", "missing.yaml") == exit_codes.USAGE
+    assert code_of(monkeypatch, "run") == exit_codes.USAGE
     # At 50 rad/s the body leaves the range of θ2 within the tenth of a second.
     spin = ("--set", "initial.angular_velocity=[0, 50, 0]")
-    assert ended(monkeypatch, *short, *spin) == exit_codes.NOT_COMPLETED
-    assert ended(monkeypatch, "show", "missing.h5") == exit_codes.STORAGE
+    assert code_of(monkeypatch, *short, *spin) == exit_codes.NOT_COMPLETED
+    assert code_of(monkeypatch, "show", "missing.h5") == exit_codes.STORAGE
 
 
 def test_an_unexpected_error_is_not_hidden(folder, monkeypatch):
@@ -210,7 +210,7 @@ def test_an_unexpected_error_is_not_hidden(folder, monkeypatch):
 
     replace_everywhere(monkeypatch, "rbstab.config.warnings.config_warnings", fail)
     with pytest.raises(ZeroDivisionError):
-        ended(monkeypatch, "check", "good.yaml")
+        code_of(monkeypatch, "check", "good.yaml")
 
 
 def options_with_one_value() -> Iterator[tuple[str, str]]:
@@ -226,8 +226,7 @@ def options_with_one_value() -> Iterator[tuple[str, str]]:
 
 @pytest.mark.parametrize(("command", "option"), [*options_with_one_value()])
 def test_one_value_given_twice_is_refused(command, option):
-    done = rbstab(command, option, "a", option, "b")
-    assert done.exit_code == 2
+    done = ended(2, command, option, "a", option, "b")
     assert done.stderr.startswith(f"Usage: rbstab {command} ")
     assert " is given 2 times, and takes one value.\n" in done.stderr
 

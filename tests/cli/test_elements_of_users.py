@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, rbstab, success
+from cli.conftest import GOOD, ended, rbstab, success
 from support.ridges import LETS_GO
 from support.user_code import SPRING
 
@@ -40,8 +40,7 @@ def test_wrong_files_are_all_told(folder):
     arguments = [
         part for name in ("wrong.py", "broken.py", "mine.py") for part in ("--element", name)
     ]
-    done = rbstab("check", *arguments)
-    assert done.exit_code == 2
+    done = ended(2, "check", *arguments)
     assert "wrong.py: Mine: 1 statement does not hold\n" in done.stdout
     assert "  WRONG  the wrench on a body at rest is not the slope of `stored`" in done.stdout
     assert "mine.py: Mine: all statements hold" in done.stdout
@@ -84,7 +83,7 @@ def test_a_proof_with_code_is_made_and_verified(folder):
     done = success("verify", proof, "--config", "case.yaml", "--allow-python")
     assert "is that of the config, as an exact expression" in done.stdout
     Path("case.yaml").write_text(HELD.replace("k: 3", "k: 4"))
-    assert rbstab("verify", proof, "--config", "case.yaml", "--allow-python").exit_code == 4
+    ended(4, "verify", proof, "--config", "case.yaml", "--allow-python")
 
 
 def test_rest_states_on_a_ridge_are_named(folder):

@@ -4,7 +4,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, STORED, json_of, rbstab, success
+from cli.conftest import GOOD, STORED, ended, json_of, rbstab, success
 from support.made_runs import made_config, made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
@@ -70,7 +70,7 @@ def test_the_folder_above_the_results_stands_for_them(mixed):
     # What cannot be read hides no others.
     assert printed("results/broken.h5: has no seal of rbstab") in plot.stderr
     assert "runs-decay" in plot.stdout
-    assert rbstab("plot", ".", printed("results/broken.h5")).exit_code == 4
+    ended(4, "plot", ".", printed("results/broken.h5"))
 
 
 BESIDE = (

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from cli.conftest import json_of, rbstab, success
+from cli.conftest import ended, json_of, rbstab, success
 from support import missing_heyoka
 from support.printed_paths import words_of
 from support.sweeping import digest_of
@@ -73,20 +73,17 @@ def test_the_command_that_resumes_a_sweep_works_as_typed(
 
 def test_exit_codes_of_a_part(use_fake_engine):
     use_fake_engine(failing=range(20))
-    assert rbstab(*SWEEP, "--part", "1/2").exit_code == 3
+    ended(3, *SWEEP, "--part", "1/2")
     success(*SWEEP, "--part", "9/9", "-o", "other")  # an empty part
     use_fake_engine(failing=(5,))
-    failed = rbstab(*SWEEP, "--part", "2/2", "--fail-fast", "--threads", "1")
-    assert failed.exit_code == 3
+    failed = ended(3, *SWEEP, "--part", "2/2", "--fail-fast", "--threads", "1")
     assert "member 5 failed; 1 of 2 shards of part 2/2 are stored" in failed.stderr
-    size = rbstab(*SWEEP[:-1], "5", "--part", "2/2")
-    assert size.exit_code == 2
+    size = ended(2, *SWEEP[:-1], "5", "--part", "2/2")
     assert "started with shards of 4 members" in size.stderr
 
 
 def test_a_scheduler_that_does_not_answer(plan, monkeypatch):
     monkeypatch.setattr("rbstab.sweep.execution.dask_cluster.TIME_LIMIT", 0.5)
-    refused = rbstab(*SWEEP, "--dask", "tcp://127.0.0.1:9")
-    assert refused.exit_code == 2
+    refused = ended(2, *SWEEP, "--dask", "tcp://127.0.0.1:9")
     assert "--dask tcp://127.0.0.1:9: the scheduler cannot be reached" in refused.stderr
     assert not Path("results").exists()

@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, STORED, rbstab
+from cli.conftest import GOOD, STORED, ended, rbstab
 from cli.conftest import PLAN_OF_MASSES as PLAN
 from support.made_runs import made_file
 from support.printed_paths import printed
@@ -341,8 +341,7 @@ STORAGE = {
 def test_a_status_has_no_use_for_the_options_of_a_sweep(option):
     (name, *_), values = option.opts, {"--set": "a=1", "--engine": "scipy"}
     value = values.get(name, "1/2" if name == "--part" else "1")
-    done = rbstab("sweep", "--status", "results/plan", name, *([] if option.is_flag else [value]))
-    assert done.exit_code == 2
+    done = ended(2, "sweep", "--status", "results/plan", name, *([] if option.is_flag else [value]))
     assert f"Error: --status cannot be combined with {name}\n" in done.stderr
 
 

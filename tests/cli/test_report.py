@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cli.conftest import rbstab, success
+from cli.conftest import ended, rbstab, success
 from support.made_runs import PEAKS, made_config, made_file
 from support.printed_paths import printed, words_of
 from support.results import flip
@@ -46,7 +46,7 @@ def test_the_folder_of_results_needs_no_words(folder, monkeypatch):
     monkeypatch.setattr("click.launch", opened.append)
     assert rbstab("report", "--open").stderr.endswith(printed("-> results/report.html\n"))
     assert opened == [Path("results/report.html").absolute().as_uri()]
-    assert rbstab("report", "--format", "text", "--open").exit_code == 2
+    ended(2, "report", "--format", "text", "--open")
     done = rbstab("export")
     assert done.stdout.startswith("-> results.csv: 1 row, ")
     assert Path("results.csv").is_file()
@@ -102,8 +102,7 @@ def test_a_report_is_replaced_and_nothing_else(runs):
     success("report", *runs, "-o", "r.txt")
     success("report", runs[0], "-o", "r.txt")
     shutil.copy("good.yaml", "good.txt")
-    done = rbstab("report", *runs, "-o", "good.txt")
-    assert done.exit_code == 4
+    ended(4, "report", *runs, "-o", "good.txt")
     assert Path("good.txt").read_text() == Path("good.yaml").read_text()
     success("report", *runs, "-o", "good.txt", "--force")
 
@@ -141,8 +140,7 @@ def test_foreign_words_are_words(name, folder):
 def test_what_cannot_be_read_is_said_and_the_rest_reported(runs):
     flip(Path(shutil.copy("light.h5", "damaged.h5")), share=0.3)
     others = ["damaged.h5", "good.yaml", "no.h5"]
-    done = rbstab("report", *runs, *others, "--json", "-o", "r.txt")
-    assert done.exit_code == 4
+    done = ended(4, "report", *runs, *others, "--json", "-o", "r.txt")
     data = json.loads(done.stdout)
     assert [unread["path"] for unread in data["unread"]] == others
     assert [row[0] for row in tables(data)["runs"]["rows"]] == ["light", "heavy"]

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, json_of, rbstab, success
+from cli.conftest import GOOD, ended, json_of, rbstab, success
 from support.printed_paths import printed, words_of
 
 import rbstab as api
@@ -91,8 +91,7 @@ def test_an_equal_run_is_repeated_by_force_only(folder):
 def test_a_different_result_is_moved_aside_by_force_only(folder):
     rbstab(*RUN)
     old, before = api.open_result("results/good.h5"), Path("results/good.h5").read_bytes()
-    refused = rbstab(*RUN, "--set", "body.mass=40")
-    assert refused.exit_code == 4
+    refused = ended(4, *RUN, "--set", "body.mass=40")
     assert "holds a different result" in refused.stderr
     assert Path("results/good.h5").read_bytes() == before
     forced = rbstab(*RUN, "--set", "body.mass=40", "--force")
@@ -106,23 +105,20 @@ def test_a_different_result_is_moved_aside_by_force_only(folder):
 def test_a_run_that_fails_or_cannot_be_stored_leaves_its_neighbours(folder):
     leaves = GOOD.replace("[1, 2, -1]", "[0, 32, 0]").replace("[400, 400, 320]", "[4, 4, 3]")
     Path("a_leaves.yaml").write_text(leaves)
-    done = rbstab("run", "--no-prove", "a_leaves.yaml", "good.yaml")
-    assert done.exit_code == 3
+    done = ended(3, "run", "--no-prove", "a_leaves.yaml", "good.yaml")
     assert "a_leaves.yaml: range left: cos θ2 fell to 0.001 at t = 0.0" in done.stderr
     assert api.open_result("results/a_leaves.h5").status == "range left"
     assert api.open_result("results/good.h5").status == "completed"
     Path("other.yaml").write_text(GOOD)
     Path("in the way/good.h5").mkdir(parents=True)
-    done = rbstab("run", "--no-prove", "good.yaml", "other.yaml", "-o", "in the way")
-    assert done.exit_code == 4
+    done = ended(4, "run", "--no-prove", "good.yaml", "other.yaml", "-o", "in the way")
     assert printed("in the way/good.h5") in done.stderr
     assert api.open_result("in the way/other.h5").status == "completed"
 
 
 def test_a_run_without_its_proof_is_kept(folder, refuse):
     refuse("experiment.proof_cache.write_document", error=StoreError("the proof cannot be written"))
-    done = rbstab("run", "good.yaml")
-    assert done.exit_code == 4
+    done = ended(4, "run", "good.yaml")
     assert "good.yaml: the proof cannot be written" in done.stderr
     assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
     assert Path("results/good.h5").is_file()
@@ -201,7 +197,7 @@ def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder):
     again = rbstab(*member, "--set", "controller.K_r=[10, 20, 30]", "--member", "0")
     assert "already done" in again.stderr
     assert Path("results/spins-member0.h5").is_file()
-    assert rbstab(*member).exit_code == 4
+    ended(4, *member)
     assert stored.read_bytes() == before
 
 

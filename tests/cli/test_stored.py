@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from cli.conftest import STORED, json_of, rbstab, success
+from cli.conftest import STORED, ended, json_of, rbstab, success
 from support.made_runs import made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
@@ -29,8 +29,7 @@ def results(folder) -> Path:
 @pytest.mark.skipif(sys.platform == "win32", reason="no name has a line break there")
 def test_list_names_what_cannot_be_read():
     Path("results/bro\nken.h5").write_text("x")
-    done = rbstab("list")
-    assert done.exit_code == 4
+    done = ended(4, "list")
     assert done.stderr.startswith("results/bro\\nken.h5 has no seal of rbstab: ")
     assert printed("results/embedded.h5") in done.stdout
 

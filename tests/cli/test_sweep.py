@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 import xarray
-from cli.conftest import json_of, rbstab, success
+from cli.conftest import ended, json_of, rbstab, success
 from support.sweeps import shard_files
 
 from rbstab import load_plan, open_traces, simulate
@@ -46,8 +46,9 @@ def test_a_sweep(plan, name):
 
 def test_failures(use_fake_engine):
     use_fake_engine(failing=(3, 4, 9))
-    done = rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "5", "--fail-fast", "--threads", "1")
-    assert done.exit_code == 3
+    done = ended(
+        3, *SWEEP, "--engine", "scipy", "--shard-size", "5", "--fail-fast", "--threads", "1"
+    )
     assert "member 3 failed; 5 of 20 members are stored" in done.stderr
     done = success(*SWEEP, "--engine", "scipy")
     assert "diverged         3  15.00%" in done.stdout
@@ -55,7 +56,7 @@ def test_failures(use_fake_engine):
     done = rbstab(*SWEEP, "--retry-failed")
     assert (done.exit_code, "diverged" in done.stdout) == (0, False)
     use_fake_engine(failing=range(20))
-    assert rbstab(*SWEEP, "-o", "other", "--engine", "scipy").exit_code == 3
+    ended(3, *SWEEP, "-o", "other", "--engine", "scipy")
 
 
 def test_status(use_fake_engine):
@@ -140,8 +141,7 @@ def test_another_sweep_is_moved_aside_by_force_only(use_fake_engine):
     rbstab(*SWEEP, "--engine", "scipy")
     before = shard_files(Path("results/plan"))
     for changes in (("--set", "body.mass=42"), ("--engine", "heyoka")):
-        refused = rbstab(*SWEEP, *changes)
-        assert refused.exit_code == 2
+        refused = ended(2, *SWEEP, *changes)
         assert "holds another sweep" in refused.stderr
     with locked(Path("results/plan")):
         assert "in use by another process" in rbstab(*SWEEP, "--force").stderr
@@ -162,8 +162,7 @@ def test_without_heyoka_scipy_is_used_unless_heyoka_is_wanted(plan, monkeypatch)
     monkeypatch.setattr("rbstab.sweep.members.engines.engine", missing)
     done = success(*SWEEP)
     assert done.stderr.count("heyoka is not installed: using scipy") == 1
-    refused = rbstab(*SWEEP, "--engine", "heyoka")
-    assert refused.exit_code == 2
+    refused = ended(2, *SWEEP, "--engine", "heyoka")
     assert "cannot be used here" in refused.stderr
 
 

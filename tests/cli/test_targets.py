@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, PLAN_OF_MASSES, STORED, rbstab, replace_everywhere, success
+from cli.conftest import GOOD, PLAN_OF_MASSES, STORED, ended, rbstab, replace_everywhere, success
 from support.closed_folders import close
 from support.hang_guard import time_limit
 from support.made_runs import made_file
@@ -161,8 +161,7 @@ def test_the_folder_of_proofs_is_tried_too(special, command, request):
     Path("results").mkdir()
     Path("results/proofs").write_text("in the way")
     request.getfixturevalue("no_runs")
-    done = rbstab(*command.split(), "--engine", "scipy")
-    assert done.exit_code == 4
+    done = ended(4, *command.split(), "--engine", "scipy")
     assert done.stderr.startswith(printed("error: results/proofs cannot be written: "))
     assert done.stderr.endswith(
         ". Nothing was run; -o names another folder, --no-prove makes no proofs.\n"
@@ -184,20 +183,18 @@ def test_what_is_stored_needs_no_folder_that_can_be_written(folder, monkeypatch)
 
     replace_everywhere(monkeypatch, "rbstab.store.disk.paths.check_folder", fail)
     success("run", "again.yaml", "--no-prove")
-    refused = rbstab("run", "other.yaml")
-    assert refused.exit_code == 4
+    refused = ended(4, "run", "other.yaml")
     assert "cannot be written: tried. Nothing was run" in refused.stderr
     closed.append(Path("results"))
     assert "already done" in rbstab("run", "good.yaml", "again.yaml").stderr
-    assert rbstab("run", "good.yaml", "other.yaml").exit_code == 4
+    ended(4, "run", "good.yaml", "other.yaml")
 
 
 def test_with_force_a_closed_folder_is_told(no_runs, folder, monkeypatch):
     """Whether results exist is not known where their folder may not be entered."""
     made_file(folder / "results/good.h5")
     close(folder / "results", monkeypatch)
-    done = rbstab("run", "good.yaml", "--no-prove", "--force")
-    assert done.exit_code == 4
+    done = ended(4, "run", "good.yaml", "--no-prove", "--force")
     assert done.stderr == (
         "error: results cannot be written: Permission denied. Nothing was run; -o names another "
         "folder.\n"
@@ -241,7 +238,6 @@ def test_a_name_that_the_program_makes_may_be_too_long(no_work, command, folder)
     made = made_file(folder / f"results/{long}.h5").read_bytes()
     Path(f"{long}.yaml").write_text(GOOD)
     Path(f"plan-{long}.yaml").write_text(PLAN_OF_MASSES)
-    done = rbstab(*shlex.split(command.replace("LONG", long)))
-    assert done.exit_code == 4
+    done = ended(4, *shlex.split(command.replace("LONG", long)))
     assert "File name too long" in done.stderr
     assert Path(f"results/{long}.h5").read_bytes() == made

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cli.conftest import GOOD, json_of, rbstab, success
+from cli.conftest import GOOD, ended, json_of, rbstab, success
 from support.paper_runs import paper_config
 
 from rbstab.config.files.dump import as_yaml
@@ -33,8 +33,7 @@ def test_a_better_config_is_written_and_not_overwritten(folder):
     assert tuned == pytest.approx(load_config("good_tuned.yaml").controller.L_t[2], rel=1e-5)
     assert tuned == pytest.approx(given * factor, rel=1e-3)
     text = Path("good_tuned.yaml").read_text()
-    again = rbstab(*arguments)
-    assert again.exit_code == 4
+    again = ended(4, *arguments)
     assert again.stderr == "good_tuned.yaml: already exists. Replace it with --force.\n"
     Path("good_tuned.yaml").write_text("old")
     success(*arguments, "--force")
@@ -60,8 +59,7 @@ def test_nothing_better_writes_nothing(folder):
 
 
 def test_no_run_that_settles_is_exit_code_3(folder):
-    done = rbstab("tune", "good.yaml", "--objective", "settling_time", *OVER)
-    assert done.exit_code == 3
+    done = ended(3, "tune", "good.yaml", "--objective", "settling_time", *OVER)
     assert done.stderr.endswith("no run completed and settled; nothing is written\n")
     (row,) = [line for line in done.stdout.splitlines() if "settling_time" in line]
     assert row.split()[3:] == [*["not", "in", "this", "run"] * 2, "-"]
@@ -109,8 +107,7 @@ def test_the_json_holds_all(settling_config):
 
 
 def test_a_run_that_does_not_complete_is_said(folder):
-    done = rbstab("sensitivities", "good.yaml", "--set", "integration.step_limit=1")
-    assert done.exit_code == 3
+    done = ended(3, "sensitivities", "good.yaml", "--set", "integration.step_limit=1")
     assert done.stderr.startswith("error: step limit: stopped after 1 steps")
 
 
@@ -146,8 +143,7 @@ def test_the_config_that_it_writes_is_proved(case1):
     assert prove(written).every_start
     # Apart from the barrier it is the given config.
     assert with_barrier(load_config(case1), element.stiffness) == written
-    again = rbstab("guard", "case1.yaml")
-    assert again.exit_code == 4
+    again = ended(4, "guard", "case1.yaml")
     assert again.stderr == "case1_guarded.yaml: already exists. Replace it with --force.\n"
     success("guard", "case1.yaml", "--force")
 
@@ -188,8 +184,7 @@ def test_a_soft_guard_keeps_this_start_in_the_range(case1, method, key):
 
 
 def test_a_couple_above_the_limit_is_not_written(case1):
-    done = rbstab("guard", "case1.yaml", "--method", "repelling", "--limit", "20000", "--json")
-    assert done.exit_code == 3
+    done = ended(3, "guard", "case1.yaml", "--method", "repelling", "--limit", "20000", "--json")
     assert done.stderr.endswith(
         "the couple exceeds the limit of 20000 N m in the run; nothing is written\n"
     )
@@ -200,8 +195,7 @@ def test_a_couple_above_the_limit_is_not_written(case1):
 
 def test_no_soft_guard_says_why(case1):
     case1.write_text(as_yaml(with_elements(strut=STRUT)))
-    done = rbstab("guard", "case1.yaml", "--method", "stiff", "--json")
-    assert done.exit_code == 3
+    done = ended(3, "guard", "case1.yaml", "--method", "stiff", "--json")
     why = "no guard was found: the least soft guard is not looked for beside springs"
     assert why in done.stderr
     assert json.loads(done.stdout)["proved"] is None
@@ -217,8 +211,7 @@ def test_rest_states_at_other_angles_are_why_no_barrier_is_found(case1, monkeypa
     data["controller"] = {"variant": "permanent", **gains}
     data["initial"] = {"orientation": [0.2, -1.2, 0]}
     case1.write_text(as_yaml(data))
-    done = rbstab("guard", "case1.yaml", "--json")
-    assert done.exit_code == 3
+    done = ended(3, "guard", "case1.yaml", "--json")
     facts = json.loads(done.stdout)
     assert (facts["file"], facts["stiffness"], facts["guarded"]) == (None, None, None)
     assert not Path("case1_guarded.yaml").exists()

@@ -4,7 +4,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from cli.conftest import STORED, json_of, rbstab, success
+from cli.conftest import STORED, ended, json_of, rbstab, success
 from support.closed_folders import close
 
 PROOFS = Path("results", "proofs")
@@ -63,7 +63,6 @@ def test_another_folder_that_cannot_be_read_is_named(folder, monkeypatch):
     shutil.copy(STORED / "runs" / "embedded.h5", "results")
     close(folder / "results/closed", monkeypatch)
     for words in (("list",), ("report", "results", "--format", "text")):
-        done = rbstab(*words)
-        assert done.exit_code == 4
+        done = ended(4, *words)
         assert "embedded" in done.stdout
         assert "cannot be read: Permission denied" in done.stderr

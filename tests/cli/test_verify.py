@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
-from cli.conftest import json_of, rbstab, success
+from cli.conftest import ended, json_of, rbstab, success
 from support.printed_paths import printed
 
 from rbstab.store.document import read_document, write_document
@@ -36,8 +36,7 @@ def test_a_larger_bound_with_a_new_digest_is_refused(proof):
     data = read_document(proof)
     data["region"]["energy_bound"] *= 1.01
     write_document(proof, data)
-    done = rbstab("verify", str(proof))
-    assert done.exit_code == 4
+    done = ended(4, "verify", str(proof))
     assert done.stdout.startswith(f"{proof}: REFUSED\n")
     assert "Certified region: REFUSED" in done.stdout
 
@@ -48,28 +47,25 @@ def test_a_check_that_takes_too_long_is_no_refusal(proof, monkeypatch):
     data["reduced_energy"]["operations"][1] = ["tan", 0]
     write_document(wrong, data)
     monkeypatch.setattr("rbstab.proof.check.energy.EVALUATIONS", 10)
-    done = rbstab("verify", str(proof))
-    assert done.exit_code == 5
+    done = ended(5, "verify", str(proof))
     assert done.stdout.startswith(f"{proof}: not decided: the check takes too long\n")
     assert "REFUSED" not in done.stdout
     assert json_of("verify", str(proof))["too_long"]
-    assert rbstab("verify", str(wrong)).exit_code == 4
-    assert rbstab("verify", str(proof), str(wrong)).exit_code == 4
+    ended(4, "verify", str(wrong))
+    ended(4, "verify", str(proof), str(wrong))
 
 
 def test_an_edit_without_a_new_digest_is_damage(proof):
     text = proof.read_text()
     proof.write_text(text.replace('"lower_bound": 4', '"lower_bound": 5', 1))
     assert proof.read_text() != text
-    done = rbstab("verify", str(proof))
-    assert done.exit_code == 4
+    done = ended(4, "verify", str(proof))
     assert "is damaged" in done.stderr
 
 
 def test_another_config_is_refused(proof):
     changes = ("--set", "body.contact_point=[0.15, 0.10, -0.43]")
-    done = rbstab("verify", str(proof), "--config", "good.yaml", *changes)
-    assert done.exit_code == 4
+    done = ended(4, "verify", str(proof), "--config", "good.yaml", *changes)
     assert "it was made for another one" in done.stdout
 
 
@@ -92,8 +88,7 @@ def test_all_proofs_of_a_folder_are_checked(proof):
     data["region"]["energy_bound"] *= 1.01
     write_document(proof, data)
     (proof.parent / "0.json").write_text("{}")
-    done = rbstab("verify", "results")
-    assert done.exit_code == 4
+    done = ended(4, "verify", "results")
     assert f"{Path('results/proofs', proof.name)}: REFUSED\n" in done.stdout
     assert f"{Path('results/proofs', other.name)}: verified\n" in done.stdout
     assert "results: 1 of 3 proofs verified" in done.stdout
@@ -113,8 +108,7 @@ def test_a_file_that_claims_nothing_is_not_counted(proof):
 
 def test_a_second_opinion_that_is_not_decided_is_no_refusal(proof, monkeypatch):
     monkeypatch.setattr("rbstab.experiment.verification.second.opinion.LATEST", 0.01)
-    done = rbstab("verify", str(proof), "--config", "good.yaml", "--second")
-    assert done.exit_code == 5
+    done = ended(5, "verify", str(proof), "--config", "good.yaml", "--second")
     assert done.stdout.startswith(f"{proof}: not decided: codac does not decide every claim\n")
     assert "REFUSED" not in done.stdout
 
@@ -146,7 +140,6 @@ def test_a_second_opinion_confirms_and_refutes(folder):
     data = read_document(proof)
     data["states"][0]["index"] = 1
     write_document(proof, data)
-    done = rbstab(*second, "--json")
-    assert done.exit_code == 4
+    done = ended(4, *second, "--json")
     wrong = [one["about"] for one in json.loads(done.stdout)["findings"] if not one["verified"]]
     assert "codac: the range of eq. 5" in wrong

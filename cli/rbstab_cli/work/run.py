@@ -1,13 +1,13 @@
 """`rbstab run`: configs, or members of plans, integrated, stored and proved."""
 
-from collections.abc import Iterable
-from contextlib import suppress
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import click
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE
+from rbstab.config.schema import Config
 from rbstab.experiment.answers.outcome import outcome_of
 from rbstab.experiment.answers.rest_modes import rest_modes
 from rbstab.experiment.answers.run_answer import (
@@ -25,10 +25,7 @@ from rbstab.experiment.summary import (
     summary_of,
 )
 from rbstab.files.shell_words import shell_word
-from rbstab.integrate.engines import EngineMissingError
-from rbstab.integrate.engines import engine as engine_of
 from rbstab.integrate.status import RunStatus
-from rbstab.processes.imports import keep_imports
 from rbstab_cli import exit_codes
 from rbstab_cli.inputs import load_configs, load_members, refuse_engine_change
 from rbstab_cli.output.files import check_proofs_folder, check_results_folder
@@ -62,31 +59,26 @@ def run(
     if engine is not None:
         refuse_engine_change(changes)
         changes = (*changes, f"integration.engine={engine}")
-    with keep_imports():
-        if members:
-            loaded = load_members(configs, members, changes, output, allow_python=allow_python)
-        else:
-            found = load_configs(configs, changes, allow_python=allow_python)
-            loaded = {(str(path), path.stem): config for path, config in found.items()}
-        for name in {config.integration.engine for config in loaded.values()}:
-            # One that is missing is reported by its first run.
-            with suppress(EngineMissingError):
-                engine_of(name)
-    targets = _targets(loaded, output)
-    tried = check_results_folder(output, targets.values(), force=force)
+    if members:
+        loaded = load_members(configs, members, changes, output, allow_python=allow_python)
+    else:
+        found = load_configs(configs, changes, allow_python=allow_python)
+        loaded = {(str(path), path.stem): config for path, config in found.items()}
+    jobs = _by_target(loaded, output)
+    tried = check_results_folder(output, jobs, force=force)
     if tried and prove is not False:
         check_proofs_folder(output)
     batch = Batch(output, force=force, prove=prove, to_end=to_end)
     printed = as_json
     try:
-        for (label, stem), config in loaded.items():
-            batch.run(label, config, targets[label, stem])
+        for target, (label, config) in jobs.items():
+            batch.run(label, config, target)
         if not printed:
             printed = True
             _print_table(batch.finished)
         batch.prove_all()
     except KeyboardInterrupt:
-        batch.say_interrupted(len(loaded))
+        batch.say_interrupted(len(jobs))
     if not printed:
         _print_table(batch.finished)
     _print_answers(batch.finished, as_json=as_json)
@@ -97,24 +89,24 @@ def run(
     return batch.exit_code
 
 
-def _targets(names: Iterable[tuple[str, str]], output: Path) -> dict[tuple[str, str], Path]:
-    """Return the result file of each label and stem.
+def _by_target(
+    configs: Mapping[tuple[str, str], Config], output: Path
+) -> dict[Path, tuple[str, Config]]:
+    """Return configs with their labels by their result files.
 
     Raises:
         UsageError: Two configs would write the same file.
     """
-    owners: dict[Path, str] = {}
-    targets = {}
-    for label, stem in names:
+    jobs: dict[Path, tuple[str, Config]] = {}
+    for (label, stem), config in configs.items():
         target = output / f"{stem}.h5"
-        if target in owners:
+        if target in jobs:
             raise click.UsageError(
-                f"{owners[target]} and {label} would both write {target}. "
+                f"{jobs[target][0]} and {label} would both write {target}. "
                 "Run them one by one into different folders with -o."
             )
-        owners[target] = label
-        targets[label, stem] = target
-    return targets
+        jobs[target] = label, config
+    return jobs
 
 
 def _run_data(finished: Finished) -> dict[str, Any]:

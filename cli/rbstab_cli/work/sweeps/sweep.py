@@ -5,7 +5,6 @@ from pathlib import Path
 
 import click
 
-from rbstab.processes.imports import keep_imports
 from rbstab.sweep.folder.open_folder import parse_part
 from rbstab.sweep.folder.sweep_folder import engine_of
 from rbstab.sweep.members.engines import factory_for, fastest_engine
@@ -56,23 +55,23 @@ def sweep(
         raise click.BadParameter(str(error), param_hint="'--part'") from error
     folder = output / sweep_name(plan)
     refuse_engine_change(changes)
-    with keep_imports():
-        name, is_slow = _engine(engine, folder, plan)
-        loaded = _load(plan, (*changes, f"integration.engine={name}"), allow_python=allow_python)
-        proves = prove is not False and loaded.prove is None
-        if check_results_folder(output, [folder]) and proves and not (dry_run or part):
-            check_proofs_folder(output)
-        if is_slow:
-            say(WITHOUT_HEYOKA)
-        options = SweepOptions(
-            None, threads, shard_size, retry_failed, fail_fast, force, own_part, compare=compare
-        )
-        if dry_run:
-            report_dry_run(loaded, folder, options, as_json=as_json)
-            return None
-        # Imported late: checks need none of what runs members.
-        from rbstab_cli.work.sweeps.cluster import connected_cluster
-        from rbstab_cli.work.sweeps.running import run_sweep
+    name, is_slow = _engine(engine, folder, plan)
+    loaded = _load(plan, (*changes, f"integration.engine={name}"), allow_python=allow_python)
+    proves = prove is not False and loaded.prove is None
+    if check_results_folder(output, [folder]) and proves and not (dry_run or part):
+        check_proofs_folder(output)
+    if is_slow:
+        say(WITHOUT_HEYOKA)
+    options = SweepOptions(
+        None, threads, shard_size, retry_failed, fail_fast, force, own_part, compare=compare
+    )
+    if dry_run:
+        report_dry_run(loaded, folder, options, as_json=as_json)
+        return None
+    # Imported late: checks need none of what runs members.
+    from rbstab_cli.work.sweeps.cluster import connected_cluster
+    from rbstab_cli.work.sweeps.running import run_sweep
+
     unlimited = bool(prove) if proves else None
     with connected_cluster(dask, loaded.engine) as pool:
         options = replace(options, pool=pool)

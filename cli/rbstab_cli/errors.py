@@ -1,6 +1,7 @@
 """How a command ends that cannot be done: what it says on stderr, and its exit code."""
 
 import sys
+from importlib.util import find_spec
 from typing import IO, Any
 
 import click
@@ -23,22 +24,23 @@ class Failed(click.ClickException):
             say(line)
 
 
-class Command(click.Command):
-    """A command whose function may return its exit code, and raise the errors of the library."""
+def require(extra: str, use: str, *modules: str) -> None:
+    """End a command whose optional packages are not installed.
 
-    def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; end it with its exit code."""
-        try:
-            code = super().invoke(ctx)
-        except (click.ClickException, click.exceptions.Exit, click.Abort):
-            raise
-        except Exception as error:
-            told = _told(error)
-            if told is None:
-                raise
-            raise told from error
-        if code:
-            ctx.exit(code)
+    Args:
+        extra: The extra of rbstab that has them.
+        use: What needs them.
+        modules: The modules of the packages.
+
+    Raises:
+        UsageError: One of them is not installed.
+    """
+    for name in modules:
+        if find_spec(name) is None:
+            raise click.UsageError(
+                f"{use} needs {name}, which a plain install lacks. Run: "
+                f'pip install "rbstab[{extra}]"'
+            )
 
 
 CODES = {
@@ -54,7 +56,7 @@ CODES = {
 """The exit codes of the errors of the library. Their names are enough: none has to be imported."""
 
 
-def _told(error: Exception) -> Failed | None:
+def told(error: Exception) -> Failed | None:
     """Return how the command ends with an error of the library; None: that is a fault in rbstab."""
     for kind in type(error).__mro__:
         if kind.__module__.startswith("rbstab.") and kind.__name__ in CODES:

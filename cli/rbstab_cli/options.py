@@ -1,34 +1,69 @@
 """The arguments and options of commands: each that several have is declared once, by its name."""
 
 from collections.abc import Callable
-from functools import partial
+from functools import partial, wraps
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
-from rbstab_cli.errors import Command
+from rbstab.processes.imports import keep_imports
+from rbstab_cli.command import Command
+from rbstab_cli.printing import QUIET
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
-PATH = click.Path(path_type=Path)
-FOLDER = click.Path(file_okay=False, path_type=Path)
-FILE = click.Path(dir_okay=False, path_type=Path)
+
+class PathType(click.Path):
+    """`click.Path` without the empty one, usually a variable of a shell that has no value.
+
+    `pathlib` would take it for the working folder.
+    """
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path.
+
+        Raises:
+            BadParameter: It is empty, or of another kind.
+        """
+        if value == "":
+            self.fail("it is empty; expected a path.", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+PATH = PathType(path_type=Path)
+FOLDER = PathType(file_okay=False, path_type=Path)
+FILE = PathType(dir_okay=False, path_type=Path)
 
 flag = partial(click.option, is_flag=True)
 repeatable = partial(click.option, multiple=True)
 
 
-def declare(name: str, example: str) -> Callable[..., Command]:
-    """Declare a command whose function returns its exit code, if it is not 0.
+def declare(name: str, example: str, body: str = "", **rules: Any) -> Callable[..., Command]:
+    """Declare a command by a function with its options and its help.
 
     Args:
         name: Its name.
         example: A command line that can be typed as it is, for the end of the help.
+        body: The module below `work` and the function in it that does the work with the parameters;
+            it is imported when the command is called, and returns the exit code if it is not 0.
+            Without it the declared function does the work.
+        rules: Options that need or exclude others; see `Command`.
     """
-    # click leaves the line after \b as it is.
-    return click.command(name, cls=Command, epilog=f"\b\nExample:\n  {example}")
+
+    def decorate(declared: Callable[..., Any]) -> Command:
+        @wraps(declared)
+        def call(**given: Any) -> Any:
+            with keep_imports():
+                work = resolve_name(f"rbstab_cli.work.{body}") if body else declared
+            return work(**given)
+
+        # click leaves the line after \b as it is.
+        end = f"\b\nExample:\n  {example}"
+        return click.command(name, cls=Command, epilog=end, **rules)(call)
+
+    return decorate
 
 
 class Choice(click.Choice[str]):
@@ -50,6 +85,17 @@ class Choice(click.Choice[str]):
             raise click.BadParameter(f"{error.message}{hint}", ctx, param) from error
 
 
+def quiet(
+    help_text: str = "Print no progress and no hints; problems are still printed.",
+) -> Decorator:
+    """Return the option -q. `is_quiet` tells whether it is given; no function takes it."""
+
+    def keep(ctx: click.Context, _: click.Parameter, value: bool) -> None:
+        ctx.meta[QUIET] = value
+
+    return flag("-q", "--quiet", help=help_text, expose_value=False, callback=keep)
+
+
 SHARED: dict[str, Decorator] = {
     "config": click.argument("config", metavar="CONFIG", type=PATH),
     "configs": click.argument("configs", nargs=-1, required=True, metavar="CONFIG...", type=PATH),
@@ -68,11 +114,7 @@ SHARED: dict[str, Decorator] = {
         "so read them first; without this option a config with one is refused.",
     ),
     "json": flag("--json", "as_json", help="Print the results as JSON."),
-    "quiet": flag(
-        "-q",
-        "--quiet",
-        help="Print no progress and no hints; problems are still printed.",
-    ),
+    "quiet": quiet(),
     "force": flag("--force", help="Replace FILE if it exists."),
 }
 """The arguments and options that several commands have."""
@@ -89,9 +131,7 @@ def takes(*names: str) -> Decorator:
     return decorate
 
 
-def output(
-    help_text: str, kind: click.Path = FILE, metavar: str = "FILE", **more: Any
-) -> Decorator:
+def output(help_text: str, kind: PathType = FILE, metavar: str = "FILE", **more: Any) -> Decorator:
     """Return the option -o of commands that write a file, or into a folder."""
     return click.option("-o", "--output", metavar=metavar, type=kind, help=help_text, **more)
 
@@ -117,24 +157,3 @@ def engine(default: str) -> Decorator:
     """Return the option --engine."""
     names = Choice(["heyoka", "scipy"])
     return click.option("--engine", type=names, help=f"Integrator; default: {default}.")
-
-
-def refuse_unused(context: click.Context, reason: str, *used: str) -> None:
-    """Refuse what was given on the command line although it would have no effect.
-
-    Args:
-        context: The context of the command.
-        reason: The beginning of the message.
-        used: The names of the parameters that have an effect.
-
-    Raises:
-        UsageError: Another parameter was given.
-    """
-    unused = [
-        one.opts[0] if isinstance(one, click.Option) else one.make_metavar(context).strip("[].")
-        for one in context.command.params
-        if one.name not in used
-        and context.get_parameter_source(str(one.name)) is ParameterSource.COMMANDLINE
-    ]
-    if unused:
-        raise click.UsageError(f"{reason} {', '.join(unused)}")

@@ -25,6 +25,22 @@ def say(text: str) -> None:
     click.echo(text, err=True)
 
 
+QUIET = "rbstab.quiet"
+"""The key of the option --quiet in the `Context.meta` of a command that has it."""
+
+
+def is_quiet() -> bool:
+    """Return whether the command was called with --quiet: then it prints no progress, no hints."""
+    context = click.get_current_context(silent=True)
+    return context is not None and bool(context.meta.get(QUIET))
+
+
+def hint(text: str) -> None:
+    """Print a line that --quiet leaves out, on stderr."""
+    if not is_quiet():
+        say(text)
+
+
 class Table:
     """A table of texts on stdout.
 

@@ -1,7 +1,5 @@
 """The commands of `rbstab`, each imported when it is called, and words that may mean one."""
 
-from collections import Counter
-from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -14,15 +12,16 @@ FIRST_STEPS = "First steps: rbstab init, then rbstab run experiment.yaml."
 """The end of `rbstab --help`."""
 
 
-COMMANDS = (
-    *("init", "examples", "run", "sweep", "check", "show", "list", "compare", "export", "report"),
-    *("plot", "stability", "verify", "sensitivities", "tune", "guard", "cache", "schema"),
-    "completion",
-)
-"""The commands, in the order in which a new user needs them."""
-
-STORED = ("show", "list", "compare", "export", "report", "plot")
-"""Those that read stored results; they are in a room of their own."""
+COMMANDS = {
+    **dict.fromkeys(("init", "examples"), "beginning"),
+    **dict.fromkeys(("run", "sweep"), "running"),
+    "check": "beginning",
+    **dict.fromkeys(("show", "list", "compare", "export", "report", "plot"), "stored"),
+    **dict.fromkeys(("stability", "verify"), "proofs"),
+    **dict.fromkeys(("sensitivities", "tune", "guard"), "tuning"),
+    **dict.fromkeys(("cache", "schema", "completion"), "beginning"),
+}
+"""The commands with their modules, in the order in which a new user needs them."""
 
 MEANT = {
     "prove": "stability",
@@ -42,11 +41,9 @@ MEANT = {
 HELP = "help"
 """The word that prints the help, as in other programs; it is no command in the list."""
 
-SET = "--set"
-
 
 class Registry(click.Group):
-    """A group whose command NAME is the object `command` in the module NAME of its room."""
+    """A group whose commands are imported when they are called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """Return the names."""
@@ -56,9 +53,9 @@ class Registry(click.Group):
         """Import and return a command; return None for an unknown name."""
         if cmd_name not in COMMANDS:
             return None
-        room = "commands.stored" if cmd_name in STORED else "commands"
-        command: click.Command = import_module(f"rbstab_cli.{room}.{cmd_name}").command
-        return command
+        module = import_module(f"rbstab_cli.commands.{COMMANDS[cmd_name]}")
+        found = (one for one in vars(module).values() if isinstance(one, click.Command))
+        return next(one for one in found if one.name == cmd_name)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands into the help."""
@@ -70,29 +67,21 @@ class Registry(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Return a command and its arguments; refuse words that click would accept or not explain.
+        """Return a command and its arguments; `help` means --help.
 
-        For an unknown name, say what was likely meant; `help` means --help.
+        For an unknown name, say what was likely meant.
         """
         first, *words = args
         if ctx.resilient_parsing or first.startswith("-"):
             return super().resolve_command(ctx, args)
+        if first == HELP and not words:
+            click.echo(ctx.get_help())
+            ctx.exit()
         if first == HELP:
-            self._print_help(ctx, words)
-        command = self.get_command(ctx, first)
-        if command is None:
+            first, words = words[0], ["--help"]
+        if first not in COMMANDS:
             ctx.fail(_unknown_command(first))
-        _refuse_words(command, click.Context(command, ctx, first), words)
-        return first, command, words
-
-    def _print_help(self, ctx: click.Context, words: list[str]) -> None:
-        """Print the help of the program, or of the command that a word names, and end."""
-        command = self.get_command(ctx, words[0]) if words else None
-        if words and command is None:
-            ctx.fail(_unknown_command(words[0]))
-        shown = ctx if command is None else click.Context(command, ctx, words[0])
-        click.echo(shown.get_help())
-        ctx.exit()
+        return super().resolve_command(ctx, [first, *words])
 
     # click itself ends with exit code 1 if stdout is a closed pipe.
     @reader_gone_errors()
@@ -125,52 +114,3 @@ def _unknown_command(name: str) -> str:
     close = get_close_matches(name.lower(), [*COMMANDS, *MEANT], n=1)
     hint = f" Did you mean {MEANT.get(close[0], close[0])}?" if close else ""
     return f"No such command '{name}'.{hint}"
-
-
-def _refuse_words(command: click.Command, context: click.Context, words: Sequence[str]) -> None:
-    """Refuse an option with one value that is given twice, an empty path, and a key as an option.
-
-    Flags may be repeated: that changes nothing. An empty path is usually a variable of a shell
-    without a value; pathlib would take it for the working folder.
-
-    Raises:
-        UsageError: There is such a word.
-    """
-    try:
-        values, _, given = command.make_parser(context).parse_args(list(words))
-    except click.NoSuchOption as error:
-        _refuse_key(error.option_name, command, context)
-        return
-    except click.UsageError:
-        return  # the command itself reports what else is wrong with its words
-    for option, count in Counter(filter(_takes_one_value, given)).items():
-        if count > 1:
-            raise click.UsageError(
-                f"{max(option.opts, key=len)} is given {count} times, and takes one value.", context
-            )
-    for parameter in command.params:
-        value = values.get(str(parameter.name))
-        empty = "" in value if isinstance(value, list | tuple) else value == ""
-        if isinstance(parameter.type, click.Path) and empty:
-            name = parameter.get_error_hint(context)
-            raise click.UsageError(f"{name} is empty: expected a path.", context)
-
-
-def _takes_one_value(parameter: click.Parameter) -> bool:
-    return isinstance(parameter, click.Option) and not (
-        parameter.multiple or parameter.is_flag or parameter.count
-    )
-
-
-def _refuse_key(unknown: str, command: click.Command, context: click.Context) -> None:
-    """Say how a key is changed whose name is used as an option: `--duration`."""
-    if not unknown.startswith("--") or not any(SET in one.opts for one in command.params):
-        return
-    # Imported late: the schema takes a while.
-    from rbstab.config.errors import keys_named
-    from rbstab.config.known_keys import keys_of_variants
-
-    keys = keys_named(unknown.lstrip("-"), keys_of_variants())
-    if keys:
-        ways = " or ".join(f"{SET} {key}=VALUE" for key in keys)
-        raise click.UsageError(f"No such option '{unknown}'. Change the config: {ways}", context)

@@ -13,7 +13,7 @@ from rbstab.report.writers.signature import pictures_folder
 from rbstab.store.errors import StoreError
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE
-from rbstab_cli.printing import say
+from rbstab_cli.printing import hint, say
 
 OTHER_FILES = (
     *(".html", ".htm", ".md", ".markdown", ".pdf", ".txt", ".log"),
@@ -32,15 +32,13 @@ class Taken(NamedTuple):
         paths: Files of runs, folders of sweeps, and whatever else was named.
         in_folders: Those of `paths` that were found in a folder. The user named none of them, so
             one that cannot be read does not hide the others.
-        named: What the user named, without what is no result.
     """
 
     paths: tuple[Path, ...]
     in_folders: frozenset[Path]
-    named: tuple[Path, ...]
 
 
-def taken(named: Sequence[Path], *, quiet: bool = False) -> Taken:
+def taken(named: Sequence[Path]) -> Taken:
     """Return the results among some paths, those in a folder in place of the folder.
 
     Prints how many results a folder has. Sweeps in it that are not finished are left out, and
@@ -48,12 +46,11 @@ def taken(named: Sequence[Path], *, quiet: bool = False) -> Taken:
 
     Args:
         named: What the user named.
-        quiet: Whether to leave out what a folder has, and what is no result.
     """
     found: list[Path] = []
     in_folders: set[Path] = set()
     unfinished: set[Path] = set()
-    paths = results_among(named, quiet=quiet)
+    paths = results_among(named)
     for path in paths:
         try:
             inside = results_in(path) if kind_of(path) is Kind.FOLDER else []
@@ -64,21 +61,21 @@ def taken(named: Sequence[Path], *, quiet: bool = False) -> Taken:
             found.append(path)
             continue
         counts = ((sweeps.count(False), "run"), (sweeps.count(True), "sweep"))
-        if inside and not quiet:
+        if inside:
             words = " and ".join(counted(count, word) for count, word in counts if count)
-            say(f"{path}: {words}")
+            hint(f"{path}: {words}")
         found += inside or [path]
         in_folders.update(inside)
         unfinished |= without
     # One that is named, too, is not left out.
     unfinished -= set(paths)
     if unfinished and not unfinished.issuperset(found):
-        _say_left_out("not finished", sorted(unfinished))
+        say(_left_out("not finished", sorted(unfinished)))
         found = [path for path in found if path not in unfinished]
-    return Taken(tuple(found), frozenset(in_folders.difference(paths)), paths)
+    return Taken(tuple(found), frozenset(in_folders.difference(paths)))
 
 
-def results_among(paths: Sequence[Path], *, quiet: bool = False) -> tuple[Path, ...]:
+def results_among(paths: Sequence[Path]) -> tuple[Path, ...]:
     """Return the results among some paths, and print what else is left out.
 
     A pattern also matches proofs, reports, figures and notes, and the parts of a sweep. If nothing
@@ -86,19 +83,17 @@ def results_among(paths: Sequence[Path], *, quiet: bool = False) -> tuple[Path, 
 
     Args:
         paths: What the user named.
-        quiet: Whether to leave out the note.
     """
     others = {path: None for path in paths if _stands_beside_results(path)}
     results = tuple(path for path in paths if path not in others)
     if not results or not others:
         return tuple(paths)
-    if not quiet:
-        _say_left_out("not a result", others)
+    hint(_left_out("not a result", others))
     return results
 
 
-def _say_left_out(why: str, paths: Iterable[Path]) -> None:
-    say(f"Left out, {why}: {listed(map(untrusted, paths), MAX_NAMED)}")
+def _left_out(why: str, paths: Iterable[Path]) -> str:
+    return f"Left out, {why}: {listed(map(untrusted, paths), MAX_NAMED)}"
 
 
 def _is_unfinished(path: Path) -> bool:

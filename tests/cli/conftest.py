@@ -1,6 +1,7 @@
 """A working folder, plans, a fake engine, and the command line in this process or in its own."""
 
 import functools
+import json
 import pkgutil
 import signal
 import subprocess
@@ -39,7 +40,7 @@ STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path, monkeypatch) -> Path:
     """An empty working folder with one valid config, `good.yaml`."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "good.yaml").write_text(GOOD)
@@ -51,11 +52,19 @@ def rbstab(*arguments: str) -> Result:
     return CliRunner().invoke(cli, list(arguments), prog_name="rbstab")
 
 
-def success(*arguments: str) -> Result:
-    """Call the command line in this process; fail the test if it does not end with 0."""
+def ended(code: int, *arguments: str) -> Result:
+    """Call the command line in this process; fail the test if it does not end with the code."""
     done = rbstab(*arguments)
-    assert done.exit_code == 0, done.output
+    assert done.exit_code == code, done.output
     return done
+
+
+success = functools.partial(ended, 0)
+
+
+def json_of(*arguments: str) -> Any:
+    """Call the command line in this process, and return what it prints as JSON."""
+    return json.loads(rbstab(*arguments, "--json").stdout)
 
 
 def replace_everywhere(
@@ -73,7 +82,7 @@ def replace_everywhere(
 
 
 @pytest.fixture
-def refuse(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+def refuse(monkeypatch) -> Callable[..., None]:
     """A function that lets calls of a function, or of several of rbstab, fail."""
 
     def use(*names: str, error: Exception | None = None) -> None:
@@ -87,7 +96,7 @@ def refuse(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
 
 
 @pytest.fixture
-def no_runs(refuse: Callable[..., None]) -> None:
+def no_runs(refuse) -> None:
     """Let every run, sweep and proof fail the test."""
     refuse(
         "experiment.run_to_file.simulate_problem",
@@ -98,7 +107,7 @@ def no_runs(refuse: Callable[..., None]) -> None:
 
 
 @pytest.fixture
-def no_work(no_runs: None, refuse: Callable[..., None]) -> None:
+def no_work(no_runs, refuse) -> None:
     """Let every computation fail the test."""
     refuse(
         "experiment.tuning.tune.tune",
@@ -110,7 +119,7 @@ def no_work(no_runs: None, refuse: Callable[..., None]) -> None:
 
 
 @pytest.fixture
-def statuses(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def statuses(monkeypatch) -> list[str]:
     """What long work says of itself from now on, without waiting for its lines."""
     said: list[str] = []
     monkeypatch.setattr(sweep_progress, "UPDATE_INTERVAL", 0.0)
@@ -119,7 +128,7 @@ def statuses(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 @pytest.fixture
-def plan(folder: Path, request: pytest.FixtureRequest) -> Path:
+def plan(folder, request) -> Path:
     """The plan `plan.yaml` in the working folder, with the text PLAN of the test module."""
     path = folder / "plan.yaml"
     path.write_text(request.module.PLAN)
@@ -127,7 +136,7 @@ def plan(folder: Path, request: pytest.FixtureRequest) -> Path:
 
 
 @pytest.fixture
-def use_fake_engine(monkeypatch: pytest.MonkeyPatch, plan: Path) -> Callable[..., None]:
+def use_fake_engine(monkeypatch, plan) -> Callable[..., None]:
     """A function that replaces the engine of sweeps by a fake one; called once without failures."""
 
     def use(**arguments: Any) -> None:

@@ -52,7 +52,7 @@ integration: {duration: 10}
 
 
 @pytest.fixture(autouse=True)
-def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _folder(tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     for name, data in {"mounts": MOUNTS, "leg": LEG}.items():
         Path(f"{name}.yaml").write_text(json.dumps(data))
@@ -75,7 +75,7 @@ def frequencies(stiffness: list[int]) -> list[float]:
     return sorted(np.sqrt(squares.real).tolist())
 
 
-def test_the_frequencies_of_the_mounts_need_no_proof() -> None:
+def test_the_frequencies_of_the_mounts_need_no_proof():
     expected = frequencies(K_C)
     assert expected == pytest.approx([19.34, 21.91, 40.00, 40.19, 61.97, 64.08], abs=0.005)
     text = ", ".join(f"{one:.4g}" for one in expected)
@@ -83,7 +83,7 @@ def test_the_frequencies_of_the_mounts_need_no_proof() -> None:
     assert f"{text} rad/s" in printed("show", "results/mounts.h5")
 
 
-def test_a_driven_run_speaks_of_the_largest_v() -> None:
+def test_a_driven_run_speaks_of_the_largest_v():
     found = printed("run", "knock.yaml")
     assert "v(0)/1000" not in found
     assert "At rest: v stays below 0.001 of its largest value from then on" in found
@@ -92,7 +92,7 @@ def test_a_driven_run_speaks_of_the_largest_v() -> None:
     assert "v(0)/1000; where inputs supply power, v stays below 0.001 of its largest" in both
 
 
-def test_a_driven_sweep_speaks_of_the_largest_v() -> None:
+def test_a_driven_sweep_speaks_of_the_largest_v():
     """A knock on a body at rest: v(0) is 0, so no v stays below a share of it."""
     vary = {"elements.knock.amplitude": {"values": [1, 100]}}
     Path("knocks.yaml").write_text(json.dumps({"base": "knock.yaml", "vary": vary}))

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from cli.conftest import rbstab, success
+from cli.conftest import ended, rbstab, success
 from support.printed_paths import printed, words_of
 
 from rbstab.config.load import load_config
@@ -13,7 +13,7 @@ FILES = ["README.md", "experiment.yaml", "sweep.yaml"]
 
 
 @pytest.fixture(autouse=True)
-def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def working_folder(tmp_path, monkeypatch) -> Path:
     """An empty working folder."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
@@ -23,7 +23,7 @@ def contents(folder: str) -> dict[str, str]:
     return {p.as_posix(): p.read_text() for p in sorted(Path(folder).rglob("*")) if p.is_file()}
 
 
-def test_init_here() -> None:
+def test_init_here():
     done = success("init")
     assert done.stdout == ""
     assert sorted(contents(".")) == FILES
@@ -33,7 +33,7 @@ def test_init_here() -> None:
 
 
 @pytest.mark.parametrize("variant", ["free", "permanent", "embedded", "sliding"])
-def test_init_of_a_variant_elsewhere(variant: str) -> None:
+def test_init_of_a_variant_elsewhere(variant):
     done = success("init", "my first/one", "--variant", variant)
     second = "rbstab run experiment.yaml\n"
     both = one_after_the_other(f"cd {shell_word(Path('my first/one'))}", second)
@@ -41,7 +41,7 @@ def test_init_of_a_variant_elsewhere(variant: str) -> None:
     assert load_config(Path("my first/one/experiment.yaml")).controller.variant == variant
 
 
-def test_the_list_of_examples() -> None:
+def test_the_list_of_examples():
     done = success("examples")
     lines = done.stdout.splitlines()
     assert lines[0].split() == ["name", "kind", "title"]
@@ -52,7 +52,7 @@ def test_the_list_of_examples() -> None:
     assert contents(".") == {}
 
 
-def test_a_copied_example_runs() -> None:
+def test_a_copied_example_runs():
     done = success("examples", "case1_permanent")
     assert list(contents(".")) == ["configs/paper/case1_permanent.yaml"]
     line = done.stderr.splitlines()[-1].removeprefix("Next: rbstab ")
@@ -61,7 +61,7 @@ def test_a_copied_example_runs() -> None:
 
 
 @pytest.mark.parametrize("command", ["run", "sweep"])
-def test_a_copied_example_with_code_names_the_option_that_runs_it(command: str) -> None:
+def test_a_copied_example_with_code_names_the_option_that_runs_it(command):
     name = {"run": "examples/cubic_spring", "sweep": "sweeps/cubic_spring"}[command]
     done = rbstab("examples", name)
     words = words_of(done.stderr.splitlines()[-1].removeprefix("Next: rbstab "))
@@ -70,10 +70,9 @@ def test_a_copied_example_with_code_names_the_option_that_runs_it(command: str) 
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_init_overwrites_nothing(name: str) -> None:
+def test_init_overwrites_nothing(name):
     Path(name).write_text("mine")
-    done = rbstab("init", "--variant", "sliding")
-    assert done.exit_code == 4
+    done = ended(4, "init", "--variant", "sliding")
     assert done.stderr.splitlines() == [
         f"{name}: already exists; it is not overwritten",
         "Nothing was written. Choose another folder: rbstab init FOLDER --variant sliding",
@@ -81,7 +80,7 @@ def test_init_overwrites_nothing(name: str) -> None:
     assert contents(".") == {name: "mine"}
 
 
-def test_a_copy_of_an_example_overwrites_nothing() -> None:
+def test_a_copy_of_an_example_overwrites_nothing():
     rbstab("examples", "elements")
     done = success("examples", "strut_stiffness")
     assert printed("configs/examples/elements.yaml is there already\n") in done.stderr
@@ -92,8 +91,7 @@ def test_a_copy_of_an_example_overwrites_nothing() -> None:
     changed = Path("configs/examples/elements.yaml")
     changed.write_text(changed.read_text() + "# mine\n")
     before = contents("configs")
-    done = rbstab("examples", "strut_stiffness", "joint")
-    assert done.exit_code == 4
+    done = ended(4, "examples", "strut_stiffness", "joint")
     assert done.stderr.splitlines() == [
         f"{changed}: already exists; it is not overwritten",
         "Nothing was written. Choose another folder: rbstab examples strut_stiffness joint "

@@ -35,7 +35,7 @@ def cache(*options: str, folder: Path | str) -> subprocess.CompletedProcess[str]
     return called("-m", "rbstab_cli", "cache", *options, folder=folder)
 
 
-def test_the_cache_is_shown_and_cleared(tmp_path: Path) -> None:
+def test_the_cache_is_shown_and_cleared(tmp_path):
     place = tmp_path / "rbstab"
     assert cache(folder=tmp_path).stdout == f"{place}: 0.0 MB of at most 200 MB\n"
     assert called("-c", FILL, folder=tmp_path).returncode == 0
@@ -49,7 +49,7 @@ def test_the_cache_is_shown_and_cleared(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("options", [(), ("--clear",)])
-def test_a_folder_that_cannot_be_used_is_an_error(options: tuple[str, ...]) -> None:
+def test_a_folder_that_cannot_be_used_is_an_error(options):
     folder = f"{os.devnull}/cache"
     done = cache(*options, folder=folder)
     assert (done.returncode, done.stdout) == (4, "")

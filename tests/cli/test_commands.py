@@ -12,7 +12,7 @@ import click
 import jsonschema
 import pytest
 import yaml
-from cli.conftest import GOOD, PLAN_OF_MASSES, rbstab, replace_everywhere, success
+from cli.conftest import GOOD, PLAN_OF_MASSES, ended, json_of, rbstab, replace_everywhere, success
 from support.made_runs import made_file
 
 from rbstab_cli import exit_codes, main
@@ -21,7 +21,7 @@ from rbstab_cli.registry import COMMANDS, FIRST_STEPS
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_the_help_of_a_command_ends_with_an_example(name: str, folder: Path) -> None:
+def test_the_help_of_a_command_ends_with_an_example(name, folder):
     """It is on one line, and its words are arguments and options that the command has."""
     *_, title, line = rbstab(name, "--help").stdout.rstrip().splitlines()
     assert title.strip() == "Example:"
@@ -34,7 +34,7 @@ def test_the_help_of_a_command_ends_with_an_example(name: str, folder: Path) -> 
     assert context.args == []
 
 
-def test_the_help_ends_with_the_first_steps() -> None:
+def test_the_help_ends_with_the_first_steps():
     assert rbstab("--help").stdout.endswith(f"{FIRST_STEPS}\n")
 
 
@@ -74,19 +74,19 @@ def imported_by(*words: str) -> set[str]:
     )
 
 
-def test_help_does_not_wait_for_numerical_packages() -> None:
+def test_help_does_not_wait_for_numerical_packages():
     heavy = {"numpy", "scipy", "h5py", "yaml", "pydantic", "rich", "heyoka"}
     assert not heavy & imported_by("--help")
 
 
 @pytest.mark.parametrize("options", [("--json", "-q"), ()])
-def test_a_run_imports_nothing_that_it_does_not_use(options: tuple[str, ...], folder: Path) -> None:
+def test_a_run_imports_nothing_that_it_does_not_use(options, folder):
     modules = imported_by("run", "--no-prove", "good.yaml", *options)
     assert {"scipy.integrate", "h5py", "rbstab.experiment.run_to_file"} <= modules
     assert not {*UNUSED_PACKAGES, *OPTIONAL_PACKAGES, *UNUSED_MODULES} & modules
 
 
-def test_a_sweep_by_heyoka_imports_no_scipy() -> None:
+def test_a_sweep_by_heyoka_imports_no_scipy():
     pytest.importorskip("heyoka")
     # SciPy is imported for the comparison, after all members.
     modules = printed_by(
@@ -96,22 +96,22 @@ def test_a_sweep_by_heyoka_imports_no_scipy() -> None:
     assert not {"scipy", *OPTIONAL_PACKAGES} & modules
 
 
-def test_numbers_that_are_not_finite_are_null_in_json(folder: Path) -> None:
+def test_numbers_that_are_not_finite_are_null_in_json(folder):
     Path("good.yaml").write_text(GOOD.replace("[1, 2, -1]", "[1e200, 0, 1e200]"))
-    assert rbstab("run", "--no-prove", "good.yaml").exit_code == 3
-    facts = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    ended(3, "run", "--no-prove", "good.yaml")
+    facts = json_of("show", "results/good.h5")
     assert facts["status"] == "diverged"
     assert facts["lyapunov_start"] is None
 
 
-def test_the_printed_schema_accepts_a_config(folder: Path) -> None:
+def test_the_printed_schema_accepts_a_config(folder):
     schema = json.loads(rbstab("schema").stdout)
     jsonschema.validate(yaml.safe_load(GOOD), schema)
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(yaml.safe_load(GOOD.replace("mass: 41", "mass: -41")), schema)
 
 
-def test_completion_completes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_completion_completes(monkeypatch):
     environment = {"_RBSTAB_COMPLETE": "bash_complete", "COMP_WORDS": "rbstab s", "COMP_CWORD": "1"}
     for key, value in environment.items():
         monkeypatch.setenv(key, value)
@@ -122,7 +122,7 @@ def test_completion_completes(monkeypatch: pytest.MonkeyPatch) -> None:
     assert done.stdout.split() == [f"plain,{command}" for command in commands]
 
 
-def test_plans_and_configs_are_checked(folder: Path) -> None:
+def test_plans_and_configs_are_checked(folder):
     Path("plan.yaml").write_text(PLAN_OF_MASSES)
     done = success("check", "plan.yaml", "good.yaml")
     plan, config = done.stdout.splitlines()
@@ -155,7 +155,7 @@ main()
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("command", NEEDED)
-def test_a_command_names_the_package_that_it_needs(command: str, folder: Path) -> None:
+def test_a_command_names_the_package_that_it_needs(command, folder):
     Path("plan.yaml").write_text(PLAN_OF_MASSES)
     made_file(folder / "made.h5")
     packages, message = NEEDED[command]
@@ -173,7 +173,7 @@ def test_a_command_names_the_package_that_it_needs(command: str, folder: Path) -
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_docs_and_the_help_list_every_code() -> None:
+def test_the_docs_and_the_help_list_every_code():
     codes = {value for name, value in vars(exit_codes).items() if name.isupper()}
     table = (ROOT / "docs/commands.md").read_text(encoding="utf-8").partition("## Exit codes")[2]
     assert {int(code) for code in re.findall(r"^\| (\d+) \|", table, re.MULTILINE)} == codes
@@ -181,7 +181,7 @@ def test_the_docs_and_the_help_list_every_code() -> None:
     assert {int(code) for code in re.findall(r"(?:^|; ) ?(\d+) ", told)} == codes
 
 
-def ended(monkeypatch: pytest.MonkeyPatch, *words: str) -> object:
+def code_of(monkeypatch: pytest.MonkeyPatch, *words: str) -> object:
     """Return the exit code of the program in this process."""
     monkeypatch.setattr(sys, "argv", ["rbstab", *words])
     for name in ("prepare_streams", "handle_interrupts", "stop_handling"):
@@ -191,20 +191,18 @@ def ended(monkeypatch: pytest.MonkeyPatch, *words: str) -> object:
     return caught.value.code
 
 
-@pytest.mark.usefixtures("folder")
-def test_the_codes_of_commands(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_codes_of_commands(folder, monkeypatch):
     short = ("run", "good.yaml", "--no-prove", "-q")
-    assert ended(monkeypatch, "check", "good.yaml") == exit_codes.OK
-    assert ended(monkeypatch, "check", "missing.yaml") == exit_codes.USAGE
-    assert ended(monkeypatch, "run") == exit_codes.USAGE
+    assert code_of(monkeypatch, "check", "good.yaml") == exit_codes.OK
+    assert code_of(monkeypatch, "check", "missing.yaml") == exit_codes.USAGE
+    assert code_of(monkeypatch, "run") == exit_codes.USAGE
     # At 50 rad/s the body leaves the range of θ2 within the tenth of a second.
     spin = ("--set", "initial.angular_velocity=[0, 50, 0]")
-    assert ended(monkeypatch, *short, *spin) == exit_codes.NOT_COMPLETED
-    assert ended(monkeypatch, "show", "missing.h5") == exit_codes.STORAGE
+    assert code_of(monkeypatch, *short, *spin) == exit_codes.NOT_COMPLETED
+    assert code_of(monkeypatch, "show", "missing.h5") == exit_codes.STORAGE
 
 
-@pytest.mark.usefixtures("folder")
-def test_an_unexpected_error_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unexpected_error_is_not_hidden(folder, monkeypatch):
     """Python prints its traceback and ends with `exit_codes.INTERNAL`."""
 
     def fail(*_: object, **__: object) -> None:
@@ -212,7 +210,7 @@ def test_an_unexpected_error_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> N
 
     replace_everywhere(monkeypatch, "rbstab.config.warnings.config_warnings", fail)
     with pytest.raises(ZeroDivisionError):
-        ended(monkeypatch, "check", "good.yaml")
+        code_of(monkeypatch, "check", "good.yaml")
 
 
 def options_with_one_value() -> Iterator[tuple[str, str]]:
@@ -227,13 +225,12 @@ def options_with_one_value() -> Iterator[tuple[str, str]]:
 
 
 @pytest.mark.parametrize(("command", "option"), [*options_with_one_value()])
-def test_one_value_given_twice_is_refused(command: str, option: str) -> None:
-    done = rbstab(command, option, "a", option, "b")
-    assert done.exit_code == 2
+def test_one_value_given_twice_is_refused(command, option):
+    done = ended(2, command, option, "a", option, "b")
     assert done.stderr.startswith(f"Usage: rbstab {command} ")
     assert " is given 2 times, and takes one value.\n" in done.stderr
 
 
-def test_two_spellings_are_one_option() -> None:
+def test_two_spellings_are_one_option():
     done = rbstab("run", "good.yaml", "-o", "a", "--output", "b")
     assert "Error: --output is given 2 times" in done.stderr

@@ -24,7 +24,7 @@ LEAVES_RANGE = ROOT / "examples" / "stability" / "fast.yaml"
     ],
     ids=[str(path.relative_to(ROOT)) for path in CONFIGS if path != LEAVES_RANGE],
 )
-def test_every_config_runs_and_closes_its_audit(path: Path) -> None:
+def test_every_config_runs_and_closes_its_audit(path):
     # The elements of users among them are ours.
     result = rbstab.simulate(rbstab.load_config(path, allow_python=True))
     assert result.status == "completed", result.attributes["status_detail"]

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, rbstab, success
+from cli.conftest import GOOD, ended, rbstab, success
 from support.ridges import LETS_GO
 from support.user_code import SPRING
 
@@ -14,8 +14,7 @@ CONFIG = GOOD.replace("title: A short run", "schema_version: 2\ntitle: A spring"
 )
 
 
-@pytest.mark.usefixtures("folder")
-def test_the_template_is_written_and_passes() -> None:
+def test_the_template_is_written_and_passes(folder):
     done = success("init", "--element")
     assert Path("cubic_spring.py").read_text() == TEMPLATE
     assert "Next: rbstab check --element cubic_spring.py\n" in done.stderr
@@ -27,34 +26,28 @@ def test_the_template_is_written_and_passes() -> None:
     assert len(others) >= 7
 
 
-@pytest.mark.usefixtures("folder")
-def test_the_line_for_a_config_works() -> None:
+def test_the_line_for_a_config_works(folder):
     done = rbstab("init", "--element", "other.py")
     line = done.stderr.splitlines()[-1].removeprefix("In a config: ")
     Path("case.yaml").write_text(f"schema_version: 2\n{GOOD}{line}\n")
     done = success("check", "case.yaml", "--allow-python")
 
 
-@pytest.mark.usefixtures("folder")
-def test_wrong_files_are_all_told() -> None:
+def test_wrong_files_are_all_told(folder):
     Path("wrong.py").write_text(SPRING.replace("0.5 *", "0.6 *"))
     Path("broken.py").write_text("class Mine(:\n")
     Path("mine.py").write_text(SPRING)
     arguments = [
         part for name in ("wrong.py", "broken.py", "mine.py") for part in ("--element", name)
     ]
-    done = rbstab("check", *arguments)
-    assert done.exit_code == 2
+    done = ended(2, "check", *arguments)
     assert "wrong.py: Mine: 1 statement does not hold\n" in done.stdout
     assert "  WRONG  the wrench on a body at rest is not the slope of `stored`" in done.stdout
     assert "mine.py: Mine: all statements hold" in done.stdout
     assert done.stderr.startswith("broken.py: cannot be run: line 1: SyntaxError: ")
 
 
-@pytest.mark.usefixtures("folder")
-def test_an_error_late_in_a_run_is_one_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_error_late_in_a_run_is_one_line(folder, monkeypatch, capsys):
     """The code may fail where it was not tried: a message with its line, and no traceback."""
     from rbstab_cli import main as program
 
@@ -76,8 +69,7 @@ def test_an_error_late_in_a_run_is_one_line(
 HELD = CONFIG.replace("variant: free", "variant: permanent")
 
 
-@pytest.mark.usefixtures("folder")
-def test_a_proof_with_code_is_made_and_verified() -> None:
+def test_a_proof_with_code_is_made_and_verified(folder):
     Path("mine.py").write_text(SPRING)
     Path("case.yaml").write_text(HELD)
     done = success("stability", "case.yaml", "--allow-python")
@@ -91,11 +83,10 @@ def test_a_proof_with_code_is_made_and_verified() -> None:
     done = success("verify", proof, "--config", "case.yaml", "--allow-python")
     assert "is that of the config, as an exact expression" in done.stdout
     Path("case.yaml").write_text(HELD.replace("k: 3", "k: 4"))
-    assert rbstab("verify", proof, "--config", "case.yaml", "--allow-python").exit_code == 4
+    ended(4, "verify", proof, "--config", "case.yaml", "--allow-python")
 
 
-@pytest.mark.usefixtures("folder")
-def test_rest_states_on_a_ridge_are_named() -> None:
+def test_rest_states_on_a_ridge_are_named(folder):
     """A spring that lets go, of a mast that its weight pushes over: it holds it, or does not."""
     Path("mine.py").write_text(LETS_GO)
     text = HELD.replace("{k: 3}", "{k: 9000, reach: 0.2}")

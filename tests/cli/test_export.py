@@ -27,7 +27,7 @@ FORMS = ("csv", "parquet", "mat")
 
 
 @pytest.fixture
-def sweep(folder: Path) -> Path:
+def sweep(folder) -> Path:
     """The folder of a sweep of 12 members with traces, of which two diverged."""
     plan = plan_with_traces(12)
     run_sweep(folder / "swept", plan, factory=lambda plan: FakeEngine(plan, failing=(1, 7)))
@@ -67,7 +67,7 @@ def assert_same(path: Path, expected: FlatColumns) -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_a_sweep_has_one_row_a_member(form: str, sweep: Path) -> None:
+def test_a_sweep_has_one_row_a_member(form, sweep):
     done = success("export", "swept", "-o", f"members.{form}")
     table = open_sweep(sweep)
     assert done.stdout.startswith(f"-> members.{form}: 12 rows, ")
@@ -78,7 +78,7 @@ def test_a_sweep_has_one_row_a_member(form: str, sweep: Path) -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_awkward_numbers_and_texts_come_back(form: str, tmp_path: Path) -> None:
+def test_awkward_numbers_and_texts_come_back(form, tmp_path):
     texts = ["", "a,b", 'say "Θ"', "two\nlines", "nan", "=1+1", *"cde"]
     assert len(AWKWARD) == len(texts) == 9
     arrays = {
@@ -96,7 +96,7 @@ def test_awkward_numbers_and_texts_come_back(form: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_the_traces_of_a_sweep(form: str, sweep: Path) -> None:
+def test_the_traces_of_a_sweep(form, sweep):
     success("export", "swept/members.h5", "--traces", "-o", f"motion.{form}")
     traces = open_traces(sweep)
     parts = [flat_columns(motions.variables, ("run", "time")) for motions in traces]
@@ -109,7 +109,7 @@ def test_the_traces_of_a_sweep(form: str, sweep: Path) -> None:
     assert arrays["position_2"][5 * 7 : 5 * 8].tolist() == traces.of(7)["position"][:, 2].tolist()
 
 
-def test_runs_have_one_row_each(folder: Path) -> None:
+def test_runs_have_one_row_each(folder):
     for name in ("b", "a"):
         own: dict[str, Any] = {f"{name}_own": 2.5}
         (folder / "runs").mkdir(exist_ok=True)
@@ -128,7 +128,7 @@ def test_runs_have_one_row_each(folder: Path) -> None:
     assert (first["a_own"], first["b_own"], second["b_own"]) == ("2.5", "nan", "2.5")
 
 
-def test_a_sweep_is_one_netcdf_file(sweep: Path) -> None:
+def test_a_sweep_is_one_netcdf_file(sweep):
     """Its arrays are those of `open_sweep`, for every reader of netCDF-4."""
     done = rbstab("export", "swept", "-o", "sweep.nc")
     table = open_sweep(sweep)
@@ -154,7 +154,7 @@ def test_a_sweep_is_one_netcdf_file(sweep: Path) -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-def test_the_samples_of_a_run_are_those_of_its_file(form: str, folder: Path) -> None:
+def test_the_samples_of_a_run_are_those_of_its_file(form, folder):
     result = open_result(made_file(folder / "made.h5"))
     success("export", "made.h5", "--traces", "-o", f"motion.{form}")
     arrays, units = flat_columns(result.variables, ("time",))

@@ -79,7 +79,7 @@ CASES = [
 
 
 @pytest.fixture
-def files(folder: Path) -> Path:
+def files(folder) -> Path:
     """The working folder with configs and plans."""
     for name, text in FILES.items():
         (folder / name).write_text(text)
@@ -101,9 +101,8 @@ def interrupted(place: str, count: int, number: int, words: str) -> "tuple[int, 
 
 @pytest.mark.parametrize("number", CODES)
 @pytest.mark.parametrize(("place", "count", "words", "said"), CASES)
-def test_what_is_stored_and_what_is_missing_is_said(  # noqa: PLR0917 (cases and fixtures)
-    place: str, count: int, words: str, said: str, number: signal.Signals, files: Path
-) -> None:
+@pytest.mark.usefixtures("files")
+def test_what_is_stored_and_what_is_missing_is_said(place, count, words, said, number):
     code, stdout, stderr = interrupted(place, count, number, words)
     assert code == CODES[number]
     assert f"Interrupted: {said}.\n" in stderr
@@ -113,7 +112,7 @@ def test_what_is_stored_and_what_is_missing_is_said(  # noqa: PLR0917 (cases and
     assert bool(stdout) != said.startswith("0")
 
 
-def test_proofs_that_were_made_are_kept_and_the_others_follow(files: Path) -> None:
+def test_proofs_that_were_made_are_kept_and_the_others_follow(files):
     """The proof that is running is finished; the first two are those of 40 and 43 kg."""
     words = "sweep bodies.yaml --threads 1 --json"
     code, stdout, _ = interrupted(PROVE_BODY, 2, signal.SIGINT, words)
@@ -129,7 +128,7 @@ def test_proofs_that_were_made_are_kept_and_the_others_follow(files: Path) -> No
     assert (data["reached"], data["members"]) == (5, {"proved": 5})
 
 
-def test_a_result_of_an_older_config_does_not_count(files: Path) -> None:
+def test_a_result_of_an_older_config_does_not_count(files):
     words = "run good.yaml --no-prove --force"
     assert interrupted(STORE, 9, signal.SIGINT, words)[0] == 0
     Path("good.yaml").write_text(GOOD.replace("samples: 11", "samples: 21"))
@@ -138,7 +137,7 @@ def test_a_result_of_an_older_config_does_not_count(files: Path) -> None:
     assert "Interrupted: 0 of 1 runs are stored." in stderr
 
 
-def test_an_endless_run_ends_and_what_is_done_is_kept(files: Path) -> None:
+def test_an_endless_run_ends_and_what_is_done_is_kept(files):
     process = start("run", "--no-prove", "good.yaml", "endless.yaml")
     deadline = time.monotonic() + 60
     while not Path("results/good.h5").exists():
@@ -155,7 +154,7 @@ def test_an_endless_run_ends_and_what_is_done_is_kept(files: Path) -> None:
 
 
 @pytest.mark.parametrize("part", ["", "1/2"])
-def test_shards_of_a_sweep_are_whole(part: str, files: Path) -> None:
+def test_shards_of_a_sweep_are_whole(part, files):
     words = "sweep --no-prove plan.yaml --engine scipy --shard-size 4"
     words += " --set integration.duration=0.2" + (f" --part {part}" if part else "")
     sweep = Path("results/plan")

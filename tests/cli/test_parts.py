@@ -1,11 +1,9 @@
 """Protects `rbstab sweep --part`: processes share one sweep, and a last command finishes it."""
 
-import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from cli.conftest import rbstab, success
+from cli.conftest import ended, json_of, rbstab, success
 from support import missing_heyoka
 from support.printed_paths import words_of
 from support.sweeping import digest_of
@@ -23,8 +21,7 @@ SWEEP = ("sweep", "--no-prove", "plan.yaml", "--engine", "scipy", "--shard-size"
 FINISH = ("sweep", "--no-prove", "results/plan/plan.yaml")
 
 
-@pytest.mark.usefixtures("use_fake_engine")
-def test_parts_and_what_finishes_them() -> None:
+def test_parts_and_what_finishes_them(use_fake_engine):
     whole = rbstab(*SWEEP, "-o", "whole")
     for number, shards in ((1, 3), (2, 2)):
         done = success(*SWEEP, "--part", f"{number}/2")
@@ -34,7 +31,7 @@ def test_parts_and_what_finishes_them() -> None:
         words = [line.split() for line in done.stdout.splitlines()]
         assert ["completed", str(4 * shards), "100.00%"] in words
         assert not Path("results/plan/members.h5").exists()
-    status = json.loads(rbstab("sweep", "--status", "results/plan", "--json").stdout)
+    status = json_of("sweep", "--status", "results/plan")
     assert (status["done"], status["finished"]) == (20, False)
     finished = rbstab(*FINISH)
     assert (finished.exit_code, finished.stdout) == (0, whole.stdout)
@@ -47,8 +44,7 @@ def test_parts_and_what_finishes_them() -> None:
 
 
 @missing_heyoka.NEEDED
-@pytest.mark.usefixtures("plan")
-def test_the_comparison_is_made_when_the_sweep_is_finished() -> None:
+def test_the_comparison_is_made_when_the_sweep_is_finished(plan):
     options = ("sweep", "--no-prove", "plan.yaml", "--engine", "heyoka", "--shard-size", "10")
     for number in (1, 2):
         success(*options, "--part", f"{number}/2")
@@ -60,10 +56,9 @@ def test_the_comparison_is_made_when_the_sweep_is_finished() -> None:
     ("place", "sweep"),
     [(".", "other place/plan"), ("other place", "plan"), ("other place/plan", ".")],
 )
-@pytest.mark.usefixtures("use_fake_engine")
 def test_the_command_that_resumes_a_sweep_works_as_typed(
-    place: str, sweep: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    use_fake_engine, place, sweep, monkeypatch
+):
     rbstab(*SWEEP, "--part", "1/3", "-o", "other place")
     file = Path("other place/plan/members.h5").absolute()
     monkeypatch.chdir(place)
@@ -76,23 +71,19 @@ def test_the_command_that_resumes_a_sweep_works_as_typed(
     assert file.exists()
 
 
-def test_exit_codes_of_a_part(use_fake_engine: Callable[..., None]) -> None:
+def test_exit_codes_of_a_part(use_fake_engine):
     use_fake_engine(failing=range(20))
-    assert rbstab(*SWEEP, "--part", "1/2").exit_code == 3
+    ended(3, *SWEEP, "--part", "1/2")
     success(*SWEEP, "--part", "9/9", "-o", "other")  # an empty part
     use_fake_engine(failing=(5,))
-    failed = rbstab(*SWEEP, "--part", "2/2", "--fail-fast", "--threads", "1")
-    assert failed.exit_code == 3
+    failed = ended(3, *SWEEP, "--part", "2/2", "--fail-fast", "--threads", "1")
     assert "member 5 failed; 1 of 2 shards of part 2/2 are stored" in failed.stderr
-    size = rbstab(*SWEEP[:-1], "5", "--part", "2/2")
-    assert size.exit_code == 2
+    size = ended(2, *SWEEP[:-1], "5", "--part", "2/2")
     assert "started with shards of 4 members" in size.stderr
 
 
-@pytest.mark.usefixtures("plan")
-def test_a_scheduler_that_does_not_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scheduler_that_does_not_answer(plan, monkeypatch):
     monkeypatch.setattr("rbstab.sweep.execution.dask_cluster.TIME_LIMIT", 0.5)
-    refused = rbstab(*SWEEP, "--dask", "tcp://127.0.0.1:9")
-    assert refused.exit_code == 2
+    refused = ended(2, *SWEEP, "--dask", "tcp://127.0.0.1:9")
     assert "--dask tcp://127.0.0.1:9: the scheduler cannot be reached" in refused.stderr
     assert not Path("results").exists()

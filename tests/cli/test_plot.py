@@ -15,12 +15,12 @@ from rbstab.store.result import open_result
 
 
 @pytest.fixture
-def run(folder: Path) -> Path:
+def run(folder) -> Path:
     """The file of a run in the working folder."""
     return made_file(folder / "made.h5")
 
 
-def test_the_figures_are_listed(run: Path) -> None:
+def test_the_figures_are_listed(run):
     done = success("plot", "made.h5")
     names = [line.split()[0] for line in done.stdout.splitlines()[1:] if line.strip()]
     assert "runs-decay" in names
@@ -30,7 +30,7 @@ def test_the_figures_are_listed(run: Path) -> None:
 @pytest.mark.parametrize(
     ("ending", "begin"), [("svg", b"<svg"), ("pdf", b"%PDF"), ("png", b"\x89PNG")]
 )
-def test_a_drawing_is_the_same_each_time(ending: str, begin: bytes, run: Path) -> None:
+def test_a_drawing_is_the_same_each_time(ending, begin, run):
     """But for the order in which a PDF lists its objects: vl-convert does not fix it."""
     for name in ("a", "b"):
         success("plot", "made.h5", "--figure", "runs-decay", "-o", f"{name}.{ending}")
@@ -40,7 +40,7 @@ def test_a_drawing_is_the_same_each_time(ending: str, begin: bytes, run: Path) -
     assert content == again or (ending == "pdf" and len(content) == len(again))
 
 
-def test_the_data_are_those_of_the_run(run: Path) -> None:
+def test_the_data_are_those_of_the_run(run):
     success("plot", "made.h5", "--figure", "runs-decay", "-o", "a.csv")
     with Path("a.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["panel"] == "1"]
@@ -52,7 +52,7 @@ def test_the_data_are_those_of_the_run(run: Path) -> None:
     }
 
 
-def test_a_figure_for_one_column_of_a_paper(run: Path) -> None:
+def test_a_figure_for_one_column_of_a_paper(run):
     """It is 80 mm wide; its texts have 11 and 12 pixels of 1/96 inch: 8 and 9 points."""
     success("plot", "made.h5", "--figure", "runs-decay", "--column", "-o", "a.svg")
     content = Path("a.svg").read_text()
@@ -61,7 +61,7 @@ def test_a_figure_for_one_column_of_a_paper(run: Path) -> None:
     assert set(re.findall(r'font-size="([\d.]+)px"', content)) == {"11", "12"}
 
 
-def test_maps_bands_and_categories_have_their_values() -> None:
+def test_maps_bands_and_categories_have_their_values():
     x, y = np.array([1.0, 0.0]), np.array([3.0, 4.0])
     cells = Cells(x, y, np.array([[0.1, 0.2], [np.nan, 0.4]]), Axis("peak", "m"))
     band = Band(x, np.array([2.0, 3.0]), np.array([5.0, 7.0]), "between")

@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, rbstab, success
+from cli.conftest import GOOD, json_of, rbstab, success
 from click.testing import Result
 
 OUTSIDE = (
@@ -16,7 +16,7 @@ OUTSIDE = (
 
 
 @pytest.fixture(scope="module")
-def once(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
+def once(tmp_path_factory) -> tuple[Path, Result]:
     """The folder of a proved run, and what the command printed."""
     path = tmp_path_factory.mktemp("once")
     (path / "good.yaml").write_text(GOOD)
@@ -27,7 +27,7 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Result]:
 
 
 @pytest.fixture
-def proved(folder: Path, once: tuple[Path, Result]) -> Result:
+def proved(folder, once) -> Result:
     """What the command printed. Its results are in the working folder, as if it had run there."""
     results, done = once
     assert done.exit_code == 0, done.output
@@ -35,7 +35,7 @@ def proved(folder: Path, once: tuple[Path, Result]) -> Result:
     return done
 
 
-def test_show_says_what_the_run_has_said(proved: Result) -> None:
+def test_show_says_what_the_run_has_said(proved):
     shown = rbstab("show", "results/good.h5").stdout
     _, *answers = shown.splitlines()[:6]
     assert answers == proved.stdout.strip().splitlines()[-6:-1]
@@ -48,8 +48,8 @@ def test_show_says_what_the_run_has_said(proved: Result) -> None:
     assert "convergence_" not in shown
 
 
-def test_json_has_it_as_one_object(proved: Result) -> None:
-    data = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+def test_json_has_it_as_one_object(proved):
+    data = json_of("show", "results/good.h5")
     found = data["convergence"]
     assert found["proved"] is True
     assert found["rest_state"] == 1
@@ -59,25 +59,25 @@ def test_json_has_it_as_one_object(proved: Result) -> None:
     assert found["why"] == ""
     assert not any(key.startswith("convergence_") for key in data)
     assert data["verdict"] == "consistent"
-    again = json.loads(rbstab("run", "good.yaml", "--prove", "--json", *OUTSIDE).stdout)
+    again = json_of("run", "good.yaml", "--prove", *OUTSIDE)
     assert again[0]["convergence"] == found
     assert again[0]["computed"] is False
     # A longer enclosure is added, and the run is not integrated again.
     longer = rbstab("run", "good.yaml", "--prove", "--to-end", "--json", *OUTSIDE)
     assert json.loads(longer.stdout)[0]["computed"] is False
-    second = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    second = json_of("show", "results/good.h5")
     shapes = [one["arrays"]["enclosure/time"]["shape"][0] for one in (data, second)]
     assert shapes[0] < shapes[1] == 11
 
 
-def test_a_printed_value_that_does_not_follow(folder: Path) -> None:
+def test_a_printed_value_that_does_not_follow(folder):
     reference = (
         *("--set", "reference.source=a book"),
         *("--set", "reference.final.orientation=[0.09, -0.12, 0.3]"),
     )
     success("run", "good.yaml", "--prove", "--to-end", *OUTSIDE, *reference)
     assert "the printed value does not follow, proved" in rbstab("show", "results/good.h5").stdout
-    shown = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    shown = json_of("show", "results/good.h5")
     # To the end: the motion is enclosed at all 11 samples.
     assert shown["arrays"]["enclosure/time"]["shape"][0] == 11
     rounded = [round(angle, 3) for angle in shown["final"]["orientation"]]
@@ -94,14 +94,14 @@ def words(text: str) -> str:
 
 
 @pytest.fixture
-def proved_later(folder: Path) -> Path:
+def proved_later(folder) -> Path:
     """A run without a proof, beside the proof of its rest states."""
     success("run", "good.yaml", "--no-prove", "-q")
     success("stability", "good.yaml", "--results", "results")
     return Path("results/good.h5")
 
 
-def test_show_says_one_thing(proved_later: Path) -> None:
+def test_show_says_one_thing(proved_later):
     shown = words(rbstab("show", str(proved_later)).stdout)
     assert "This start: proved" in shown
     assert "Whole range: proved" in shown
@@ -110,12 +110,12 @@ def test_show_says_one_thing(proved_later: Path) -> None:
     assert "proved to be the only one in the range" in shown
     assert "nothing is proved" not in shown
     assert "no lower one is known" not in shown
-    data = json.loads(rbstab("show", str(proved_later), "--json").stdout)
+    data = json_of("show", str(proved_later))
     assert data["answers"]["this_start"]["word"] == "proved"
     assert data["convergence"]["proved"] is True
     by_check = {line["check"]: line["word"] for line in data["certificate"]}
     assert by_check["certified region"] == by_check["global stability"] == "proved"
     assert data["checks"] == "seen"
     assert data["verdict"] == "consistent"
-    (entry,) = json.loads(rbstab("list", "--json").stdout)
+    (entry,) = json_of("list")
     assert (entry["this_start"], entry["whole_range"]) == ("proved", "returns: proved")

@@ -6,17 +6,15 @@ import shlex
 import shutil
 from pathlib import Path
 
-import click
 import pytest
-from cli.conftest import GOOD, STORED, rbstab
+from cli.conftest import GOOD, STORED, ended, rbstab
 from cli.conftest import PLAN_OF_MASSES as PLAN
 from support.made_runs import made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
 from rbstab.files.shell_words import shell_word
-from rbstab_cli.commands.sweep import command
-from rbstab_cli.work.sweeps.sweep import BESIDE_STATUS
+from rbstab_cli.commands.running import sweep
 
 HELD = GOOD.replace("variant: free", "variant: permanent")
 
@@ -115,10 +113,10 @@ PLANS_AND_CONFIGS = {
     "run plan.yaml --member two": "'two' is not a valid integer",
     "sweep wrong_plan.yaml": "wrong_plan.yaml:2:20: vary.body.mass.valeus",
     "sweep wrong_proofs.yaml": "prove.motion.steps: is 0 (expected a number at least 1)\n",
-    "sweep": "expected either PLAN or --status DIR",
+    "sweep": "expected PLAN or --status DIR",
     "sweep plan.yaml --status results": "--status",
-    "sweep --status results/map --force --set a=1 --fail-fast": "no use for --set, --fail-fast, "
-    "--force\n",
+    "sweep --status results/map --force --set a=1 --fail-fast": "--status cannot be combined with "
+    "--set, --fail-fast, --force\n",
     "sweep plan.yaml --threads 0": "--threads",
     "sweep plan.yaml --compare 0": "--compare",
 }
@@ -144,7 +142,7 @@ WRONG_KINDS = {
 }
 
 WITHOUT_EFFECT = {
-    "run good.yaml --to-end": "--to-end needs --prove",
+    "run good.yaml --to-end --no-prove": "--to-end has no effect without --prove\n",
     "run good.yaml --engine heyoka --set integration.engine=scipy": "Use only --engine.",
     "sweep plan.yaml --set integration.engine=scipy": "has no effect here. Use only --engine.",
     "sweep plan.yaml --set body.mass=50": "--set body.mass:1:1: body.mass: has no effect, because "
@@ -153,18 +151,18 @@ WITHOUT_EFFECT = {
     "check": "expected CONFIG or --element FILE",
     "check --element mine.py --set a=1": "--set has no effect without CONFIG",
     "check --element mine.py --allow-python": "--allow-python has no effect without CONFIG",
-    "init --element new.py --variant free": "Error: --element has no use for --variant\n",
-    "init somewhere --element": "Error: --element has no use for DIR\n",
-    "init --force": "Error: init without --element has no use for --force\n",
+    "init --element new.py --variant free": "--element cannot be combined with --variant\n",
+    "init somewhere --element": "--element cannot be combined with DIR\n",
+    "init --force": "--force has no effect without --element\n",
     "verify PROOF --allow-python": "--allow-python has no effect without --config",
     "verify PROOF --set body.mass=5": "--set",
-    "verify PROOF --second": "--second needs --config",
+    "verify PROOF --second": "--second has no effect without --config",
     "verify results --certificate a.json": "--certificate needs the file of one proof",
     "verify PROOF PROOF2 --certificate a.json": "--certificate needs the file of one proof",
-    "stability good.yaml --search-only --within body.mass=±1%": "--search-only makes no proofs",
-    "stability good.yaml --search-only --largest-within body": "leave out --largest-within",
-    "plot results/good.h5 --column": "--column is of use only with -o FILE that ends in .svg,",
-    "plot results/good.h5 --figure runs-decay": "give both --figure NAME and -o FILE",
+    "stability good.yaml --search-only --within body.mass=±1%": "combined with --within\n",
+    "stability good.yaml --search-only --largest-within body": "combined with --largest-within\n",
+    "plot results/good.h5 --column": "--column has no effect without -o\n",
+    "plot results/good.h5 --figure runs-decay": "--figure has no effect without -o\n",
     "plot results/good.h5 --figure runs-decay -o a.csv --column": "--column is of use only with",
     "guard held.yaml --soft-angle 1.2": "--method barrier has no use for --soft-angle",
     "guard held.yaml --limit 5": "--method barrier has no use for --limit",
@@ -190,7 +188,7 @@ WRONG_VALUES = {
     },
     **dict.fromkeys(
         ("show ''", "run good.yaml ''", "list ''", "run good.yaml -o ''"),
-        " is empty: expected a path.\n",
+        ": it is empty; expected a path.\n",
     ),
     "sweep plan.yaml --engine heyoke": "Did you mean heyoka?",
     "report x.h5 --format htm": "Did you mean html?",
@@ -236,7 +234,16 @@ WRONG_VALUES = {
     },
     **{
         f"stability good.yaml --along '{text}'": "expected KEY=FROM:TO:COUNT"
-        for text in ("", "K_r", "K_r=1:2", "=1:2:3", "K_r=0:1:3", "K_r=1:inf:3", "K_r=1:2:0")
+        for text in (
+            "",
+            "K_r",
+            "K_r=1:2",
+            "=1:2:3",
+            "K_r=0:1:3",
+            "K_r=1:inf:3",
+            "K_r=1:nan:3",
+            "K_r=1:2:0",
+        )
     },
     **{
         f"stability good.yaml --along {key}=1:2:3": f"{key} has no numbers that a factor can scale "
@@ -327,18 +334,19 @@ STORAGE = {
 
 
 @pytest.mark.parametrize(
-    "option", [one for one in command.params if one.name not in (*BESIDE_STATUS, "plan")], ids=str
+    "option",
+    [one for one in sweep.params if one.name not in ("status_of", "as_json", "quiet", "plan")],
+    ids=str,
 )
-def test_a_status_has_no_use_for_the_options_of_a_sweep(option: click.Option) -> None:
+def test_a_status_has_no_use_for_the_options_of_a_sweep(option):
     (name, *_), values = option.opts, {"--set": "a=1", "--engine": "scipy"}
     value = values.get(name, "1/2" if name == "--part" else "1")
-    done = rbstab("sweep", "--status", "results/plan", name, *([] if option.is_flag else [value]))
-    assert done.exit_code == 2
-    assert f"Error: --status runs nothing, so it has no use for {name}\n" in done.stderr
+    done = ended(2, "sweep", "--status", "results/plan", name, *([] if option.is_flag else [value]))
+    assert f"Error: --status cannot be combined with {name}\n" in done.stderr
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def place(tmp_path_factory) -> Path:
     """A folder with files of every kind, right and wrong."""
     folder = tmp_path_factory.mktemp("place")
     for name, text in FILES.items():
@@ -366,12 +374,8 @@ def contents(folder: Path) -> dict[Path, bytes]:
 )
 @pytest.mark.usefixtures("no_runs")
 def test_a_command_that_cannot_be_done_says_why_and_changes_nothing(
-    line: str,
-    code: int,
-    message: str,
-    place: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    line, code, message, place, monkeypatch
+):
     monkeypatch.chdir(place)
     before = contents(place)
     first, second = map(str, sorted(Path("results/proofs").iterdir()))

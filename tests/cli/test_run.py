@@ -1,11 +1,10 @@
 """`rbstab run`: its file, table and answers; repeated, failed and forced runs; members."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, rbstab, success
+from cli.conftest import GOOD, ended, json_of, rbstab, success
 from support.printed_paths import printed, words_of
 
 import rbstab as api
@@ -19,9 +18,7 @@ OUTSIDE = ("--set", "controller.variant=permanent", "--set", "initial.angular_ve
 
 
 @pytest.mark.heavy
-def test_proved_answers_come_last_and_are_proved_once(
-    folder: Path, refuse: Callable[..., None]
-) -> None:
+def test_proved_answers_come_last_and_are_proved_once(folder, refuse):
     done = success("run", "good.yaml", *OUTSIDE)
     head, *_, outcome, desired, this_start, whole_range, pushes, modes = done.stdout.splitlines()
     assert head.split()[:2] == ["file", "outcome"]
@@ -39,16 +36,16 @@ def test_proved_answers_come_last_and_are_proved_once(
     again = rbstab("run", "good.yaml", *OUTSIDE)
     assert (again.exit_code, again.stdout) == (0, done.stdout)
     assert "already done" in again.stderr
-    (data,) = json.loads(rbstab("run", "good.yaml", *OUTSIDE, "--json").stdout)
+    (data,) = json_of("run", "good.yaml", *OUTSIDE)
     words = {question: answer["word"] for question, answer in data["answers"].items()}
     assert words == dict.fromkeys(("this_start", "whole_range", "pushes"), "proved")
     assert (data["outcome"]["kind"], data["outcome"]["rest_state"]) == ("moving", 1)
-    shown = json.loads(rbstab("show", "results/good.h5", "--json").stdout)
+    shown = json_of("show", "results/good.h5")
     assert [shown[key] for key in ("answers", "outcome")] == [data["answers"], data["outcome"]]
 
 
 @pytest.mark.slow
-def test_a_run_leaves_a_file_a_table_and_facts(folder: Path) -> None:
+def test_a_run_leaves_a_file_a_table_and_facts(folder):
     done = rbstab(*RUN)
     result = api.open_result("results/good.h5")
     assert (done.exit_code, result.status) == (0, "completed")
@@ -77,7 +74,7 @@ def test_a_run_leaves_a_file_a_table_and_facts(folder: Path) -> None:
     assert "  This start:  proved: " in rbstab(*RUN, "--prove").stdout
 
 
-def test_an_equal_run_is_repeated_by_force_only(folder: Path) -> None:
+def test_an_equal_run_is_repeated_by_force_only(folder):
     path = Path("results/good.h5")
     rbstab(*RUN)
     before = path.stat()
@@ -91,11 +88,10 @@ def test_an_equal_run_is_repeated_by_force_only(folder: Path) -> None:
     assert list(Path("results").iterdir()) == [path]
 
 
-def test_a_different_result_is_moved_aside_by_force_only(folder: Path) -> None:
+def test_a_different_result_is_moved_aside_by_force_only(folder):
     rbstab(*RUN)
     old, before = api.open_result("results/good.h5"), Path("results/good.h5").read_bytes()
-    refused = rbstab(*RUN, "--set", "body.mass=40")
-    assert refused.exit_code == 4
+    refused = ended(4, *RUN, "--set", "body.mass=40")
     assert "holds a different result" in refused.stderr
     assert Path("results/good.h5").read_bytes() == before
     forced = rbstab(*RUN, "--set", "body.mass=40", "--force")
@@ -106,26 +102,23 @@ def test_a_different_result_is_moved_aside_by_force_only(folder: Path) -> None:
     assert api.open_result("results/good.h5").run_id != old.run_id
 
 
-def test_a_run_that_fails_or_cannot_be_stored_leaves_its_neighbours(folder: Path) -> None:
+def test_a_run_that_fails_or_cannot_be_stored_leaves_its_neighbours(folder):
     leaves = GOOD.replace("[1, 2, -1]", "[0, 32, 0]").replace("[400, 400, 320]", "[4, 4, 3]")
     Path("a_leaves.yaml").write_text(leaves)
-    done = rbstab("run", "--no-prove", "a_leaves.yaml", "good.yaml")
-    assert done.exit_code == 3
+    done = ended(3, "run", "--no-prove", "a_leaves.yaml", "good.yaml")
     assert "a_leaves.yaml: range left: cos θ2 fell to 0.001 at t = 0.0" in done.stderr
     assert api.open_result("results/a_leaves.h5").status == "range left"
     assert api.open_result("results/good.h5").status == "completed"
     Path("other.yaml").write_text(GOOD)
     Path("in the way/good.h5").mkdir(parents=True)
-    done = rbstab("run", "--no-prove", "good.yaml", "other.yaml", "-o", "in the way")
-    assert done.exit_code == 4
+    done = ended(4, "run", "--no-prove", "good.yaml", "other.yaml", "-o", "in the way")
     assert printed("in the way/good.h5") in done.stderr
     assert api.open_result("in the way/other.h5").status == "completed"
 
 
-def test_a_run_without_its_proof_is_kept(folder: Path, refuse: Callable[..., None]) -> None:
+def test_a_run_without_its_proof_is_kept(folder, refuse):
     refuse("experiment.proof_cache.write_document", error=StoreError("the proof cannot be written"))
-    done = rbstab("run", "good.yaml")
-    assert done.exit_code == 4
+    done = ended(4, "run", "good.yaml")
     assert "good.yaml: the proof cannot be written" in done.stderr
     assert "  This start:  not decided: the Lyapunov function v fell" in done.stdout
     assert Path("results/good.h5").is_file()
@@ -135,7 +128,7 @@ WARNING = "the motion is not reproducible after t = 0.05 s (trusted_until)"
 
 
 @pytest.fixture
-def warned(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def warned(folder, monkeypatch) -> list[str]:
     """Two configs with a warning each, `a.yaml` and `b.yaml`; results of runs have another one."""
     names = ["a.yaml", "b.yaml"]
     for name in names:
@@ -144,9 +137,7 @@ def warned(folder: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return names
 
 
-def test_warnings_are_said_once_and_those_of_results_follow_their_answers(
-    warned: list[str],
-) -> None:
+def test_warnings_are_said_once_and_those_of_results_follow_their_answers(warned):
     done = rbstab("run", "--no-prove", *warned)
     given, *own = [line for line in done.stderr.splitlines() if line.startswith("warning")]
     assert given.startswith("warning: a.yaml and 1 more: body.inertia: no real body")
@@ -175,7 +166,7 @@ vary:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["heyoka", "scipy"])
-def test_a_member_is_that_of_its_sweep(engine: str, folder: Path) -> None:
+def test_a_member_is_that_of_its_sweep(engine, folder):
     """Its engine is that of the sweep, or which the sweep would have."""
     Path("spins.yaml").write_text(SPINS)
     rbstab("run", "--no-prove", "spins.yaml", "--member", "1", "-q", "-o", "before")
@@ -196,7 +187,7 @@ def test_a_member_is_that_of_its_sweep(engine: str, folder: Path) -> None:
     assert result["position"][-1] == pytest.approx(table["final_position"][3], rel=1e-8)
 
 
-def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder: Path) -> None:
+def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder):
     Path("spins.yaml").write_text(SPINS)
     member = ("run", "--no-prove", "spins.yaml", "--member", "3", "--engine", "scipy")
     success(*member, "--set", "controller.K_r=[10, 20, 30]")
@@ -206,13 +197,13 @@ def test_a_member_is_changed_by_its_base_and_kept_as_a_run(folder: Path) -> None
     again = rbstab(*member, "--set", "controller.K_r=[10, 20, 30]", "--member", "0")
     assert "already done" in again.stderr
     assert Path("results/spins-member0.h5").is_file()
-    assert rbstab(*member).exit_code == 4
+    ended(4, *member)
     assert stored.read_bytes() == before
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("count", "command"), [(1, "show"), (2, "report"), (7, "report")])
-def test_the_next_command_shows_or_reports_the_runs(count: int, command: str, folder: Path) -> None:
+def test_the_next_command_shows_or_reports_the_runs(count, command, folder):
     names = [f"a {number}.yaml" for number in range(count)]
     for name in names:
         Path(name).write_text(GOOD)

@@ -1,7 +1,6 @@
 """Protects what `rbstab show` says of impacts (their number, energy, and a rest), and of v."""
 
 import re
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
@@ -13,7 +12,7 @@ import rbstab
 from rbstab_cli.main import cli
 
 
-def test_show_counts_impacts_and_says_when_the_body_rests(tmp_path: Path) -> None:
+def test_show_counts_impacts_and_says_when_the_body_rests(tmp_path):
     """Its weight presses the held body against the stop."""
     start = {"angular_velocity": [0, 1.3, 0]}
     config = data({"end": stop(0.5)}, start, {"duration": 3.0})
@@ -31,7 +30,7 @@ def test_show_counts_impacts_and_says_when_the_body_rests(tmp_path: Path) -> Non
     assert line == f"{count}, which took {lost:.4g} J; {rests}"
 
 
-def test_show_does_not_call_v_minus_work_v(tmp_path: Path) -> None:
+def test_show_does_not_call_v_minus_work_v(tmp_path):
     """On s = F + κE a result stores v - ε, which does not fall to zero; v = (v - ε) + ε."""
     result = run_of("sliding").result
     rbstab.write_result(tmp_path / "a.h5", result)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from cli.conftest import rbstab, success
+from cli.conftest import json_of, rbstab, success
 from support.leg import leg
 
 from rbstab import open_result
@@ -14,7 +14,7 @@ from rbstab import open_result
 WEAK = "controller.K_r=[40,40,32]"
 
 
-def test_what_is_said_of_a_good_config(folder: Path) -> None:
+def test_what_is_said_of_a_good_config(folder):
     done = success("stability", "good.yaml")
     text = done.stdout
     assert text.startswith("good.yaml: A short run\n")
@@ -27,7 +27,7 @@ def test_what_is_said_of_a_good_config(folder: Path) -> None:
     assert len(list((folder / "results" / "proofs").iterdir())) == 1
 
 
-def test_json_has_all_of_it(folder: Path) -> None:
+def test_json_has_all_of_it(folder):
     done = rbstab("stability", "good.yaml", "--json", "--along", "controller.K_r=0.5:2:3")
     (facts,) = json.loads(done.stdout)
     assert facts["proved"] is True
@@ -46,7 +46,7 @@ def test_json_has_all_of_it(folder: Path) -> None:
     assert len(along["points"][0]["eigenvalues"]) == 12
 
 
-def test_a_counterexample_is_named(folder: Path) -> None:
+def test_a_counterexample_is_named(folder):
     text = Path("good.yaml").read_text().replace("variant: free", "variant: permanent")
     text = text.replace("initial:", "initial: # spin\n ").replace("# spin\n  {", "{")
     Path("held.yaml").write_text(text.replace("inertia: [10.0, 9.0, 2.0]", "inertia: [10, 8, 3]"))
@@ -59,7 +59,7 @@ def test_a_counterexample_is_named(folder: Path) -> None:
     assert "Verdict" not in done.stdout
 
 
-def test_run_prove_makes_the_proof(folder: Path) -> None:
+def test_run_prove_makes_the_proof(folder):
     first = rbstab("run", "--no-prove", "good.yaml", "--json")
     assert json.loads(first.stdout)[0]["convergence"]["proved"] is None
     second = rbstab("run", "good.yaml", "--json", "--prove")
@@ -82,7 +82,7 @@ def test_run_prove_makes_the_proof(folder: Path) -> None:
     assert not Path("other").exists()
 
 
-def test_a_folder_that_takes_no_proof_is_no_error(folder: Path) -> None:
+def test_a_folder_that_takes_no_proof_is_no_error(folder):
     Path("results").mkdir()
     Path("results/proofs").write_text("a file")
     done = success("stability", "good.yaml", "--no-run")
@@ -90,7 +90,7 @@ def test_a_folder_that_takes_no_proof_is_no_error(folder: Path) -> None:
     assert "proved to be all" in done.stdout
 
 
-def test_the_run_of_a_violated_argument_is_told(folder: Path) -> None:
+def test_the_run_of_a_violated_argument_is_told(folder):
     """Implicit steps this long violate the energy balance of v."""
     text = Path("good.yaml").read_text().replace("variant: free", "variant: sliding")
     law = "K_s: [20000, 20000, 20000]\n  surface: position\n  law: {implicit: 0.01}\n  K_t"
@@ -108,7 +108,7 @@ LAW = "K_s: [20000, 20000, 20000]\n  surface: {slope: 20}\n  law: exact\n  K_t"
 SHORT = ("--no-run", "--search-only")
 
 
-def test_a_gain_without_an_effect_has_one_row(folder: Path) -> None:
+def test_a_gain_without_an_effect_has_one_row(folder):
     text = Path("good.yaml").read_text().replace("variant: free", "variant: sliding")
     Path("sliding.yaml").write_text(text.replace("K_t", LAW, 1))
     done = success("stability", "sliding.yaml", *SHORT, "--along", "controller.K_s=0.5:2:5")
@@ -118,7 +118,7 @@ def test_a_gain_without_an_effect_has_one_row(folder: Path) -> None:
     assert "E decays as exp(-κt), κ = 20 1/s" in done.stdout
 
 
-def test_round_off_is_not_printed_as_an_oscillation() -> None:
+def test_round_off_is_not_printed_as_an_oscillation():
     """A damper gives two axes of this body the same two real eigenvalues."""
     config = str(CONFIGS / "examples" / "real_body.yaml")
     done = success("stability", config, *SHORT, "--along", "controller.K_r=0.5:2:3")
@@ -127,7 +127,7 @@ def test_round_off_is_not_printed_as_an_oscillation() -> None:
     assert not re.search(r"e-\d+i", done.stdout)
 
 
-def test_the_gain_from_which_on_a_leg_stands_is_named(tmp_path: Path) -> None:
+def test_the_gain_from_which_on_a_leg_stands_is_named(tmp_path):
     """Upright is stable for K_r > m g l = 6.386 N m/rad."""
     config = tmp_path / "leg.yaml"
     config.write_text(yaml.safe_dump(leg()))
@@ -142,14 +142,14 @@ def test_the_gain_from_which_on_a_leg_stands_is_named(tmp_path: Path) -> None:
         "K_r[0] ≥ 6.481 N m/rad; unstable there for ≤ 6.000 (by the eigenvalues)."
     )
     assert sentence in text
-    (found,) = json.loads(rbstab("stability", str(config), *SHORT, *along, "--json").stdout)
+    (found,) = json_of("stability", str(config), *SHORT, *along)
     (locus,) = found["along"]
     assert locus["number"] == "K_r[0]"
     assert [point["value"] for point in locus["points"]] == pytest.approx(values)
     assert f"{locus['stable'][:1].upper()}{locus['stable'][1:]}." == sentence
 
 
-def test_a_rest_state_that_leans_too_far_is_not_the_desired_one(tmp_path: Path) -> None:
+def test_a_rest_state_that_leans_too_far_is_not_the_desired_one(tmp_path):
     config = tmp_path / "leg.yaml"
     config.write_text(yaml.safe_dump(leg(desired={"orientation": {"deg": [0, 90, 0]}})))
     done = rbstab("stability", str(config), *SHORT, "--along", "controller.K_r=0.6:0.7:3")
@@ -174,12 +174,12 @@ integration: {duration: 0.01, samples: 3}
 
 
 @pytest.fixture
-def falls(folder: Path) -> str:
+def falls(folder) -> str:
     (folder / "falls.yaml").write_text(FALLS)
     return "falls.yaml"
 
 
-def test_global_stability_is_false(falls: str) -> None:
+def test_global_stability_is_false(falls):
     done = success("stability", falls, "--json")
     (facts,) = json.loads(done.stdout)
     assert facts["proved"] is True
@@ -197,7 +197,7 @@ def test_global_stability_is_false(falls: str) -> None:
     assert facts["certificate"]["verdict"] != "certified"
 
 
-def test_a_run_says_so_too(falls: str) -> None:
+def test_a_run_says_so_too(falls):
     success("run", falls, "--prove")
     result = open_result("results/falls.h5")
     verdicts = dict(zip(result["certificate/check"], result["certificate/verdict"], strict=True))

@@ -6,18 +6,16 @@ import sys
 from pathlib import Path
 
 import pytest
-from cli.conftest import rbstab, success
+from cli.conftest import STORED, ended, json_of, rbstab, success
 from support.made_runs import made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
 from rbstab_cli.work.stored.list import age
 
-STORED = Path(__file__).parents[1] / "formats/data/format_1"
-
 
 @pytest.fixture(autouse=True)
-def results(folder: Path) -> Path:
+def results(folder) -> Path:
     """A copy of stored results in the working folder."""
     shutil.copytree(STORED, "results")
     for path in Path("results/runs").iterdir():
@@ -29,10 +27,9 @@ def results(folder: Path) -> Path:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no name has a line break there")
-def test_list_names_what_cannot_be_read() -> None:
+def test_list_names_what_cannot_be_read():
     Path("results/bro\nken.h5").write_text("x")
-    done = rbstab("list")
-    assert done.exit_code == 4
+    done = ended(4, "list")
     assert done.stderr.startswith("results/bro\\nken.h5 has no seal of rbstab: ")
     assert printed("results/embedded.h5") in done.stdout
 
@@ -41,11 +38,11 @@ def test_list_names_what_cannot_be_read() -> None:
     ("seconds", "text"),
     [(-5, "0 s"), (59.9, "59 s"), (60, "1 min"), (7199, "1 h"), (86400 * 400, "400 d")],
 )
-def test_ages(seconds: float, text: str) -> None:
+def test_ages(seconds, text):
     assert age(seconds) == text
 
 
-def test_compare_runs() -> None:
+def test_compare_runs():
     done = success("compare", "results/embedded.h5", "results/free_gravity.h5")
     lines = [line.split() for line in done.stdout.splitlines()]
     assert lines[0] == ["config", "key", "embedded.h5", "free_gravity.h5"]
@@ -54,7 +51,7 @@ def test_compare_runs() -> None:
     assert "v(0) and v(end) have no ratio" in done.stderr
 
 
-def test_compare_as_json() -> None:
+def test_compare_as_json():
     words = ("compare", "results/finished_map", "results/finished_variants", "--json")
     data = json.loads(rbstab(*words).stdout)
     assert data["kind"] == "sweep"
@@ -74,13 +71,13 @@ def test_compare_as_json() -> None:
         (".", ["results/embedded.h5 run still moving completed seen"]),
     ],
 )
-def test_show_of_other_kinds(path: str, expected: list[str]) -> None:
+def test_show_of_other_kinds(path, expected):
     (found,) = Path("results").glob(path) if "*" in path else [Path("results") / path]
     done = success("show", str(found))
     lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
     for text in expected:
         assert any(line.startswith(text) for line in lines), done.stdout
-    json.loads(rbstab("show", str(found), "--json").stdout)
+    json_of("show", str(found))
 
 
 @pytest.mark.parametrize(
@@ -95,11 +92,11 @@ def test_show_of_other_kinds(path: str, expected: list[str]) -> None:
         ("begun_map", "Next: rbstab sweep results/begun_map/plan.yaml\n"),
     ],
 )
-def test_show_names_the_next_command_of_a_sweep(path: str, command: str) -> None:
+def test_show_names_the_next_command_of_a_sweep(path, command):
     assert rbstab("show", f"results/{path}").stderr == printed(command)
 
 
-def test_provenance_has_units_and_no_empty_values(results: Path) -> None:
+def test_provenance_has_units_and_no_empty_values(results):
     made_file(results / "made.h5", commit="", wall_time=0.18403063600089808)
     lines = rbstab("show", "results/made.h5").stdout.splitlines()
     rows = {line.split()[0]: line.split()[1:] for line in lines if line.strip()}
@@ -108,7 +105,7 @@ def test_provenance_has_units_and_no_empty_values(results: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_list_has_a_line_for_each_result() -> None:
+def test_a_list_has_a_line_for_each_result():
     done = success("list")
     lines = [line.split() for line in done.stdout.splitlines()]
     assert lines[0] == [
@@ -133,7 +130,7 @@ def test_a_list_has_a_line_for_each_result() -> None:
     assert len(lines) == 1 + 9 + 4 + 2
     files = printed("results/proofs has 1 file; rbstab show results/proofs prints what is proved.")
     assert done.stdout.splitlines()[-1] == files
-    data = {entry["path"]: entry for entry in json.loads(rbstab("list", "--json").stdout)}
+    data = {entry["path"]: entry for entry in json_of("list")}
     assert len(data) == 9 + 4
     sweep = data[printed("results/finished_map")]
     assert (sweep["status"], sweep["problem"]) == ("30 of 30 completed", None)

@@ -42,7 +42,7 @@ def handlers() -> Iterator[None]:
 
 
 @pytest.fixture
-def run_with(monkeypatch: pytest.MonkeyPatch, handlers: None) -> Run:
+def run_with(monkeypatch, handlers) -> Run:
     """A function that calls the entry point with streams of an encoding that refuse the rest."""
 
     def run(encoding: str, *arguments: str) -> Ended:
@@ -62,7 +62,7 @@ def run_with(monkeypatch: pytest.MonkeyPatch, handlers: None) -> Run:
 
 
 @pytest.fixture
-def unicode_run(folder: Path) -> Path:
+def unicode_run(folder) -> Path:
     """A working folder with a config and a result whose title is not ASCII."""
     (folder / "unicode.yaml").write_text(UNICODE, encoding="utf-8")
     success("run", "--no-prove", "unicode.yaml", "-q")
@@ -87,18 +87,14 @@ COMMANDS = [
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
 @pytest.mark.parametrize("arguments", COMMANDS, ids=" ".join)
-def test_every_command_prints_in_every_encoding(
-    encoding: str, arguments: tuple[str, ...], unicode_run: Path, run_with: Run
-) -> None:
+def test_every_command_prints_in_every_encoding(encoding, arguments, unicode_run, run_with):
     ended = run_with(encoding, *arguments)
     assert ended.code == 0, ended.stderr
     assert ended.stdout
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
-def test_json_and_yaml_keep_every_character(
-    encoding: str, unicode_run: Path, run_with: Run
-) -> None:
+def test_json_and_yaml_keep_every_character(encoding, unicode_run, run_with):
     shown = run_with(encoding, "show", "results/unicode.h5", "--json")
     assert json.loads(shown.stdout)["title"] == TITLE
     stored = run_with(encoding, "show", "results/unicode.h5", "--config")
@@ -115,7 +111,7 @@ def program(*arguments: str) -> list[str]:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="file names are text there")
-def test_names_that_are_not_utf_8(folder: Path, run_with: Run) -> None:
+def test_names_that_are_not_utf_8(folder, run_with):
     name = os.fsdecode(b"\xff.yaml")
     (folder / name).write_text(GOOD)
     assert run_with("utf-8", "check", name).code == 0
@@ -133,9 +129,7 @@ IN_ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 
 @pytest.mark.skipif(sys.platform == "win32", reason="file names are text there")
 @pytest.mark.parametrize("locale", [{"LC_ALL": "C"}, IN_ASCII], ids=["C", "ascii"])
-def test_names_that_are_not_ascii_are_printed_in_the_c_locale(
-    locale: dict[str, str], tmp_path: Path
-) -> None:
+def test_names_that_are_not_ascii_are_printed_in_the_c_locale(locale, tmp_path):
     unset = {"PYTHONIOENCODING", "PYTHONUTF8", "LC_CTYPE", "LANG"}
     environment = {name: text for name, text in os.environ.items() if name not in unset} | locale
 
@@ -166,9 +160,7 @@ def test_names_that_are_not_ascii_are_printed_in_the_c_locale(
     [("schema",), ("--help",), ("run", "--help"), ("--version",), ("report", "--format", "text")],
     ids=" ".join,
 )
-def test_a_reader_that_has_ended_ends_the_command_quietly(
-    arguments: tuple[str, ...], folder: Path
-) -> None:
+def test_a_reader_that_has_ended_ends_the_command_quietly(arguments, folder):
     if arguments[0] == "report":
         subprocess.run(
             program("run", "--no-prove", "good.yaml", "-q"), stdout=subprocess.DEVNULL, check=True
@@ -187,7 +179,7 @@ FULL = Path("/dev/full")
 
 @pytest.mark.skipif(not FULL.exists(), reason="no such device here")
 @pytest.mark.parametrize("arguments", [("schema",), ("--help",), ("check", "good.yaml")])
-def test_output_that_cannot_be_written_is_told(arguments: tuple[str, ...], folder: Path) -> None:
+def test_output_that_cannot_be_written_is_told(arguments, folder):
     with FULL.open("w") as full:
         done = subprocess.run(
             program(*arguments), stdout=full, stderr=subprocess.PIPE, text=True, check=False
@@ -198,7 +190,7 @@ def test_output_that_cannot_be_written_is_told(arguments: tuple[str, ...], folde
 
 @pytest.mark.skipif(sys.platform == "win32", reason="its shell cannot close streams like this")
 @pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-", "<&- >&- 2>&-"])
-def test_a_command_needs_no_streams(closed: str, folder: Path) -> None:
+def test_a_command_needs_no_streams(closed, folder):
     shell = [
         "/bin/sh",
         "-c",

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 import xarray
-from cli.conftest import rbstab, success
+from cli.conftest import ended, json_of, rbstab, success
 from support.sweeps import shard_files
 
 from rbstab import load_plan, open_traces, simulate
@@ -26,9 +26,8 @@ vary:
 SWEEP = ("sweep", "--no-prove", "plan.yaml")
 
 
-@pytest.mark.usefixtures("plan")
 @pytest.mark.parametrize("name", ["heyoka", "scipy"])
-def test_a_sweep(name):
+def test_a_sweep(plan, name):
     done = success(*SWEEP, "--engine", name, "--shard-size", "8")
     assert "completed       20  100.00%" in done.stdout
     assert "worst |r| / largest energy " in done.stdout
@@ -47,8 +46,9 @@ def test_a_sweep(name):
 
 def test_failures(use_fake_engine):
     use_fake_engine(failing=(3, 4, 9))
-    done = rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "5", "--fail-fast", "--threads", "1")
-    assert done.exit_code == 3
+    done = ended(
+        3, *SWEEP, "--engine", "scipy", "--shard-size", "5", "--fail-fast", "--threads", "1"
+    )
     assert "member 3 failed; 5 of 20 members are stored" in done.stderr
     done = success(*SWEEP, "--engine", "scipy")
     assert "diverged         3  15.00%" in done.stdout
@@ -56,7 +56,7 @@ def test_failures(use_fake_engine):
     done = rbstab(*SWEEP, "--retry-failed")
     assert (done.exit_code, "diverged" in done.stdout) == (0, False)
     use_fake_engine(failing=range(20))
-    assert rbstab(*SWEEP, "-o", "other", "--engine", "scipy").exit_code == 3
+    ended(3, *SWEEP, "-o", "other", "--engine", "scipy")
 
 
 def test_status(use_fake_engine):
@@ -102,8 +102,7 @@ def test_numbers_in_words():
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("plan")
-def test_motions_are_kept_on_request_and_made_again_if_lost():
+def test_motions_are_kept_on_request_and_made_again_if_lost(plan):
     Path("plan.yaml").write_text(f"{PLAN}keep: {{traces: {{every: 3}}}}\n")
     success(*SWEEP, "--engine", "heyoka")
     traces = open_traces("results/plan")
@@ -111,9 +110,9 @@ def test_motions_are_kept_on_request_and_made_again_if_lost():
     single = simulate(load_plan(Path("plan.yaml")).config_of(9))
     assert traces.of(9)["contact_force"] == pytest.approx(single["contact_force"], abs=1e-8)
     status = ("sweep", "--status", "results/plan")
-    assert json.loads(rbstab(*status, "--json").stdout)["traces"] == 7
+    assert json_of(*status)["traces"] == 7
     Path("results/plan/traces/00000000.h5").write_bytes(b"")
-    found = json.loads(rbstab(*status, "--json").stdout)
+    found = json_of(*status)
     assert (found["damaged_shards"], found["done"]) == ([0], 0)
     assert "of 7 members" in rbstab(*status).stdout
     success(*SWEEP)
@@ -121,31 +120,28 @@ def test_motions_are_kept_on_request_and_made_again_if_lost():
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("use_fake_engine")
-def test_a_dry_run_says_what_is_left_and_writes_nothing():
+def test_a_dry_run_says_what_is_left_and_writes_nothing(use_fake_engine):
     options = ("--dry-run", "--engine", "scipy", "--shard-size", "8", "--threads", "2")
     assert "10 x 2 = 20" in rbstab(*SWEEP, *options).stdout
-    whole = json.loads(rbstab(*SWEEP, *options, "--json").stdout)
+    whole = json_of(*SWEEP, *options)
     assert (whole["members"], whole["done"], whole["threads"]) == (20, 0, 2)
-    part = json.loads(rbstab(*SWEEP, *options, "--json", "--part", "1/2").stdout)
+    part = json_of(*SWEEP, *options, "--part", "1/2")
     assert (part["members"], part["done"]) == (12, 0)
     assert part["bytes"] == pytest.approx(whole["bytes"] * 12 / 20, abs=1)
     assert not Path("results").exists()
     rbstab(*SWEEP, "--engine", "scipy", "--shard-size", "8")
-    assert json.loads(rbstab(*SWEEP, *options, "--json").stdout)["done"] == 20
+    assert json_of(*SWEEP, *options)["done"] == 20
     other = rbstab(*SWEEP, *options, "--json", "--set", "body.mass=42")
     assert json.loads(other.stdout)["done"] == 0
     assert "holds a different sweep" in other.stderr
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("use_fake_engine")
-def test_another_sweep_is_moved_aside_by_force_only():
+def test_another_sweep_is_moved_aside_by_force_only(use_fake_engine):
     rbstab(*SWEEP, "--engine", "scipy")
     before = shard_files(Path("results/plan"))
     for changes in (("--set", "body.mass=42"), ("--engine", "heyoka")):
-        refused = rbstab(*SWEEP, *changes)
-        assert refused.exit_code == 2
+        refused = ended(2, *SWEEP, *changes)
         assert "holds another sweep" in refused.stderr
     with locked(Path("results/plan")):
         assert "in use by another process" in rbstab(*SWEEP, "--force").stderr
@@ -157,8 +153,7 @@ def test_another_sweep_is_moved_aside_by_force_only():
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("plan")
-def test_without_heyoka_scipy_is_used_unless_heyoka_is_wanted(monkeypatch):
+def test_without_heyoka_scipy_is_used_unless_heyoka_is_wanted(plan, monkeypatch):
     def missing(name):
         if name == "heyoka":
             raise EngineMissingError("the engine 'heyoka' cannot be used here")
@@ -167,13 +162,11 @@ def test_without_heyoka_scipy_is_used_unless_heyoka_is_wanted(monkeypatch):
     monkeypatch.setattr("rbstab.sweep.members.engines.engine", missing)
     done = success(*SWEEP)
     assert done.stderr.count("heyoka is not installed: using scipy") == 1
-    refused = rbstab(*SWEEP, "--engine", "heyoka")
-    assert refused.exit_code == 2
+    refused = ended(2, *SWEEP, "--engine", "heyoka")
     assert "cannot be used here" in refused.stderr
 
 
-@pytest.mark.usefixtures("use_fake_engine")
-def test_the_next_command_is_named():
+def test_the_next_command_is_named(use_fake_engine):
     done = rbstab(*SWEEP, "--engine", "scipy", "-o", "my results")
     assert done.stderr.endswith(f"Next: rbstab report {shell_word(Path('my results', 'plan'))}\n")
     assert "Next" not in rbstab(*SWEEP, "-o", "my results", "-q").stderr

@@ -1,12 +1,11 @@
 """`rbstab sweep` says unasked how many members are proved to converge, after it has stored them."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from cli.conftest import GOOD, rbstab, success
+from cli.conftest import GOOD, json_of, rbstab, success
 from support.printed_paths import printed, words_of
 
 import rbstab as rbstab_package
@@ -43,8 +42,7 @@ class FakeClock:
         return slow
 
 
-@pytest.mark.usefixtures("plan")
-def test_members_that_start_in_a_region(folder: Path) -> None:
+def test_members_that_start_in_a_region(plan, folder):
     done = success("sweep", "plan.yaml")
     *_, proved, not_proved = done.stdout.splitlines()
     assert proved == "Convergence: proved for 2 of the members: they start in a certified region."
@@ -57,8 +55,7 @@ def test_members_that_start_in_a_region(folder: Path) -> None:
     assert "converges to rest state 1: proved 2 not proved at the start" in words(shown.stdout)
 
 
-@pytest.mark.usefixtures("plan")
-def test_show_names_the_command_that_proves_a_member(folder: Path) -> None:
+def test_show_names_the_command_that_proves_a_member(plan, folder):
     """The motion of the last member enters the region, outside of which it starts."""
     Path("good.yaml").write_text(GOOD.replace("duration: 0.1", "duration: 6"))
     place = "other place"
@@ -72,11 +69,11 @@ def test_show_names_the_command_that_proves_a_member(folder: Path) -> None:
     assert words[-3:] == ["--member", "2", "--prove"]
     assert "This start:  proved" in rbstab(*words).stdout
     assert Path(place, "plan-member2.h5").exists()
-    shown = json.loads(rbstab("show", sweep, "--json").stdout)["answers"]
+    shown = json_of("show", sweep)["answers"]
     assert (shown["seen"], shown["provable"]) == (1, 2)
 
 
-def test_counts_of_many_members_have_separators(capsys: pytest.CaptureFixture[str]) -> None:
+def test_counts_of_many_members_have_separators(capsys):
     counts = dict.fromkeys(KINDS, 0)
     counts |= {OutcomeKind.RETURNS: 12_000, OutcomeKind.RESTS_ELSEWHERE: 9999}
     counts[OutcomeKind.MOVING] = 8001
@@ -100,9 +97,7 @@ def words(text: str) -> str:
 
 
 @pytest.mark.slow
-def test_bodies_that_the_budget_does_not_reach_are_named(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bodies_that_the_budget_does_not_reach_are_named(folder, monkeypatch):
     """In the summary, in the JSON and in the report, with the command that goes on."""
     text = PLAN.replace("[1, 2, 60]", "[1]") + "  body.mass: {linspace: [40, 44, 5]}\n"
     Path("bodies.yaml").write_text(text)
@@ -121,7 +116,7 @@ def test_bodies_that_the_budget_does_not_reach_are_named(
     monkeypatch.setattr(prove_bodies, "monotonic", clock)
     monkeypatch.setattr(prove_bodies, "_prove", clock.taking(10.0, prove_bodies._prove))
     monkeypatch.setattr("rbstab.processes.processors.processor_count", lambda: 1)
-    proofs = json.loads(rbstab(*sweep, "--json").stdout)["proofs"]
+    proofs = json_of(*sweep)["proofs"]
     assert (proofs["bodies"], proofs["reached"], proofs["budget"]) == (5, 2, 20.0)
     assert proofs["members"] == {"proved": 2, "not reached": 3}
     assert proofs["members_not_reached"] == [[1, 2], [4, 4]]
@@ -129,7 +124,7 @@ def test_bodies_that_the_budget_does_not_reach_are_named(
     assert "converges to rest state 1: proved 2 no proof of its own body" in shown
     command = shown.partition("members 1 to 2, 4: ")[2].partition(" makes it")[0]
     assert command == printed("rbstab sweep results/bodies/plan.yaml --prove")
-    again = json.loads(rbstab(*sweep, "--json").stdout)
+    again = json_of(*sweep)
     assert again["convergence"] == {"unknown": 1, "proved": 4}
     without_limit = rbstab(*sweep, "--prove")
     assert "proved for 5 of the members" in without_limit.stdout
@@ -137,9 +132,7 @@ def test_bodies_that_the_budget_does_not_reach_are_named(
 
 
 @pytest.mark.slow
-def test_a_body_that_refutes_is_named_by_all_commands(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_body_that_refutes_is_named_by_all_commands(folder, monkeypatch):
     """More bodies than the budget is for: many are proved at once, or a body refutes the claim."""
     monkeypatch.setattr("rbstab.sweep.sweep.FEW", 3)
     monkeypatch.setattr(prove_bodies, "BUDGET", 0.0)
@@ -160,8 +153,8 @@ def test_a_body_that_refutes_is_named_by_all_commands(
         assert f"{sentence[0].upper()}{sentence[1:]}." in shown
         assert f"{sentence[0].upper()}{sentence[1:]}." in report
     assert shown.index("Outcome: ") < shown.index("Desired: ") < shown.index("rest states: ")
-    stored = json.loads(rbstab("show", "results/weak", "--json").stdout)["answers"]["one_state"]
-    again = json.loads(rbstab("sweep", "weak.yaml", "--json").stdout)
+    stored = json_of("show", "results/weak")["answers"]["one_state"]
+    again = json_of("sweep", "weak.yaml")
     assert stored == again["answers"]["one_state"] == again["proofs"]["one_rest_state"]
     assert sum(again["outcomes"].values()) == again["members"]
     assert stored["bodies"] == stored["proved"] + stored["false"] + stored["not_decided"] == 4
@@ -171,8 +164,7 @@ def test_a_body_that_refutes_is_named_by_all_commands(
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("plan")
-def test_motions_are_proved_member_by_member_on_request(statuses: list[str]) -> None:
+def test_motions_are_proved_member_by_member_on_request(plan, statuses):
     text = PLAN.replace("velocity[1]", "velocity[0]").replace("[1, 2, 60]", "[1, 14, 16, 500]")
     Path("plan.yaml").write_text(f"{text}prove: {{motion: {{steps: 20}}}}\n")
     done = success("sweep", "plan.yaml", "--shard-size", "2", "--threads", "1")
@@ -181,14 +173,13 @@ def test_motions_are_proved_member_by_member_on_request(statuses: list[str]) -> 
     assert "3 of 4 members proved, " in said
     (row,) = [line for line in done.stdout.splitlines() if "converge to a rest state" in line]
     assert "3 proved, 1 not decided" in row
-    again = json.loads(rbstab("sweep", "plan.yaml", "--json").stdout)
+    again = json_of("sweep", "plan.yaml")
     assert again["convergence"] == {"proved": 3, "not decided": 1}
     assert len(list(Path("results/proofs").iterdir())) == 1
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("plan")
-def test_a_sweep_counts_later_proofs_everywhere() -> None:
+def test_a_sweep_counts_later_proofs_everywhere(plan):
     first = rbstab("sweep", "plan.yaml", "--no-prove")
     # Without any proof, there is nothing to say but how many settled.
     assert "onverge" not in first.stdout
@@ -196,11 +187,11 @@ def test_a_sweep_counts_later_proofs_everywhere() -> None:
     assert "proved for 2 of the members" in rbstab("sweep", "plan.yaml").stdout
     without = words(rbstab("sweep", "plan.yaml", "--no-prove").stdout)
     assert "converge to a rest state 2 proved, 1 not decided" in without
-    (entry,) = json.loads(rbstab("list", "--json").stdout)
+    (entry,) = json_of("list")
     assert entry["converges"] == entry["this_start"] == "2 of 3 proved"
     shown = words(rbstab("show", "results/plan").stdout)
     assert shown.index("proved: 2 of 3 members: they") < shown.index("quantity value")
-    data = json.loads(rbstab("show", "results/plan/members.h5", "--json").stdout)["answers"]
+    data = json_of("show", "results/plan/members.h5")["answers"]
     assert (data["members"], data["proved"], data["without_proof"]) == (3, 2, {})
     assert data["proved"] + data["false"] + data["seen"] + data["not_decided"] == 3
     row = words(rbstab("compare", "results/plan", "results/plan").stdout)
@@ -209,7 +200,7 @@ def test_a_sweep_counts_later_proofs_everywhere() -> None:
 
 
 @pytest.mark.slow
-def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(folder: Path) -> None:
+def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(folder):
     Path("varied.yaml").write_text(PLAN)
     rbstab("sweep", "varied.yaml", "--no-prove", "-q")
     Path("varied.yaml").rename("plan of yesterday.yaml")

@@ -7,7 +7,7 @@ from rich.console import Console
 from rbstab_cli.printing import Table, fits, plain_lines, records, rich_table, width_of
 
 
-def test_a_narrow_terminal_cuts_no_number() -> None:
+def test_a_narrow_terminal_cuts_no_number():
     """Nine columns of a run need more than 80 characters: each run then has a line for each."""
     names = (
         "v(0) [J]",
@@ -31,7 +31,7 @@ def test_a_narrow_terminal_cuts_no_number() -> None:
         ]
 
 
-def test_what_fits_is_printed_whole() -> None:
+def test_what_fits_is_printed_whole():
     """A table that fits by its own count is not cut by rich."""
     names = ("a number [m]", "b [s]")
     table = Table(*names, numbers=names)
@@ -43,7 +43,7 @@ def test_what_fits_is_printed_whole() -> None:
     assert "1.0987" in text.getvalue()
 
 
-def test_a_file_has_every_character_in_columns_of_equal_width() -> None:
+def test_a_file_has_every_character_in_columns_of_equal_width():
     """Numbers end where their header ends; nothing is cut, whatever its width on a terminal."""
     table = Table("name", "value [m]", "next", numbers=("value [m]",))
     for name in ("宽", "e\u0301", "x" * 2000):

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from cli.conftest import GOOD, PLAN_OF_MASSES, STORED, rbstab, replace_everywhere, success
+from cli.conftest import GOOD, PLAN_OF_MASSES, STORED, ended, rbstab, replace_everywhere, success
 from support.closed_folders import close
 from support.hang_guard import time_limit
 from support.made_runs import made_file
@@ -61,7 +61,7 @@ TARGETS = {
 
 
 @pytest.fixture
-def special(folder: Path) -> Iterator[None]:
+def special(folder) -> Iterator[None]:
     """In the working folder: files of every kind, with every ending that commands need."""
     (folder / "held.yaml").write_text(GOOD.replace("variant: free", "variant: permanent"))
     (folder / "plan.yaml").write_text(PLAN_OF_MASSES)
@@ -80,10 +80,9 @@ def special(folder: Path) -> Iterator[None]:
         yield
 
 
-@pytest.mark.usefixtures("special")
 @pytest.mark.parametrize("kind", ["pipe", "socket", "device", "folder"])
 @pytest.mark.parametrize("command", READERS)
-def test_what_is_no_file_is_not_read(command: str, kind: str) -> None:
+def test_what_is_no_file_is_not_read(special, command, kind):
     name, *options = command.split()
     with time_limit(60):
         done = rbstab(name, *options, kind)
@@ -104,17 +103,13 @@ def identity(path: Path) -> tuple[int, int, bytes]:
     return found.st_ino, stat.S_IFMT(found.st_mode), content
 
 
-@pytest.mark.usefixtures("special")
 @pytest.mark.parametrize("force", ["", "--force"])
 @pytest.mark.parametrize("kind", TARGETS)
 @pytest.mark.parametrize("command", WRITERS)
+@pytest.mark.usefixtures("special")
 def test_a_file_that_cannot_be_written_is_told_before_the_work(
-    command: str,
-    kind: str,
-    force: str,
-    request: pytest.FixtureRequest,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+    command, kind, force, request, monkeypatch
+):
     if (kind, force) == ("existing", "--force") or (kind, command[:6]) == ("missing", "report"):
         # A file is replaced on request, and a report makes its folder.
         return
@@ -148,12 +143,11 @@ COMMANDS = (
 )
 
 
-@pytest.mark.usefixtures("special", "no_runs")
 @pytest.mark.parametrize(
     "place", ["pipe", "socket", "device", "good.yaml/results", "/proc/results"]
 )
 @pytest.mark.parametrize("command", COMMANDS)
-def test_a_folder_of_results_is_tried_before_the_work(command: str, place: str) -> None:
+def test_a_folder_of_results_is_tried_before_the_work(special, no_runs, command, place):
     with time_limit(60):
         done = rbstab(*command.split(), "-o", place)
     assert done.exit_code == 4
@@ -162,14 +156,12 @@ def test_a_folder_of_results_is_tried_before_the_work(command: str, place: str) 
     assert len(done.stderr.splitlines()) == 1
 
 
-@pytest.mark.usefixtures("special")
 @pytest.mark.parametrize("command", ["run good.yaml", "sweep plan.yaml"])
-def test_the_folder_of_proofs_is_tried_too(command: str, request: pytest.FixtureRequest) -> None:
+def test_the_folder_of_proofs_is_tried_too(special, command, request):
     Path("results").mkdir()
     Path("results/proofs").write_text("in the way")
     request.getfixturevalue("no_runs")
-    done = rbstab(*command.split(), "--engine", "scipy")
-    assert done.exit_code == 4
+    done = ended(4, *command.split(), "--engine", "scipy")
     assert done.stderr.startswith(printed("error: results/proofs cannot be written: "))
     assert done.stderr.endswith(
         ". Nothing was run; -o names another folder, --no-prove makes no proofs.\n"
@@ -177,9 +169,7 @@ def test_the_folder_of_proofs_is_tried_too(command: str, request: pytest.Fixture
     assert list(Path("results").iterdir()) == [Path("results/proofs")]
 
 
-def test_what_is_stored_needs_no_folder_that_can_be_written(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_is_stored_needs_no_folder_that_can_be_written(folder, monkeypatch):
     """The folder of proofs, or that of results, may be that of another user."""
     success("run", "good.yaml", "-q")
     Path("again.yaml").write_text(GOOD)
@@ -192,22 +182,19 @@ def test_what_is_stored_needs_no_folder_that_can_be_written(
         check_folder(folder)
 
     replace_everywhere(monkeypatch, "rbstab.store.disk.paths.check_folder", fail)
-    success("run", "again.yaml")
-    refused = rbstab("run", "other.yaml")
-    assert refused.exit_code == 4
+    success("run", "again.yaml", "--no-prove")
+    refused = ended(4, "run", "other.yaml")
     assert "cannot be written: tried. Nothing was run" in refused.stderr
     closed.append(Path("results"))
     assert "already done" in rbstab("run", "good.yaml", "again.yaml").stderr
-    assert rbstab("run", "good.yaml", "other.yaml").exit_code == 4
+    ended(4, "run", "good.yaml", "other.yaml")
 
 
-@pytest.mark.usefixtures("no_runs")
-def test_with_force_a_closed_folder_is_told(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_with_force_a_closed_folder_is_told(no_runs, folder, monkeypatch):
     """Whether results exist is not known where their folder may not be entered."""
     made_file(folder / "results/good.h5")
     close(folder / "results", monkeypatch)
-    done = rbstab("run", "good.yaml", "--no-prove", "--force")
-    assert done.exit_code == 4
+    done = ended(4, "run", "good.yaml", "--no-prove", "--force")
     assert done.stderr == (
         "error: results cannot be written: Permission denied. Nothing was run; -o names another "
         "folder.\n"
@@ -215,7 +202,7 @@ def test_with_force_a_closed_folder_is_told(folder: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize("force", ["", "--force"])
-def test_a_pipe_with_the_name_of_a_result_stays(force: str, folder: Path) -> None:
+def test_a_pipe_with_the_name_of_a_result_stays(force, folder):
     Path("results").mkdir()
     os.mkfifo("results/good.h5")
     with time_limit(60):
@@ -227,7 +214,7 @@ def test_a_pipe_with_the_name_of_a_result_stays(force: str, folder: Path) -> Non
 
 
 @pytest.mark.parametrize("stem", ["x" * 251, "é" * 125], ids=["251", "UTF-8"])
-def test_the_longest_names_are_written(stem: str, folder: Path) -> None:
+def test_the_longest_names_are_written(stem, folder):
     Path(f"{stem}.yml").write_text(GOOD)
     for force in ((), ("--force",)):
         success("run", "--no-prove", f"{stem}.yml", *force)
@@ -237,7 +224,6 @@ def test_the_longest_names_are_written(stem: str, folder: Path) -> None:
     assert Path(report).is_file()
 
 
-@pytest.mark.usefixtures("no_work")
 @pytest.mark.parametrize(
     "command",
     [
@@ -246,13 +232,12 @@ def test_the_longest_names_are_written(stem: str, folder: Path) -> None:
         "tune LONG.yaml --objective energy --over controller.K_t",
     ],
 )
-def test_a_name_that_the_program_makes_may_be_too_long(command: str, folder: Path) -> None:
+def test_a_name_that_the_program_makes_may_be_too_long(no_work, command, folder):
     """Of a result that is moved aside, of that of a member, and of a tuned config."""
     long = "x" * 245
     made = made_file(folder / f"results/{long}.h5").read_bytes()
     Path(f"{long}.yaml").write_text(GOOD)
     Path(f"plan-{long}.yaml").write_text(PLAN_OF_MASSES)
-    done = rbstab(*shlex.split(command.replace("LONG", long)))
-    assert done.exit_code == 4
+    done = ended(4, *shlex.split(command.replace("LONG", long)))
     assert "File name too long" in done.stderr
     assert Path(f"results/{long}.h5").read_bytes() == made

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cli.conftest import GOOD, rbstab, success
+from cli.conftest import GOOD, ended, json_of, rbstab, success
 from support.paper_runs import paper_config
 
 from rbstab.config.files.dump import as_yaml
@@ -20,7 +20,7 @@ GAINS = ("--over", "controller.L_r,controller.L_t")
 OVER = (*GAINS, "--bounds", "0.5:2")
 
 
-def test_a_better_config_is_written_and_not_overwritten(folder: Path) -> None:
+def test_a_better_config_is_written_and_not_overwritten(folder):
     arguments = ("tune", "good.yaml", "--objective", "energy", *OVER)
     done = success(*arguments)
     assert "controller.L_t[2]" in done.stdout
@@ -33,8 +33,7 @@ def test_a_better_config_is_written_and_not_overwritten(folder: Path) -> None:
     assert tuned == pytest.approx(load_config("good_tuned.yaml").controller.L_t[2], rel=1e-5)
     assert tuned == pytest.approx(given * factor, rel=1e-3)
     text = Path("good_tuned.yaml").read_text()
-    again = rbstab(*arguments)
-    assert again.exit_code == 4
+    again = ended(4, *arguments)
     assert again.stderr == "good_tuned.yaml: already exists. Replace it with --force.\n"
     Path("good_tuned.yaml").write_text("old")
     success(*arguments, "--force")
@@ -42,7 +41,7 @@ def test_a_better_config_is_written_and_not_overwritten(folder: Path) -> None:
     assert Path("good.yaml").read_text() == GOOD
 
 
-def test_the_factors_are_those_of_the_written_config(folder: Path) -> None:
+def test_the_factors_are_those_of_the_written_config(folder):
     done = rbstab("tune", "good.yaml", "--objective", "energy", *OVER, "-o", "t.yaml", "--json")
     facts = json.loads(done.stdout)
     assert facts["file"] == "t.yaml"
@@ -52,16 +51,15 @@ def test_the_factors_are_those_of_the_written_config(folder: Path) -> None:
     assert load_config("t.yaml").controller.L_r[0] == 60 * factor
 
 
-def test_nothing_better_writes_nothing(folder: Path) -> None:
+def test_nothing_better_writes_nothing(folder):
     arguments = ("--objective", "energy", "--over", "controller.L_r", "--bounds", "1:1")
     done = success("tune", "good.yaml", *arguments)
     assert done.stderr.endswith("good.yaml: no better config was found; nothing is written\n")
     assert not Path("good_tuned.yaml").exists()
 
 
-def test_no_run_that_settles_is_exit_code_3(folder: Path) -> None:
-    done = rbstab("tune", "good.yaml", "--objective", "settling_time", *OVER)
-    assert done.exit_code == 3
+def test_no_run_that_settles_is_exit_code_3(folder):
+    done = ended(3, "tune", "good.yaml", "--objective", "settling_time", *OVER)
     assert done.stderr.endswith("no run completed and settled; nothing is written\n")
     (row,) = [line for line in done.stdout.splitlines() if "settling_time" in line]
     assert row.split()[3:] == [*["not", "in", "this", "run"] * 2, "-"]
@@ -75,14 +73,14 @@ STICKING = GOOD.replace(
 
 
 @pytest.fixture
-def settling_config(folder: Path) -> Path:
+def settling_config(folder) -> Path:
     """The working folder, where `good.yaml` runs until it has settled."""
     text = GOOD.replace("duration: 0.1", "duration: 2")
     Path("good.yaml").write_text(text)
     return folder
 
 
-def test_the_tables_name_every_parameter(settling_config: Path) -> None:
+def test_the_tables_name_every_parameter(settling_config):
     done = success("sensitivities", "good.yaml")
     quantities, relative, per_unit = done.stdout.strip().split("\n\n")
     assert "settling_time [s]" in quantities
@@ -95,8 +93,8 @@ def test_the_tables_name_every_parameter(settling_config: Path) -> None:
     assert not Path("results").exists()
 
 
-def test_the_json_holds_all(settling_config: Path) -> None:
-    facts = json.loads(rbstab("sensitivities", "good.yaml", "--json").stdout)
+def test_the_json_holds_all(settling_config):
+    facts = json_of("sensitivities", "good.yaml")
     names = [quantity["name"] for quantity in facts["quantities"]]
     assert names[0] == "settling_time"
     assert {"peak_time[0]", "final.orientation[0]", "final.velocity[2]"} <= set(names)
@@ -108,9 +106,8 @@ def test_the_json_holds_all(settling_config: Path) -> None:
     assert mass["relative"]["settling_time"] == pytest.approx(expected)
 
 
-def test_a_run_that_does_not_complete_is_said(folder: Path) -> None:
-    done = rbstab("sensitivities", "good.yaml", "--set", "integration.step_limit=1")
-    assert done.exit_code == 3
+def test_a_run_that_does_not_complete_is_said(folder):
+    done = ended(3, "sensitivities", "good.yaml", "--set", "integration.step_limit=1")
     assert done.stderr.startswith("error: step limit: stopped after 1 steps")
 
 
@@ -129,14 +126,14 @@ def with_elements(**elements: Any) -> dict[str, Any]:
 
 
 @pytest.fixture
-def case1(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def case1(tmp_path, monkeypatch) -> Path:
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "case1.yaml"
     path.write_text(as_yaml(paper_config("permanent", **SHORT)))
     return path
 
 
-def test_the_config_that_it_writes_is_proved(case1: Path) -> None:
+def test_the_config_that_it_writes_is_proved(case1):
     done = success("guard", "case1.yaml")
     end = "every start in the range converges: proved -> case1_guarded.yaml\n"
     assert done.stderr.endswith(end)
@@ -146,14 +143,13 @@ def test_the_config_that_it_writes_is_proved(case1: Path) -> None:
     assert prove(written).every_start
     # Apart from the barrier it is the given config.
     assert with_barrier(load_config(case1), element.stiffness) == written
-    again = rbstab("guard", "case1.yaml")
-    assert again.exit_code == 4
+    again = ended(4, "guard", "case1.yaml")
     assert again.stderr == "case1_guarded.yaml: already exists. Replace it with --force.\n"
     success("guard", "case1.yaml", "--force")
 
 
 @pytest.mark.slow
-def test_the_couple_of_the_barrier_is_that_of_its_potential(case1: Path) -> None:
+def test_the_couple_of_the_barrier_is_that_of_its_potential(case1):
     done = rbstab("guard", "case1.yaml", "-o", "g.yaml", "--json")
     facts = json.loads(done.stdout)
     assert facts["file"] == "g.yaml"
@@ -169,7 +165,7 @@ def test_the_couple_of_the_barrier_is_that_of_its_potential(case1: Path) -> None
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("method", "key"), [("stiff", "stiffness"), ("repelling", "couple")])
-def test_a_soft_guard_keeps_this_start_in_the_range(case1: Path, method: str, key: str) -> None:
+def test_a_soft_guard_keeps_this_start_in_the_range(case1, method, key):
     options = ("--method", method, "--soft-angle", "1.1", "--limit", "50000", "--json")
     done = success("guard", "case1.yaml", *options)
     assert done.stderr.endswith(
@@ -187,9 +183,8 @@ def test_a_soft_guard_keeps_this_start_in_the_range(case1: Path, method: str, ke
     assert facts["guarded"]["largest_couple"] <= proved["couple_bound"]
 
 
-def test_a_couple_above_the_limit_is_not_written(case1: Path) -> None:
-    done = rbstab("guard", "case1.yaml", "--method", "repelling", "--limit", "20000", "--json")
-    assert done.exit_code == 3
+def test_a_couple_above_the_limit_is_not_written(case1):
+    done = ended(3, "guard", "case1.yaml", "--method", "repelling", "--limit", "20000", "--json")
     assert done.stderr.endswith(
         "the couple exceeds the limit of 20000 N m in the run; nothing is written\n"
     )
@@ -198,18 +193,15 @@ def test_a_couple_above_the_limit_is_not_written(case1: Path) -> None:
     assert not Path("case1_guarded.yaml").exists()
 
 
-def test_no_soft_guard_says_why(case1: Path) -> None:
+def test_no_soft_guard_says_why(case1):
     case1.write_text(as_yaml(with_elements(strut=STRUT)))
-    done = rbstab("guard", "case1.yaml", "--method", "stiff", "--json")
-    assert done.exit_code == 3
+    done = ended(3, "guard", "case1.yaml", "--method", "stiff", "--json")
     why = "no guard was found: the least soft guard is not looked for beside springs"
     assert why in done.stderr
     assert json.loads(done.stdout)["proved"] is None
 
 
-def test_rest_states_at_other_angles_are_why_no_barrier_is_found(
-    case1: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rest_states_at_other_angles_are_why_no_barrier_is_found(case1, monkeypatch):
     """A shank hangs from its knee by soft springs: it can also rest after a whole turn."""
     monkeypatch.setattr("rbstab.experiment.tuning.guard.LADDER", (0.01, 1.0))
     data = with_elements()
@@ -219,8 +211,7 @@ def test_rest_states_at_other_angles_are_why_no_barrier_is_found(
     data["controller"] = {"variant": "permanent", **gains}
     data["initial"] = {"orientation": [0.2, -1.2, 0]}
     case1.write_text(as_yaml(data))
-    done = rbstab("guard", "case1.yaml", "--json")
-    assert done.exit_code == 3
+    done = ended(3, "guard", "case1.yaml", "--json")
     facts = json.loads(done.stdout)
     assert (facts["file"], facts["stiffness"], facts["guarded"]) == (None, None, None)
     assert not Path("case1_guarded.yaml").exists()
@@ -234,7 +225,7 @@ def test_rest_states_at_other_angles_are_why_no_barrier_is_found(
     assert "keeps the range without a guard: proved" in soft.stderr
 
 
-def test_a_guard_of_the_config_is_replaced_and_other_elements_keep_their_names() -> None:
+def test_a_guard_of_the_config_is_replaced_and_other_elements_keep_their_names():
     given = load_config(with_elements(range=STRUT, range_2=STRUT))
     found = with_barrier(with_barrier(given, 7.0), 3.0).elements
     assert [name for name, element in found.items() if element.kind == "spring"] == [

@@ -4,20 +4,20 @@ import json
 from pathlib import Path
 
 import pytest
-from cli.conftest import rbstab, success
+from cli.conftest import ended, json_of, rbstab, success
 from support.printed_paths import printed
 
 from rbstab.store.document import read_document, write_document
 
 
 @pytest.fixture
-def proof(folder: Path) -> Path:
+def proof(folder) -> Path:
     success("stability", "good.yaml", "--no-run")
     (path,) = (folder / "results" / "proofs").iterdir()
     return path
 
 
-def test_a_proof_is_verified(proof: Path) -> None:
+def test_a_proof_is_verified(proof):
     done = success("verify", str(proof))
     assert done.stdout.startswith(f"{proof}: verified\n")
     assert "The range of eq. 5\n    Rest states: checked. 1 are isolated" in done.stdout
@@ -32,50 +32,44 @@ def test_a_proof_is_verified(proof: Path) -> None:
     assert "not compared with a config" not in with_config.stdout
 
 
-def test_a_larger_bound_with_a_new_digest_is_refused(proof: Path) -> None:
+def test_a_larger_bound_with_a_new_digest_is_refused(proof):
     data = read_document(proof)
     data["region"]["energy_bound"] *= 1.01
     write_document(proof, data)
-    done = rbstab("verify", str(proof))
-    assert done.exit_code == 4
+    done = ended(4, "verify", str(proof))
     assert done.stdout.startswith(f"{proof}: REFUSED\n")
     assert "Certified region: REFUSED" in done.stdout
 
 
-def test_a_check_that_takes_too_long_is_no_refusal(
-    proof: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_check_that_takes_too_long_is_no_refusal(proof, monkeypatch):
     wrong = proof.with_name(f"{'0' * 32}.json")
     data = read_document(proof)
     data["reduced_energy"]["operations"][1] = ["tan", 0]
     write_document(wrong, data)
     monkeypatch.setattr("rbstab.proof.check.energy.EVALUATIONS", 10)
-    done = rbstab("verify", str(proof))
-    assert done.exit_code == 5
+    done = ended(5, "verify", str(proof))
     assert done.stdout.startswith(f"{proof}: not decided: the check takes too long\n")
     assert "REFUSED" not in done.stdout
-    assert json.loads(rbstab("verify", str(proof), "--json").stdout)["too_long"]
-    assert rbstab("verify", str(wrong)).exit_code == 4
-    assert rbstab("verify", str(proof), str(wrong)).exit_code == 4
+    assert json_of("verify", str(proof))["too_long"]
+    ended(4, "verify", str(wrong))
+    ended(4, "verify", str(proof), str(wrong))
 
 
-def test_an_edit_without_a_new_digest_is_damage(proof: Path) -> None:
+def test_an_edit_without_a_new_digest_is_damage(proof):
     text = proof.read_text()
     proof.write_text(text.replace('"lower_bound": 4', '"lower_bound": 5', 1))
     assert proof.read_text() != text
-    done = rbstab("verify", str(proof))
-    assert done.exit_code == 4
+    done = ended(4, "verify", str(proof))
     assert "is damaged" in done.stderr
 
 
-def test_another_config_is_refused(proof: Path) -> None:
+def test_another_config_is_refused(proof):
     changes = ("--set", "body.contact_point=[0.15, 0.10, -0.43]")
-    done = rbstab("verify", str(proof), "--config", "good.yaml", *changes)
-    assert done.exit_code == 4
+    done = ended(4, "verify", str(proof), "--config", "good.yaml", *changes)
     assert "it was made for another one" in done.stdout
 
 
-def test_all_proofs_of_a_folder_are_checked(proof: Path) -> None:
+def test_all_proofs_of_a_folder_are_checked(proof):
     changes = ("--set", "body.contact_point=[0.15, 0.10, -0.43]")
     success("stability", "good.yaml", "--no-run", *changes)
     (other,) = set(proof.parent.iterdir()) - {proof}
@@ -94,15 +88,14 @@ def test_all_proofs_of_a_folder_are_checked(proof: Path) -> None:
     data["region"]["energy_bound"] *= 1.01
     write_document(proof, data)
     (proof.parent / "0.json").write_text("{}")
-    done = rbstab("verify", "results")
-    assert done.exit_code == 4
+    done = ended(4, "verify", "results")
     assert f"{Path('results/proofs', proof.name)}: REFUSED\n" in done.stdout
     assert f"{Path('results/proofs', other.name)}: verified\n" in done.stdout
     assert "results: 1 of 3 proofs verified" in done.stdout
     assert printed("results/proofs/0.json is damaged") in done.stderr
 
 
-def test_a_file_that_claims_nothing_is_not_counted(proof: Path) -> None:
+def test_a_file_that_claims_nothing_is_not_counted(proof):
     load = "quantity: force, point: [0, 0, 0], direction: [1, 0, 0], amplitude: 1"
     element = f"{{kind: input, {load}, signal: {{kind: sine, frequency: 1}}}}"
     text = Path("good.yaml").read_text().replace("title:", "schema_version: 2\ntitle:")
@@ -113,17 +106,14 @@ def test_a_file_that_claims_nothing_is_not_counted(proof: Path) -> None:
     assert done.stdout.splitlines()[-1] == "results: 1 of 1 proofs verified; 1 file claims nothing"
 
 
-def test_a_second_opinion_that_is_not_decided_is_no_refusal(
-    proof: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_second_opinion_that_is_not_decided_is_no_refusal(proof, monkeypatch):
     monkeypatch.setattr("rbstab.experiment.verification.second.opinion.LATEST", 0.01)
-    done = rbstab("verify", str(proof), "--config", "good.yaml", "--second")
-    assert done.exit_code == 5
+    done = ended(5, "verify", str(proof), "--config", "good.yaml", "--second")
     assert done.stdout.startswith(f"{proof}: not decided: codac does not decide every claim\n")
     assert "REFUSED" not in done.stdout
 
 
-def test_a_certificate_has_the_boxes_that_are_counted(proof: Path) -> None:
+def test_a_certificate_has_the_boxes_that_are_counted(proof):
     words = ("verify", str(proof), "--certificate", "boxes.json")
     done = success(*words, "--json")
     data, certificate = json.loads(done.stdout), json.loads(Path("boxes.json").read_text())
@@ -139,7 +129,7 @@ def test_a_certificate_has_the_boxes_that_are_counted(proof: Path) -> None:
 
 
 @pytest.mark.heavy
-def test_a_second_opinion_confirms_and_refutes(folder: Path) -> None:
+def test_a_second_opinion_confirms_and_refutes(folder):
     config = str(Path(__file__).parents[2] / "configs/examples/stability/fast.yaml")
     success("stability", config, "--no-run")
     (proof,) = (folder / "results/proofs").iterdir()
@@ -150,7 +140,6 @@ def test_a_second_opinion_confirms_and_refutes(folder: Path) -> None:
     data = read_document(proof)
     data["states"][0]["index"] = 1
     write_document(proof, data)
-    done = rbstab(*second, "--json")
-    assert done.exit_code == 4
+    done = ended(4, *second, "--json")
     wrong = [one["about"] for one in json.loads(done.stdout)["findings"] if not one["verified"]]
     assert "codac: the range of eq. 5" in wrong

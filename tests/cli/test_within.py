@@ -10,13 +10,13 @@ HELD = GOOD.replace("A short run", "A held body").replace("variant: free", "vari
 
 
 @pytest.fixture
-def held(folder: Path) -> Path:
+def held(folder) -> Path:
     """The config `held.yaml` in the working folder."""
     (folder / "held.yaml").write_text(HELD)
     return folder
 
 
-def test_the_proof_is_printed_first_and_stored(held: Path) -> None:
+def test_the_proof_is_printed_first_and_stored(held):
     arguments = ("stability", "held.yaml", "--no-run", "--within", "controller=±20%")
     done = success(*arguments, "--within", "body.contact_point=±0.01")
     title, _, first, second, *rest = done.stdout.splitlines()
@@ -38,7 +38,7 @@ def test_the_proof_is_printed_first_and_stored(held: Path) -> None:
 
 
 @pytest.mark.slow
-def test_largest_is_bracketed(held: Path) -> None:
+def test_largest_is_bracketed(held):
     """K_r alone: there is a second rest state at 0.3 of it, so the answer is below 70 %."""
     key = "controller.K_r"
     arguments = ("stability", "held.yaml", "--no-run", "--json", "--time-limit", "600")
@@ -54,7 +54,7 @@ def test_largest_is_bracketed(held: Path) -> None:
     assert facts["within"]["statements"][0].startswith(head)
 
 
-def test_a_sliding_connector_is_not_decided(held: Path) -> None:
+def test_a_sliding_connector_is_not_decided(held):
     text = HELD.replace("variant: permanent", "variant: sliding\n  K_s: [60, 60, 40]")
     (held / "sliding.yaml").write_text(text.replace("K_s", "surface: position\n  K_s"))
     done = rbstab("stability", "sliding.yaml", "--no-run", "--within", "controller.K_r=±1%")
@@ -63,7 +63,7 @@ def test_a_sliding_connector_is_not_decided(held: Path) -> None:
     )
 
 
-def test_a_limit_of_time_ends_the_proof_and_is_told(held: Path) -> None:
+def test_a_limit_of_time_ends_the_proof_and_is_told(held):
     """Nothing that ended early is kept as the answer: with more time, it is proved."""
     within = ("stability", "held.yaml", "--no-run", "--within", "controller.K_r=±1%")
     done = success(*within, "--time-limit", "1e-9")
@@ -87,7 +87,7 @@ FAST = ("--set", "initial.angular_velocity=[12,0,0]")
 SPIN = "initial.angular_velocity[0]=±0.01"
 
 
-def test_every_start_is_proved_and_the_proof_is_stored(folder: Path) -> None:
+def test_every_start_is_proved_and_the_proof_is_stored(folder):
     arguments = ("stability", "good.yaml", *FAST, "--no-run", "--within", SPIN)
     first = success(*arguments)
     (line,) = [one for one in first.stdout.splitlines() if "For every start within" in one]

@@ -20,8 +20,10 @@ from rbstab.elements.user_code import loaded
 from rbstab.experiment.proof import CODE_NOT_RUN
 from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.summary import summary_of
-from rbstab_cli.commands import check as check_command
-from rbstab_cli.commands import guard, run, sensitivities, stability, sweep, tune
+from rbstab_cli.commands.beginning import check as check_command
+from rbstab_cli.commands.proofs import stability
+from rbstab_cli.commands.running import run, sweep
+from rbstab_cli.commands.tuning import guard, sensitivities, tune
 from rbstab_cli.registry import COMMANDS
 
 CONFIG = GOOD.replace("title: A short run", "schema_version: 2\ntitle: A traitor") + (
@@ -184,9 +186,9 @@ def test_a_report_elsewhere(marker: Path) -> None:
 
 
 def test_every_command_that_builds_equations_has_the_option() -> None:
-    modules = (check_command, guard, run, sensitivities, stability, sweep, tune)
-    for module in modules:
-        assert "--allow-python" in [name for p in module.command.params for name in p.opts]
+    commands = (check_command, guard, run, sensitivities, stability, sweep, tune)
+    for command in commands:
+        assert "--allow-python" in [name for p in command.params for name in p.opts]
     reading = {
         "export",
         "show",
@@ -201,4 +203,4 @@ def test_every_command_that_builds_equations_has_the_option() -> None:
         "list",
         "compare",
     }
-    assert reading | {module.__name__.rpartition(".")[2] for module in modules} == set(COMMANDS)
+    assert reading | {command.name for command in commands} == set(COMMANDS)

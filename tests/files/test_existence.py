@@ -125,7 +125,7 @@ def test_what_a_disk_cannot_tell_is_neither_missing_nor_left_out(tmp_path, monke
     results = (tmp_path / "a.h5", tmp_path / "b.html")
     for path in results:
         path.write_text("")
-    assert results_among(results, quiet=True) == results[:1]
+    assert results_among(results) == results[:1]
 
     def failing_there(path, *arguments, **options):
         if os.fspath(path).endswith(("base.yaml", "b.html")):
@@ -134,7 +134,7 @@ def test_what_a_disk_cannot_tell_is_neither_missing_nor_left_out(tmp_path, monke
 
     with monkeypatch.context() as patch:
         patch.setattr(os, "stat", failing_there)
-        assert results_among(results, quiet=True) == results
+        assert results_among(results) == results
         with pytest.raises(ConfigError) as caught:
             load_plan(plan)
     assert "which is not a file" not in str(caught.value)

@@ -33,7 +33,7 @@ def run_file(folder: Path, name: str, *changes: str) -> Path:
 
 
 @pytest.fixture
-def usual(tmp_path: Path) -> Path:
+def usual(tmp_path) -> Path:
     """A short run."""
     return run_file(tmp_path, "usual")
 
@@ -42,7 +42,7 @@ def named(rows: list[Row]) -> dict[str, Row]:
     return {row.name: row for row in rows}
 
 
-def test_another_start(usual: Path, tmp_path: Path) -> None:
+def test_another_start(usual, tmp_path):
     fast = run_file(tmp_path, "fast", "initial.angular_velocity=[2,4,6]")
     found = compare(usual, fast)
     assert found.kind == "run"
@@ -55,7 +55,7 @@ def test_another_start(usual: Path, tmp_path: Path) -> None:
         assert row.ratio == "" or row.name in ("v(0) [J]", "v(end) [J]") or "[" in row.name
 
 
-def test_another_system_has_no_ratio_of_v(usual: Path, tmp_path: Path) -> None:
+def test_another_system_has_no_ratio_of_v(usual, tmp_path):
     soft = run_file(tmp_path, "soft", "controller.K_c=[100,100,100]", "gravity=[0,0,-1]")
     found = compare(usual, soft)
     assert not found.same_system
@@ -65,7 +65,7 @@ def test_another_system_has_no_ratio_of_v(usual: Path, tmp_path: Path) -> None:
     assert outcomes["largest |E| [m]"].ratio != ""
 
 
-def test_the_numbers_are_those_of_their_run(usual: Path, tmp_path: Path) -> None:
+def test_the_numbers_are_those_of_their_run(usual, tmp_path):
     fast = run_file(tmp_path, "fast", "initial.angular_velocity=[2,4,6]")
     row = named(compare(fast, usual).outcomes)["largest |θ2| [rad]"]
     peaks = [summary_of(open_result(path)).largest_pitch for path in (fast, usual)]
@@ -73,7 +73,7 @@ def test_the_numbers_are_those_of_their_run(usual: Path, tmp_path: Path) -> None
     assert float(row.ratio) == pytest.approx(peaks[1] / peaks[0], rel=1e-2)
 
 
-def test_a_key_of_one_config_is_a_difference(tmp_path: Path) -> None:
+def test_a_key_of_one_config_is_a_difference(tmp_path):
     plain_file = made_file(tmp_path / "plain.h5", made_config())
     aimed_file = made_file(tmp_path / "aimed.h5", made_config(desired={"within": 0.25}))
     rows = compare(plain_file, aimed_file).inputs
@@ -82,7 +82,7 @@ def test_a_key_of_one_config_is_a_difference(tmp_path: Path) -> None:
     assert ("0.25", "-") in [row[1:3] for row in compare(aimed_file, plain_file).inputs]
 
 
-def test_the_last_v_is_that_of_the_last_sample(usual: Path, tmp_path: Path) -> None:
+def test_the_last_v_is_that_of_the_last_sample(usual, tmp_path):
     result = made_result()
     v = result.variables["lyapunov"]
     # v may rise, for example if an input supplies power.
@@ -92,7 +92,7 @@ def test_the_last_v_is_that_of_the_last_sample(usual: Path, tmp_path: Path) -> N
     assert named(compare(usual, tmp_path / "risen.h5").outcomes)["v(end) [J]"].second == "2.5"
 
 
-def test_a_start_that_leaves_the_range_where_all_others_come_to_rest(tmp_path: Path) -> None:
+def test_a_start_that_leaves_the_range_where_all_others_come_to_rest(tmp_path):
     shutil.copy(STORED / "runs/range_left.h5", tmp_path)
     store_proof_of(STORED / "runs/range_left.h5", tmp_path)
     outcomes = named(compare(tmp_path / "range_left.h5", STORED / "runs/embedded.h5").outcomes)
@@ -100,7 +100,7 @@ def test_a_start_that_leaves_the_range_where_all_others_come_to_rest(tmp_path: P
     assert outcomes["whole range"].first == "returns: proved"
 
 
-def test_the_same_config(usual: Path, tmp_path: Path) -> None:
+def test_the_same_config(usual, tmp_path):
     other = run_file(tmp_path, "other")
     found = compare(usual, other)
     assert found.inputs == []
@@ -108,7 +108,7 @@ def test_the_same_config(usual: Path, tmp_path: Path) -> None:
     assert compare(usual, usual) == found
 
 
-def test_sweeps(tmp_path: Path) -> None:
+def test_sweeps(tmp_path):
     folder = Path(shutil.copytree(STORED / "sweeps", tmp_path / "sweeps"))
     say_proved(folder / "finished_map", (0, 7, 8, 29))
     say_proved(folder / "finished_variants", (2, 3, 11))
@@ -131,7 +131,7 @@ def test_sweeps(tmp_path: Path) -> None:
         assert sum(int(count[0]) for count in counts) == members
 
 
-def test_a_run_with_a_word_of_no_version(usual: Path, tmp_path: Path) -> None:
+def test_a_run_with_a_word_of_no_version(usual, tmp_path):
     result = open_result(usual)
     result.attributes["convergence"] = "perhaps"
     write_result(tmp_path / "odd.h5", result)
@@ -147,19 +147,19 @@ def test_a_run_with_a_word_of_no_version(usual: Path, tmp_path: Path) -> None:
         ("sweeps/begun_map", "sweeps/finished_map", "is not finished"),
     ],
 )
-def test_what_cannot_be_compared(first: str, second: str, reason: str) -> None:
+def test_what_cannot_be_compared(first, second, reason):
     with pytest.raises(StoreError, match=reason):
         compare(STORED / first, STORED / second)
 
 
-def test_a_folder_of_proofs_cannot_be_compared(tmp_path: Path) -> None:
+def test_a_folder_of_proofs_cannot_be_compared(tmp_path):
     proofs = store_proof_of(STORED / "runs/range_left.h5", tmp_path).parent
     reason = "is a folder, but not a sweep, and no result is in it"
     with pytest.raises(StoreError, match=reason):
         compare(proofs, STORED / "sweeps/finished_map")
 
 
-def test_a_folder_stands_for_the_only_result_in_it(tmp_path: Path) -> None:
+def test_a_folder_stands_for_the_only_result_in_it(tmp_path):
     file = STORED / "runs/embedded.h5"
     for name in ("one/a.h5", "other/results/a.h5"):
         (tmp_path / name).parent.mkdir(parents=True)
@@ -167,7 +167,7 @@ def test_a_folder_stands_for_the_only_result_in_it(tmp_path: Path) -> None:
     assert compare(tmp_path / "one", tmp_path / "other") == compare(file, file)
 
 
-def test_of_two_results_in_a_folder_one_must_be_named(usual: Path, tmp_path: Path) -> None:
+def test_of_two_results_in_a_folder_one_must_be_named(usual, tmp_path):
     pair = tmp_path / "pair"
     pair.mkdir()
     for name in ("a.h5", "b.h5"):
@@ -176,9 +176,7 @@ def test_of_two_results_in_a_folder_one_must_be_named(usual: Path, tmp_path: Pat
         compare(pair, usual)
 
 
-def test_a_peak_of_samples_alone_is_a_lower_bound(
-    usual: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_peak_of_samples_alone_is_a_lower_bound(usual, tmp_path, monkeypatch):
     """A run of too many steps does not keep them."""
     monkeypatch.setattr(step_ends, "MOST", 10)
     coarse = run_file(tmp_path, "coarse", "integration.duration=1", "integration.samples=3")

@@ -21,7 +21,7 @@ STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Path:
+def folder(tmp_path) -> Path:
     """A folder with two runs, two sweeps, proofs, and files that are no results."""
     for name in ("embedded", "range_left"):
         shutil.copy(STORED / f"runs/{name}.h5", tmp_path)
@@ -41,14 +41,14 @@ def by_name(folder: Path) -> dict[str, Entry]:
     return {entry.path.name: entry for entry in entries_of(folder)}
 
 
-def test_each_run_and_sweep_is_listed_once(folder: Path) -> None:
+def test_each_run_and_sweep_is_listed_once(folder):
     names = ["begun_map", "embedded.h5", "finished_variants", "range_left.h5"]
     assert sorted(by_name(folder)) == names
     assert len(proofs_in(folder)) == 2
     assert proofs_in(folder / "other") == []
 
 
-def test_what_they_say_of_themselves(folder: Path) -> None:
+def test_what_they_say_of_themselves(folder):
     found = by_name(folder)
     run = found["range_left.h5"]
     assert run[1:6] == (Kind.RUN, "Stored", "left the range", "range left", "consistent")
@@ -61,14 +61,14 @@ def test_what_they_say_of_themselves(folder: Path) -> None:
     assert found["begun_map"].kind is Kind.SWEEP
 
 
-def test_a_run_beside_a_proof_of_its_body(folder: Path) -> None:
+def test_a_run_beside_a_proof_of_its_body(folder):
     """Its own motion left the range."""
     store_proof_of(STORED / "runs/range_left.h5", folder)
     run = by_name(folder)["range_left.h5"]
     assert (run.this_start, run.whole_range) == ("not decided", "returns: proved")
 
 
-def test_a_proved_run(folder: Path) -> None:
+def test_a_proved_run(folder):
     result = open_result(folder / "embedded.h5")
     result.attributes["convergence"] = "proved"
     write_result(folder / "proved.h5", result)
@@ -76,7 +76,7 @@ def test_a_proved_run(folder: Path) -> None:
     assert entry.converges == entry.this_start == "proved"
 
 
-def test_a_run_whose_answer_cannot_be_found_is_listed(folder: Path) -> None:
+def test_a_run_whose_answer_cannot_be_found_is_listed(folder):
     result = open_result(folder / "embedded.h5")
     result.attributes["convergence"] = "perhaps"
     write_result(folder / "odd.h5", result)
@@ -85,14 +85,14 @@ def test_a_run_whose_answer_cannot_be_found_is_listed(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
-def test_a_changed_byte_of_a_sealed_run_is_found(folder: Path, share: float) -> None:
+def test_a_changed_byte_of_a_sealed_run_is_found(folder, share):
     file = folder / "sealed.h5"
     write_result(file, open_result(folder / "range_left.h5"))
     flip(file, share)
     assert "is damaged" in by_name(folder)["sealed.h5"].problem
 
 
-def test_an_attribute_that_is_missing_is_named(folder: Path) -> None:
+def test_an_attribute_that_is_missing_is_named(folder):
     result = open_result(folder / "range_left.h5")
     del result.attributes["engine"]
     write_result(folder / "poor.h5", result)
@@ -108,20 +108,20 @@ def changed(file: Path, column: str, value: int) -> None:
     file.write_bytes(sealed(bytes(content)))
 
 
-def test_what_is_listed_is_checked(folder: Path) -> None:
+def test_what_is_listed_is_checked(folder):
     shard = folder / "finished_variants/shards/00000001.h5"
     changed(shard, "status", 99)
     problem = by_name(folder)["finished_variants"].problem
     assert problem == f"{shard} is damaged: status has a flag without a meaning"
 
 
-def test_a_run_in_place_of_the_file_of_a_sweep(folder: Path) -> None:
+def test_a_run_in_place_of_the_file_of_a_sweep(folder):
     shutil.copy(folder / "embedded.h5", folder / "finished_variants/members.h5")
     problem = by_name(folder)["finished_variants"].problem
     assert "is the result of a run, not what is known of the members of a sweep" in problem
 
 
-def test_the_newest_comes_first(folder: Path) -> None:
+def test_the_newest_comes_first(folder):
     os.utime(folder / "embedded.h5", (2e9, 2e9))
     os.utime(folder / "range_left.h5", (1e9, 1e9))
     names = [entry.path.name for entry in entries_of(folder)]
@@ -130,7 +130,7 @@ def test_the_newest_comes_first(folder: Path) -> None:
     assert by_name(folder)["embedded.h5"].modified == 2e9
 
 
-def test_what_cannot_be_read_is_named_and_hides_nothing(folder: Path) -> None:
+def test_what_cannot_be_read_is_named_and_hides_nothing(folder):
     (folder / "broken.h5").write_text("x")
     (folder / "finished_variants/manifest.json").write_text("{")
     found = by_name(folder)
@@ -140,12 +140,12 @@ def test_what_cannot_be_read_is_named_and_hides_nothing(folder: Path) -> None:
     assert [name for name, entry in found.items() if entry.problem == ""]
 
 
-def test_a_sweep_lists_itself(folder: Path) -> None:
+def test_a_sweep_lists_itself(folder):
     (entry,) = entries_of(folder / "begun_map")
     assert entry.title == "A map over spin, stored by rbstab 0.1.0"
 
 
-def test_a_sweep_without_proofs_says_so(folder: Path) -> None:
+def test_a_sweep_without_proofs_says_so(folder):
     sweep = folder / "finished_variants"
     shutil.copy(STORED / "sweeps/finished_variants/members.h5", sweep)
     shutil.rmtree(folder / "proofs")

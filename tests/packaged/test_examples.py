@@ -20,19 +20,19 @@ ROOT = Path(__file__).parents[2]
 FILES = {path.relative_to(ROOT / "configs") for path in (ROOT / "configs").rglob("*.yaml")}
 
 
-def test_all_configs_and_plans_are_examples() -> None:
+def test_all_configs_and_plans_are_examples():
     assert {Path(f"{name}.yaml") for name in names()} == FILES
     assert examples_folder() == ROOT / "configs"
 
 
-def test_those_of_the_paper_come_first() -> None:
+def test_those_of_the_paper_come_first():
     assert [name.partition("/")[0] for name in names()] == sorted(
         (name.partition("/")[0] for name in names()), key=["paper", "examples", "sweeps"].index
     )
 
 
 @pytest.mark.parametrize("name", names())
-def test_each_example_loads_as_what_it_is_called(name: str) -> None:
+def test_each_example_loads_as_what_it_is_called(name):
     found = described(name)
     assert found.is_plan == name.startswith("sweeps/")
     if not found.is_plan:
@@ -40,7 +40,7 @@ def test_each_example_loads_as_what_it_is_called(name: str) -> None:
         assert rbstab.load_config(found.path, allow_python=True).title == found.title
 
 
-def test_names() -> None:
+def test_names():
     assert examples_named("paper/case1_permanent") == ["paper/case1_permanent"]
     assert examples_named("case1_permanent.yaml") == ["paper/case1_permanent"]
     assert examples_named("examples/sliding/") == [n for n in names() if "sliding/" in n]
@@ -48,20 +48,18 @@ def test_names() -> None:
     assert rbstab.example("joint") == ROOT / "configs/examples/joint.yaml"
 
 
-def test_a_name_of_several() -> None:
+def test_a_name_of_several():
     with pytest.raises(UnknownExampleError, match=r"paper names \d+ examples: paper/case1_guarded"):
         rbstab.example("paper")
 
 
-def test_a_plan_comes_with_its_base() -> None:
+def test_a_plan_comes_with_its_base():
     found = files_of(["sweeps/strut_stiffness"])
     assert list(found) == [Path("examples/elements.yaml"), Path("sweeps/strut_stiffness.yaml")]
     assert all(path == ROOT / "configs" / below for below, path in found.items())
 
 
-def test_files_that_are_named_by_named_files_come_too_and_no_others(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_that_are_named_by_named_files_come_too_and_no_others(tmp_path, monkeypatch):
     folder = tmp_path / "configs"
     (folder / "sweeps").mkdir(parents=True)
     (folder / "data").mkdir()

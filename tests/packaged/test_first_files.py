@@ -20,7 +20,7 @@ from rbstab_cli.main import cli
 
 
 @pytest.fixture(params=VARIANTS)
-def folder(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(request, tmp_path, monkeypatch) -> Path:
     """The files of a variant, in the working folder."""
     for name, text in first_files(request.param).items():
         (tmp_path / name).write_text(text)
@@ -28,7 +28,7 @@ def folder(request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.M
     return tmp_path
 
 
-def test_the_config_is_valid_and_runs(folder: Path) -> None:
+def test_the_config_is_valid_and_runs(folder):
     config = load_config("experiment.yaml")
     assert config_warnings(config) == []
     result = simulate(load_config("experiment.yaml", ["integration.samples=101"]))
@@ -36,13 +36,13 @@ def test_the_config_is_valid_and_runs(folder: Path) -> None:
     assert result.attributes["verdict"] == "consistent"
 
 
-def test_the_plan_varies_the_config(folder: Path) -> None:
+def test_the_plan_varies_the_config(folder):
     plan = load_plan("sweep.yaml")
     assert plan.members == 15 * 15
     assert f"= {plan.members} members" in Path("sweep.yaml").read_text()
 
 
-def test_each_number_has_its_unit(folder: Path) -> None:
+def test_each_number_has_its_unit(folder):
     section = ""
     for line in Path("experiment.yaml").read_text().splitlines():
         key, colon, rest = line.strip().lstrip("# ").partition(":")
@@ -53,7 +53,7 @@ def test_each_number_has_its_unit(folder: Path) -> None:
             assert rest.partition("# ")[2].startswith(unit_of(dotted)), line
 
 
-def test_gravity_can_be_switched_on_as_the_comment_says(folder: Path) -> None:
+def test_gravity_can_be_switched_on_as_the_comment_says(folder):
     text = Path("experiment.yaml").read_text()
     assert "\n# gravity: " in text
     Path("experiment.yaml").write_text(text.replace("\n# gravity: ", "\ngravity: "))
@@ -61,7 +61,7 @@ def test_gravity_can_be_switched_on_as_the_comment_says(folder: Path) -> None:
 
 
 @pytest.mark.heavy
-def test_every_command_of_the_page_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_command_of_the_page_works(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     files = first_files("visco-elastic")
     for name, text in files.items():

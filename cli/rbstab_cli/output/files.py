@@ -1,6 +1,6 @@
 """Files that commands write: each is checked before the work, and appears when it is complete."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -68,6 +68,19 @@ def new_config(config: Path, output: Path | None, ending: str, *, force: bool) -
         raise click.UsageError(f"{target} is the given config. Choose another file with -o.")
     check_target(target, force=force)
     return target
+
+
+def form_of(path: Path, forms: Iterable[str]) -> str:
+    """Return the form of a file that is to be written, by its ending.
+
+    Raises:
+        UsageError: It is none of the forms.
+    """
+    ending = path.suffix.lower().removeprefix(".")
+    if ending not in forms:
+        endings = ", ".join(f".{form}" for form in forms)
+        raise click.UsageError(f"-o {path}: expected a file name that ends in {endings}")
+    return ending
 
 
 @contextmanager
@@ -153,19 +166,13 @@ def check_results_folder(folder: Path, results: Iterable[Path], *, force: bool =
     return True
 
 
-def check_proofs_folder(folder: Path, has_all: Callable[[], bool]) -> None:
-    """End the command with exit code 4 if no proof can be stored in a folder of results.
-
-    Args:
-        folder: The folder of results; it need not exist.
-        has_all: Tells whether all proofs are stored there already.
-    """
+def check_proofs_folder(folder: Path) -> None:
+    """End the command with exit code 4 if no proof can be stored in a folder of results."""
     try:
         check_folder(folder / PROOFS)
     except StoreError as error:
-        if not has_all():
-            way = "-o names another folder, --no-prove makes no proofs"
-            raise _nothing_run(error, way) from error
+        way = "-o names another folder, --no-prove makes no proofs"
+        raise _nothing_run(error, way) from error
 
 
 def _nothing_run(error: StoreError, way: str) -> Failed:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from threading import Event, Thread
 from typing import TYPE_CHECKING
 
-from rbstab_cli.printing import say
+from rbstab_cli.printing import is_quiet, say
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
@@ -60,9 +60,9 @@ class Work:
         else:
             say(text)
 
-    def begin_with(self, text: str) -> None:
-        """Print a line that stays, on a terminal only."""
-        if self._bar is not None:
+    def hint(self, text: str) -> None:
+        """Print a line that stays, and that --quiet leaves out."""
+        if not is_quiet():
             self.print(text)
 
     @property
@@ -73,14 +73,13 @@ class Work:
 
 
 @contextmanager
-def working(name: str, *, quiet: bool) -> Iterator[Work]:
-    """Show on stderr that something is at work, and how far it is.
+def working(name: str) -> Iterator[Work]:
+    """Show on stderr that something is at work, and how far it is; nothing with --quiet.
 
     Args:
         name: What it is.
-        quiet: Whether to show nothing.
     """
-    if quiet:
+    if is_quiet():
         yield Work(name)
     elif sys.stderr.isatty():
         with _bar() as bar:

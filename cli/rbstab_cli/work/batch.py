@@ -17,9 +17,9 @@ from rbstab.integrate.status import RunStatus
 from rbstab.store.errors import StoreError
 from rbstab.store.result import open_result
 from rbstab_cli import exit_codes
-from rbstab_cli.output.certificate import VIOLATED
 from rbstab_cli.output.progress import compiling, working
-from rbstab_cli.printing import say
+from rbstab_cli.output.runs import VIOLATED
+from rbstab_cli.printing import hint, say
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof
@@ -40,13 +40,10 @@ class Finished(NamedTuple):
 class Batch:
     """The runs of one command, executed one after the other; then their proofs."""
 
-    def __init__(
-        self, output: Path, *, force: bool, prove: bool | None, to_end: bool, quiet: bool
-    ) -> None:
+    def __init__(self, output: Path, *, force: bool, prove: bool | None, to_end: bool) -> None:
         self.output = output
         self.force = force
         self.prove = prove
-        self.quiet = quiet
         self.enclose = Enclose.TO_END if to_end else Enclose.UNTIL_PROVED
         if prove is None:
             self.enclose = Enclose.BRIEFLY
@@ -63,7 +60,7 @@ class Batch:
         integration = config.integration
         try:
             proof = cached_proof(self.output, config)
-            with working(Path(label).name, quiet=self.quiet) as work:
+            with working(Path(label).name) as work:
                 work.update(compiling(integration.engine, len(problem.system.elements)))
                 progress = work.simulated(integration.duration)
                 run = run_to_file(
@@ -84,7 +81,7 @@ class Batch:
         if self.prove is False:
             return
         for number, finished in enumerate(self.finished):
-            with working(f"{Path(finished.label).name}: proof", quiet=self.quiet):
+            with working(f"{Path(finished.label).name}: proof"):
                 self.finished[number] = self._proved(finished)
             self.proved = number + 1
 
@@ -140,12 +137,12 @@ class Batch:
             )
         if result.status != RunStatus.COMPLETED:
             say(f"{label}: {result.status}: {result.attributes['status_detail']}")
-        elif not (self.quiet or run.kept):
+        elif not run.kept:
             seconds = float(result.attributes["wall_time"])
             done = f"{result.status} in {seconds:.2f} s -> {run.path}"
             if not run.computed:
                 done = f"already done ({run.path}). Rerun it with --force."
-            say(f"{label}: {done}")
+            hint(f"{label}: {done}")
         # What a proof refutes is no fault of the run; the answers say it.
         proved = {GLOBAL_STABILITY, CERTIFIED_REGION}
         for line in certificate_lines(result):

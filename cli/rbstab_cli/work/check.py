@@ -25,9 +25,6 @@ def check(
     """Print a line for each valid file, and what holds of elements; or all errors."""
     if not configs and not elements:
         raise click.UsageError("expected CONFIG or --element FILE")
-    if not configs and (changes or allow_python):
-        option = "--set" if changes else "--allow-python"
-        raise click.UsageError(f"{option} has no effect without CONFIG")
 
     def load(path: Path) -> Config | Plan:
         load_it = load_plan if what_it_is(path) == PLAN else load_config

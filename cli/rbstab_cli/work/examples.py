@@ -19,8 +19,6 @@ from rbstab_cli.printing import Table, say
 
 def examples(words: tuple[str, ...], output: Path, every: bool) -> None:
     """List the examples, or copy those that are named."""
-    if every and words:
-        raise click.UsageError("--all cannot be combined with NAME")
     if every or words:
         _copy(words, output)
         return

@@ -35,18 +35,16 @@ def guard(
     allow_python: bool,
     force: bool,
     as_json: bool,
-    quiet: bool,
 ) -> int:
     """Search for a guard, print what it changes in the run, and write the config with it."""
     _check_options(method, soft_angle, limit)
     target = new_config(config, output, "_guarded", force=force)
     loaded = load_one(config, changes, allow_python=allow_python)
     angle = SOFT_ANGLE if soft_angle is None else soft_angle
-    with working(f"{config.name}: guard", quiet=quiet) as work:
+    with working(f"{config.name}: guard") as work:
 
         def tried(stiffness: float, outcome: str) -> None:
-            if not quiet:
-                work.print(f"k = {stiffness:g} N m: {outcome}")
+            work.hint(f"k = {stiffness:g} N m: {outcome}")
 
         found = guarded(loaded, method, angle, limit, tried)
     accepted = found.config is not None and found.limit_kept is not False

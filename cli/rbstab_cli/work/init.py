@@ -3,34 +3,26 @@
 from pathlib import Path
 
 import click
-from click.core import ParameterSource
 
 from rbstab.config.errors import hint
 from rbstab.config.schema import VARIANTS
 from rbstab.elements.user_code.template import TEMPLATE
 from rbstab.files.shell_words import one_after_the_other, shell_word
 from rbstab.packaged.first_steps import CONFIG_FILE, first_files
-from rbstab_cli.options import refuse_unused
 from rbstab_cli.output.files import write_file, write_new_files
 from rbstab_cli.printing import say
 
 
-def init(
-    context: click.Context, folder: Path, variant: str, element: Path | None, force: bool
-) -> None:
+def init(folder: Path, variant: str, element: Path | None, force: bool) -> None:
     """Write the files, and name the next command."""
     if element is not None:
-        refuse_unused(context, "--element has no use for", "element", "force")
         _write_element(element, force=force)
         return
-    refuse_unused(context, "init without --element has no use for", "folder", "variant")
     if variant not in VARIANTS:
         one_of = f"'{variant}' is not one of {', '.join(VARIANTS)}{hint(variant, VARIANTS)}"
-        raise click.BadParameter(one_of, context, param_hint="'--variant'")
-    is_default = context.get_parameter_source("variant") is ParameterSource.DEFAULT
-    chosen = "" if is_default else f" --variant {variant}"
+        raise click.BadParameter(one_of, param_hint="'--variant'")
     texts = {name: text.encode() for name, text in first_files(variant).items()}
-    write_new_files(folder, texts, elsewhere=f"rbstab init FOLDER{chosen}")
+    write_new_files(folder, texts, elsewhere=f"rbstab init FOLDER --variant {variant}")
     following = f"rbstab run {CONFIG_FILE}"
     if folder != Path():
         following = one_after_the_other(f"cd {shell_word(folder)}", following)

@@ -1,7 +1,6 @@
 """`rbstab run`: configs, or members of plans, integrated, stored and proved."""
 
-from collections.abc import Iterable
-from contextlib import suppress
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +17,6 @@ from rbstab.experiment.answers.run_answer import (
     answer_beside,
 )
 from rbstab.experiment.convergence.with_proof import with_later_proof
-from rbstab.experiment.proof_cache import sufficient_proof
 from rbstab.experiment.summary import (
     at_least,
     at_rest_from,
@@ -27,25 +25,22 @@ from rbstab.experiment.summary import (
     summary_of,
 )
 from rbstab.files.shell_words import shell_word
-from rbstab.integrate.engines import EngineMissingError
-from rbstab.integrate.engines import engine as engine_of
 from rbstab.integrate.status import RunStatus
-from rbstab.processes.imports import keep_imports
-from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
 from rbstab_cli.inputs import load_configs, load_members, refuse_engine_change
-from rbstab_cli.output.answers import print_answers, print_statement
-from rbstab_cli.output.facts import run_data
 from rbstab_cli.output.files import check_proofs_folder, check_results_folder
-from rbstab_cli.output.warnings import own_warnings, print_result_warnings
-from rbstab_cli.printing import Table, number, print_json, say
+from rbstab_cli.output.runs import (
+    own_warnings,
+    print_answers,
+    print_result_warnings,
+    print_statement,
+    run_data,
+)
+from rbstab_cli.printing import Table, hint, is_quiet, number, print_json
 from rbstab_cli.work.batch import MAX_NAMED, Batch, Finished
 
 REPEATED = "the same command with --prove"
 """The command that makes a proof, as the answers of this command name it."""
-
-Named = dict[tuple[str, str], Config]
-"""Configs by their label in messages and the stem of their result file."""
 
 
 def run(
@@ -59,76 +54,59 @@ def run(
     to_end: bool,
     allow_python: bool,
     as_json: bool,
-    quiet: bool,
 ) -> int:
     """Run the configs and print the results."""
-    if to_end and not prove:
-        raise click.UsageError("--to-end needs --prove")
     if engine is not None:
         refuse_engine_change(changes)
         changes = (*changes, f"integration.engine={engine}")
-    with keep_imports():
-        if members:
-            loaded = load_members(configs, members, changes, output, allow_python=allow_python)
-        else:
-            found = load_configs(configs, changes, allow_python=allow_python)
-            loaded = {(str(path), path.stem): config for path, config in found.items()}
-        for name in {config.integration.engine for config in loaded.values()}:
-            # One that is missing is reported by its first run.
-            with suppress(EngineMissingError):
-                engine_of(name)
-    targets = _targets(loaded, output)
-    tried = check_results_folder(output, targets.values(), force=force)
+    if members:
+        loaded = load_members(configs, members, changes, output, allow_python=allow_python)
+    else:
+        found = load_configs(configs, changes, allow_python=allow_python)
+        loaded = {(str(path), path.stem): config for path, config in found.items()}
+    jobs = _by_target(loaded, output)
+    tried = check_results_folder(output, jobs, force=force)
     if tried and prove is not False:
-        check_proofs_folder(output, lambda: _has_proofs(output, loaded, brief=prove is None))
-    batch = Batch(output, force=force, prove=prove, to_end=to_end, quiet=quiet)
+        check_proofs_folder(output)
+    batch = Batch(output, force=force, prove=prove, to_end=to_end)
     printed = as_json
     try:
-        for (label, stem), config in loaded.items():
-            batch.run(label, config, targets[label, stem])
+        for target, (label, config) in jobs.items():
+            batch.run(label, config, target)
         if not printed:
             printed = True
             _print_table(batch.finished)
         batch.prove_all()
     except KeyboardInterrupt:
-        batch.say_interrupted(len(loaded))
+        batch.say_interrupted(len(jobs))
     if not printed:
         _print_table(batch.finished)
-    _print_answers(batch.finished, as_json=as_json, quiet=quiet)
-    if batch.finished and not quiet and batch.exit_code != exit_codes.INTERRUPTED:
+    _print_answers(batch.finished, as_json=as_json)
+    if batch.finished and batch.exit_code != exit_codes.INTERRUPTED:
         paths = [shell_word(finished.run.path) for finished in batch.finished]
         every = paths if len(paths) <= MAX_NAMED else [shell_word(output)]
-        say(f"Next: rbstab {'show' if len(paths) == 1 else 'report'} {' '.join(every)}")
+        hint(f"Next: rbstab {'show' if len(paths) == 1 else 'report'} {' '.join(every)}")
     return batch.exit_code
 
 
-def _has_proofs(folder: Path, configs: Named, *, brief: bool) -> bool:
-    """Whether the proofs of some configs are stored in a folder of results."""
-    try:
-        found = (sufficient_proof(folder, config, brief=brief) for config in configs.values())
-        return all(proof is not None for proof in found)
-    except StoreError:
-        return False
-
-
-def _targets(names: Iterable[tuple[str, str]], output: Path) -> dict[tuple[str, str], Path]:
-    """Return the result file of each label and stem.
+def _by_target(
+    configs: Mapping[tuple[str, str], Config], output: Path
+) -> dict[Path, tuple[str, Config]]:
+    """Return configs with their labels by their result files.
 
     Raises:
         UsageError: Two configs would write the same file.
     """
-    owners: dict[Path, str] = {}
-    targets = {}
-    for label, stem in names:
+    jobs: dict[Path, tuple[str, Config]] = {}
+    for (label, stem), config in configs.items():
         target = output / f"{stem}.h5"
-        if target in owners:
+        if target in jobs:
             raise click.UsageError(
-                f"{owners[target]} and {label} would both write {target}. "
+                f"{jobs[target][0]} and {label} would both write {target}. "
                 "Run them one by one into different folders with -o."
             )
-        owners[target] = label
-        targets[label, stem] = target
-    return targets
+        jobs[target] = label, config
+    return jobs
 
 
 def _run_data(finished: Finished) -> dict[str, Any]:
@@ -181,12 +159,13 @@ def _note(runs: list[Finished]) -> str:
     return f"At rest: {meaning} from then on{at_start}{before}{never}."
 
 
-def _print_answers(runs: list[Finished], *, as_json: bool, quiet: bool) -> None:
+def _print_answers(runs: list[Finished], *, as_json: bool) -> None:
     """Print the answers of runs: their words, and for a few runs their sentences.
 
     The warnings of the results go to stderr, unless the command is quiet.
     """
-    warnings = {f.run.path: [] if quiet else own_warnings(f.run.result, f.config) for f in runs}
+    shown = [] if is_quiet() else runs
+    warnings = {f.run.path: own_warnings(f.run.result, f.config) for f in shown}
     if as_json:
         print_json([_run_data(finished) for finished in runs])
         for path, own in warnings.items():

@@ -21,13 +21,12 @@ def sensitivities(
     as_json: bool,
     output: Path | None,
     force: bool,
-    quiet: bool,
 ) -> None:
     """Compute the derivatives and print them."""
     if output is not None:
         check_target(output, force=force)
     loaded = load_one(config, changes, allow_python=allow_python)
-    with working(f"{config.name}: sensitivities", quiet=quiet):
+    with working(f"{config.name}: sensitivities"):
         found = derivatives_of(loaded)
     if not found.settles:
         say(f"{config}: the run does not settle, so it has no settling time")

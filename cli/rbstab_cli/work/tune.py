@@ -26,13 +26,12 @@ def tune(
     allow_python: bool,
     force: bool,
     as_json: bool,
-    quiet: bool,
 ) -> int:
     """Search for better gains, write the config with them, and print what was found."""
     factors = _bounds(bounds)
     target = new_config(config, output, "_tuned", force=force)
     loaded = load_one(config, changes, allow_python=allow_python)
-    with working(f"{config.name}: tuning", quiet=quiet):
+    with working(f"{config.name}: tuning"):
         found = tuned(loaded, objective, ",".join(overs).split(","), factors)
     if found.better:
         write_file(target, resolved_yaml(found.config), force=force)

@@ -3,7 +3,6 @@
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,7 +22,7 @@ from rbstab.store.disk.paths import not_done
 from rbstab.store.document import read_model
 from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed
+from rbstab_cli.errors import Failed, require
 from rbstab_cli.inputs import load_configs
 from rbstab_cli.output.files import check_target, write_file
 from rbstab_cli.output.progress import working
@@ -49,17 +48,92 @@ def verify(
     force: bool,
     allow_python: bool,
     as_json: bool,
-    quiet: bool,
 ) -> int:
     """Check proofs and print what was found."""
-    if certificate is not None:
-        check_target(certificate, force=force)
-    config = _config(config_path, changes, allow_python=allow_python)
-    if second:
-        _check_second(config)
     several = len(proofs) > 1 or is_dir(proofs[0])
-    if certificate is not None and several:
-        raise click.UsageError("--certificate needs the file of one proof")
+    if certificate is not None:
+        if several:
+            raise click.UsageError("--certificate needs the file of one proof")
+        check_target(certificate, force=force)
+    # Without permission a config is only read: all but the energy of code can be compared.
+    named = [] if config_path is None else [config_path]
+    configs = load_configs(named, changes, allow_python=allow_python or None)
+    config = next(iter(configs.values()), None)
+    if second:
+        require("second", "--second", "codac")
+    files, others = _files(proofs, config)
+    found: list[Checked] = []
+    for path in files:
+        one = _checked(path, config, second=second)
+        # A damaged proof does not stop the others.
+        if one is not None:
+            found.append(one)
+            if not as_json:
+                _print(one, alone=len(files) == 1, several=several)
+    claiming = [one for one in found if not (several and one.proof.claims_nothing)]
+    good = [one for one in claiming if one.found.verified]
+    silent = len(found) - len(claiming)
+    count = len(files) - silent
+    if certificate is not None and claiming:
+        write_file(certificate, as_json_text(_certificate(claiming[0])) + "\n", force=force)
+    if as_json and (several or claiming):
+        data = list(map(_data, claiming))
+        print_json(data if several else data[0])
+    elif several:
+        if len(files) > 1:
+            _print_claims(good)
+        click.echo(_counted(proofs, len(good), count, silent, others))
+    return _exit_code(claiming, count)
+
+
+def _exit_code(checked: Sequence[Checked], count: int) -> int:
+    """Return the exit code: whether a proof is refused or unread, or else takes too long.
+
+    Args:
+        checked: The proofs that could be read.
+        count: How many proofs there are.
+    """
+    left = [one.found for one in checked if not one.found.verified]
+    if left and all(found.takes_too_long for found in left):
+        return exit_codes.TOO_LONG
+    return exit_codes.OK if 0 < len(checked) - len(left) == count else exit_codes.STORAGE
+
+
+def _counted(named: Sequence[Path], good: int, count: int, silent: int, others: int) -> str:
+    """Return how many proofs are verified, claim nothing, or cannot be checked."""
+    where = f"{named[0]}: " if len(named) == 1 else ""
+    ends = [f"{where}{good} of {count} proofs verified"]
+    if silent:
+        ends.append(f"{silent} {'file claims' if silent == 1 else 'files claim'} nothing")
+    if others:
+        ends.append(f"{others} within tolerances cannot be checked")
+    return "; ".join(ends)
+
+
+def _checked(path: Path, config: Config | None, *, second: bool) -> Checked | None:
+    """Return a proof with what was found of it; print why it cannot be read, and return None."""
+    try:
+        proof = read_model(path, Proof)
+    except StoreError as error:
+        say(f"error: {error}")
+        return None
+    count = 0
+    with working(path.name) as work:
+
+        def progress(finding: Finding) -> None:
+            nonlocal count
+            count += 1
+            work.update(f"{count} claims checked, last: {finding.claim}")
+
+        return Checked(path, proof, verified(proof, config, progress, second=second))
+
+
+def _files(proofs: Iterable[Path], config: Config | None) -> tuple[list[Path], int]:
+    """Return the files of proofs that were named, and those in the folders that were named.
+
+    Returns:
+        The files, and how many proofs within tolerances are beside those in folders.
+    """
     files: list[Path] = []
     others = 0
     for path in dict.fromkeys(proofs):
@@ -70,110 +144,7 @@ def verify(
         else:
             _refuse_others(path)
             files.append(path)
-    # A damaged proof among several does not stop the others.
-    tried = (_checked(path, config, second=second, quiet=quiet) for path in files)
-    checked = (one for one in tried if one is not None)
-    if not several:
-        return _tell_one(checked, certificate, force=force, as_json=as_json)
-    where = f"{proofs[0]}: " if len(proofs) == 1 else ""
-    return _tell_all(where, len(files), checked, others, as_json=as_json)
-
-
-def _checked(path: Path, config: Config | None, *, second: bool, quiet: bool) -> Checked | None:
-    """Return a proof with what was found of it; print why it cannot be read, and return None."""
-    try:
-        proof = read_model(path, Proof)
-    except StoreError as error:
-        say(f"error: {error}")
-        return None
-    count = 0
-    with working(path.name, quiet=quiet) as work:
-
-        def progress(finding: Finding) -> None:
-            nonlocal count
-            count += 1
-            work.update(f"{count} claims checked, last: {finding.claim}")
-
-        return Checked(path, proof, verified(proof, config, progress, second=second))
-
-
-def _tell_one(
-    checked: Iterable[Checked], certificate: Path | None, *, force: bool, as_json: bool
-) -> int:
-    """Print what was found of the only proof, and write its certificate."""
-    for one in checked:
-        if as_json:
-            print_json(_data(one))
-        else:
-            _print(one)
-        if certificate is not None:
-            write_file(certificate, as_json_text(_certificate(one)) + "\n", force=force)
-        return _code([one])
-    return exit_codes.STORAGE
-
-
-def _tell_all(
-    where: str, files: int, checked: Iterable[Checked], others: int, *, as_json: bool
-) -> int:
-    """Print what was found of several proofs: those that are refused in full, then counts."""
-    claiming: list[Checked] = []
-    silent: list[Checked] = []
-    for one in checked:
-        (silent if one.proof.claims_nothing else claiming).append(one)
-        if not as_json:
-            _print_one_of(one, files)
-    proofs, good = files - len(silent), [one for one in claiming if one.found.verified]
-    if as_json:
-        print_json([_data(one) for one in claiming])
-    else:
-        if files > 1:
-            if good:
-                _print_claims(finding for one in good for finding in one.found.findings)
-                unchecked = Counter(text for one in good for text in one.found.unchecked)
-                _print_unchecked(unchecked, len(good))
-            click.echo()
-        ends = [f"{len(good)} of {proofs} proofs verified"]
-        if silent:
-            claim = "file claims" if len(silent) == 1 else "files claim"
-            ends.append(f"{len(silent)} {claim} nothing")
-        if others:
-            ends.append(f"{others} within tolerances cannot be checked")
-        click.echo(where + "; ".join(ends))
-    code = _code(claiming)
-    if code == exit_codes.OK and not 0 < len(good) == proofs:
-        return exit_codes.STORAGE
-    return code
-
-
-def _code(checked: Sequence[Checked]) -> int:
-    """Return the exit code: whether a proof is refused, or else takes too long."""
-    left = [one.found for one in checked if not one.found.verified]
-    if not left:
-        return exit_codes.OK
-    all_late = all(found.takes_too_long for found in left)
-    return exit_codes.TOO_LONG if all_late else exit_codes.STORAGE
-
-
-def _config(path: Path | None, changes: tuple[str, ...], *, allow_python: bool) -> Config | None:
-    if path is None:
-        if changes:
-            raise click.UsageError("--set changes a config; give it with --config.")
-        if allow_python:
-            raise click.UsageError("--allow-python has no effect without --config.")
-        return None
-    # Without permission the config is only read: all but the energy of code can be compared.
-    return load_configs([path], changes, allow_python=allow_python or None)[path]
-
-
-def _check_second(config: Config | None) -> None:
-    """Refuse to ask for a second opinion without a config, or without codac."""
-    if config is None:
-        raise click.UsageError("--second needs --config: codac is asked about its equations.")
-    if find_spec("codac") is None:
-        raise click.UsageError(
-            "a second opinion needs codac, which a plain install lacks. "
-            'Run `pip install "rbstab[second]"`'
-        )
+    return files, others
 
 
 def _proofs_of_folder(folder: Path, config: Config | None) -> tuple[list[Path], int]:
@@ -272,10 +243,20 @@ def _boxes(count: int) -> str:
     return f" ({grouped(count)} boxes)" if count else ""
 
 
-def _print(one: Checked) -> None:
-    """Print all findings on a proof."""
+def _print(one: Checked, *, alone: bool, several: bool) -> None:
+    """Print all findings on a proof; one of several that is verified, or claims nothing, is a line.
+
+    Args:
+        one: The proof.
+        alone: Whether no other proof is checked.
+        several: Whether more than one file, or a folder, was named: a summary follows.
+    """
     found = one.found
-    click.echo(f"{one.path}: {found.outcome}")
+    silent = several and one.proof.claims_nothing
+    click.echo(f"{one.path}: {f'claims nothing: {one.proof.outcome}' if silent else found.outcome}")
+    if silent or (found.verified and not alone):
+        click.echo("\n" if silent else "", nl=False)
+        return
     about = None
     for finding in found.findings:
         if finding.about != about:
@@ -285,42 +266,31 @@ def _print(one: Checked) -> None:
         verdict = "checked" if finding.verified else refused
         end = f"{_boxes(finding.boxes)}. {finding.text}"
         click.echo(f"    {_upper(finding.claim)}: {verdict}{end}")
-    _print_unchecked(Counter(found.unchecked), 1)
-
-
-def _print_one_of(one: Checked, files: int) -> None:
-    """Print one of several proofs: in full if it is refused or alone, else a line.
-
-    Args:
-        one: The proof.
-        files: How many proofs there are.
-    """
-    if one.proof.claims_nothing:
-        click.echo(f"{one.path}: claims nothing: {one.proof.outcome}\n")
-    elif not one.found.verified or files == 1:
-        _print(one)
+    _print_unchecked([one])
+    if several:
         click.echo()
-    else:
-        click.echo(f"{one.path}: verified")
 
 
-def _print_claims(findings: Iterable[Finding]) -> None:
-    """Print how many claims of each kind were checked."""
+def _print_claims(checked: Sequence[Checked]) -> None:
+    """Print how many claims of each kind were checked in verified proofs, and what was not."""
     claims, boxes = Counter[str](), Counter[str]()
-    for finding in findings:
+    for finding in (finding for one in checked for finding in one.found.findings):
         # `region of rest state 2` is of the same kind as that of another rest state.
         kind = f"{finding.about}: {NUMBER.sub('N', finding.claim)}"
         claims[kind] += 1
         boxes[kind] += finding.boxes
-    click.echo("\n  Checked")
+    if claims:
+        click.echo("\n  Checked")
     for kind, count in claims.items():
         click.echo(f"    {_upper(kind)}: {count}{_boxes(boxes[kind])}")
+    _print_unchecked(checked)
+    click.echo()
 
 
-def _print_unchecked(texts: Counter[str], proofs: int) -> None:
+def _print_unchecked(checked: Sequence[Checked]) -> None:
     """Print what was not checked, and of how many proofs if not of all."""
-    if not texts:
-        return
-    click.echo("\n  Not checked")
+    texts = Counter(text for one in checked for text in one.found.unchecked)
+    if texts:
+        click.echo("\n  Not checked")
     for text, count in texts.items():
-        click.echo(f"    {text}" if count == proofs else f"    {text} ({count} proofs)")
+        click.echo(f"    {text}" if count == len(checked) else f"    {text} ({count} proofs)")

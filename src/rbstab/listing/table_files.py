@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 from io import BytesIO, StringIO
 from pathlib import Path
 
-from rbstab.store.cards import optional_module
 from rbstab.store.disk.atomic import atomic_file, write_all
 from rbstab.store.variables import FlatColumns, frame_of
 
@@ -14,22 +13,6 @@ NETCDF = "nc"
 
 _BLOCK = 4096
 """Rows of a CSV file that are made at once."""
-
-
-def form_of(path: Path) -> str | None:
-    """Return the form of a file by its ending, one of `FORMS`; None for another ending."""
-    ending = path.suffix.lower().removeprefix(".")
-    return ending if ending in (*FORMS, NETCDF) else None
-
-
-def check_packages(form: str) -> None:
-    """Check that the packages are installed that a form needs.
-
-    Raises:
-        ImportError: One is not installed.
-    """
-    for name in ("pandas", "pyarrow") if form == "parquet" else ():
-        optional_module(name, "table")
 
 
 def write_columns(path: Path, columns: FlatColumns, form: str, *, replace: bool = False) -> None:

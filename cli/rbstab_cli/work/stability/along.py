@@ -1,6 +1,9 @@
 """The option --along of `rbstab stability`: root loci, as a table or as data."""
 
+import math
 from collections.abc import Iterable
+from contextlib import suppress
+from itertools import product
 from typing import Any, NamedTuple
 
 import click
@@ -11,6 +14,7 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.threshold import named_number
 from rbstab.experiment.locus import LocusPoint, check_key, root_locus, stable_from
+from rbstab.mechanics.numbers import Array
 from rbstab_cli.inputs import refuse
 from rbstab_cli.printing import Table, number
 
@@ -22,51 +26,41 @@ NOT_FOUND = "none: a descent in energy from Θ = 0 found no smooth rest state in
 
 
 class Along(NamedTuple):
-    """The key of a gain, and `points` factors on it, geometrically spaced from `start` to `end`."""
+    """The key of a gain, and factors on it."""
 
     key: str
-    start: float
-    end: float
-    points: int
+    factors: Array
 
 
 class Locus(NamedTuple):
-    """The root locus of a config along a gain."""
+    """The root locus of a config along a gain.
 
-    config: Config
+    gain is the number that is scaled. stable is a sentence on the factors with which the rest state
+    is stable; it is empty if there is none.
+    """
+
     key: str
+    gain: Any
+    stable: str
     points: list[LocusPoint]
-
-    @property
-    def gain(self) -> Any:
-        """The number that is scaled."""
-        return named_number(self.config, tuple(self.key.split(".")))
-
-    @property
-    def stable(self) -> str:
-        """A sentence on the factors with which the rest state is stable; empty if there is none."""
-        return stable_from(self.config, self.gain, self.points)
 
 
 def parse_along(text: str) -> Along:
-    """Parse KEY=FROM:TO:COUNT.
+    """Parse KEY=FROM:TO:COUNT, where COUNT factors are geometrically spaced.
 
     Raises:
         UsageError: The text does not have that form.
     """
     key, _, numbers = text.partition("=")
-    try:
+    with suppress(ValueError):
         start, end, count = numbers.split(":")
-        along = Along(key, float(start), float(end), int(count))
-    except ValueError:
-        along = Along("", 0.0, 0.0, 0)
-    in_range = 0 < along.start < float("inf") and 0 < along.end < float("inf")
-    if not (along.key and in_range and 1 <= along.points <= MAX_POINTS):
-        raise click.UsageError(
-            f"--along {text}: expected KEY=FROM:TO:COUNT with factors above 0 and a count from 1 "
-            f"to {MAX_POINTS}, such as controller.K_r=0.01:1:41"
-        )
-    return along
+        ends, points = (float(start), float(end)), int(count)
+        if key and all(0 < end < math.inf for end in ends) and 1 <= points <= MAX_POINTS:
+            return Along(key, np.geomspace(*ends, points))
+    raise click.UsageError(
+        f"--along {text}: expected KEY=FROM:TO:COUNT with factors above 0 and a count from 1 "
+        f"to {MAX_POINTS}, such as controller.K_r=0.01:1:41"
+    )
 
 
 def checked_along(configs: Iterable[Config], texts: Iterable[str]) -> list[Along]:
@@ -77,12 +71,11 @@ def checked_along(configs: Iterable[Config], texts: Iterable[str]) -> list[Along
     """
     alongs = list(map(parse_along, texts))
     problems: list[str] = []
-    for config in configs:
-        for along in alongs:
-            try:
-                check_key(config, along.key)
-            except ConfigError as error:
-                problems += map(str, error.problems)
+    for config, along in product(configs, alongs):
+        try:
+            check_key(config, along.key)
+        except ConfigError as error:
+            problems += map(str, error.problems)
     refuse(problems)
     return alongs
 
@@ -93,11 +86,12 @@ def locus_of(config: Config, along: Along) -> Locus:
     Raises:
         UsageError: A scaled config is not valid.
     """
-    factors = np.geomspace(along.start, along.end, along.points)
+    gain = named_number(config, tuple(along.key.split(".")))
     try:
-        return Locus(config, along.key, root_locus(config, along.key, factors))
+        points = root_locus(config, along.key, along.factors)
     except ConfigError as error:
         raise click.UsageError(f"--along: {error}") from error
+    return Locus(along.key, gain, stable_from(config, gain, points), points)
 
 
 def locus_data(locus: Locus) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import is_upright
 from rbstab.store.result import Result
-from rbstab_cli.output.certificate import certificate_checks, print_certificate
+from rbstab_cli.output.runs import certificate_checks, print_certificate
 from rbstab_cli.printing import Table, number, vector
 from rbstab_cli.work.stability.along import Locus, locus_data, print_locus
 from rbstab_cli.work.stability.within import Within

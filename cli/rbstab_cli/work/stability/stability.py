@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import click
-
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Convergence, Enclose, stored_convergence
@@ -40,12 +38,8 @@ def stability(
     as_json: bool,
     output: Path | None,
     force: bool,
-    quiet: bool,
 ) -> None:
     """Compute everything that was asked for about each config, then print it."""
-    if search_only and (withins or largest):
-        option = "--within" if withins else "--largest-within"
-        raise click.UsageError(f"--search-only makes no proofs: leave out {option}")
     if output is not None:
         check_target(output, force=force)
     loaded = load_configs(configs, changes, allow_python=allow_python)
@@ -64,14 +58,12 @@ def stability(
                 tolerances[path],
                 largest,
                 time_limit,
-                quiet=quiet,
             )
         problem = problem_of(config)
-        with working(f"{path.name}: rest states", quiet=quiet):
+        with working(f"{path.name}: rest states"):
             proof = _proof(config, problem, results, search_only=search_only)
         label = compiling(config.integration.engine, len(problem.system.elements)) or "exact motion"
-        nothing = no_run and search_only
-        with working(f"{path.name}: {label}", quiet=quiet or nothing):
+        with working(f"{path.name}: {label}"):
             stored = results / f"{path.stem}.h5"
             run = None if no_run else _run(config, problem, stored, proof, enclose)
             motion = None if search_only else _convergence(config, problem, proof, run)

@@ -19,7 +19,7 @@ from rbstab.experiment.start_sets.starts_record import MAX_PARTS, StartsProof
 from rbstab.processes.processors import processor_count
 from rbstab.store.errors import StoreError
 from rbstab_cli.inputs import refuse
-from rbstab_cli.output.progress import working
+from rbstab_cli.output.progress import Work, working
 from rbstab_cli.printing import say
 
 SECONDS_OF_BODIES, SECONDS_OF_STARTS = 60.0, 600.0
@@ -143,8 +143,6 @@ def proved_within(
     tolerances: tuple[Tolerance, ...],
     largest: tuple[str, ...],
     time_limit: float | None,
-    *,
-    quiet: bool,
 ) -> Within:
     """Prove the tolerances of the options for one config.
 
@@ -157,24 +155,20 @@ def proved_within(
         largest: The values of --largest-within.
         time_limit: The wall time for the tolerances, and for each key of `largest`, s; by default
             `SECONDS_OF_BODIES` or `SECONDS_OF_STARTS`.
-        quiet: Whether to show no progress.
     """
-    if are_of_starts(tolerances):
-        is_late = _late_after(time_limit or SECONDS_OF_STARTS)
-        starts = _proved_starts(name, config, results, tolerances, is_late, quiet=quiet)
-        return Within(texts, starts=starts)
+    of_starts = are_of_starts(tolerances)
+    limit = time_limit or (SECONDS_OF_STARTS if of_starts else SECONDS_OF_BODIES)
 
-    def late() -> Callable[[], bool]:
-        return _late_after(time_limit or SECONDS_OF_BODIES)
+    def proved(key: str) -> Largest:
+        is_late = _late_after(limit)
+        return largest_within(config, _prove(config, results, is_late), key, texts, is_late)
 
-    with working(f"{name}: all bodies", quiet=quiet):
-        record = _prove(config, results, late())(tolerances) if texts else None
-        found = []
-        for key in largest:
-            is_late = late()
-            prove = _prove(config, results, is_late)
-            found.append(largest_within(config, prove, key, texts, is_late))
-    return Within(texts, record, largest=tuple(found))
+    with working(f"{name}: all {'starts' if of_starts else 'bodies'}") as work:
+        is_late = _late_after(limit)
+        if of_starts:
+            return Within(texts, starts=_proved_starts(config, results, tolerances, is_late, work))
+        record = _prove(config, results, is_late)(tolerances) if texts else None
+        return Within(texts, record, largest=tuple(map(proved, largest)))
 
 
 def _late_after(time_limit: float) -> Callable[[], bool]:
@@ -184,30 +178,27 @@ def _late_after(time_limit: float) -> Callable[[], bool]:
 
 
 def _proved_starts(
-    name: str,
     config: Config,
     results: Path,
     tolerances: tuple[Tolerance, ...],
     is_late: Callable[[], bool],
-    *,
-    quiet: bool,
+    work: Work,
 ) -> StartsProof:
-    """Prove all starts; on a terminal, say first how much work there may be, and how to stop it."""
-    with working(f"{name}: all starts", quiet=quiet) as work:
-        work.begin_with(
-            f"All starts, in at most {MAX_PARTS} parts of up to a minute each; smaller tolerances "
-            "need fewer. Ctrl-C stops, and then nothing is stored."
-        )
-        found, problem = starts_for(
-            results,
-            config,
-            tolerances,
-            processes=processor_count(),
-            progress=lambda fraction, left: work.update(
-                f"{100 * fraction:.4g} % proved, {left} parts left", fraction
-            ),
-            is_late=is_late,
-        )
+    """Prove all starts; say first how much work there may be, and how to stop it."""
+    work.hint(
+        f"All starts, in at most {MAX_PARTS} parts of up to a minute each; smaller tolerances "
+        "need fewer. Ctrl-C stops, and then nothing is stored."
+    )
+    found, problem = starts_for(
+        results,
+        config,
+        tolerances,
+        processes=processor_count(),
+        progress=lambda fraction, left: work.update(
+            f"{100 * fraction:.4g} % proved, {left} parts left", fraction
+        ),
+        is_late=is_late,
+    )
     if problem is not None:
         # Print the proof although it cannot be read or stored.
         say(f"warning: {problem}; the proof is not stored")

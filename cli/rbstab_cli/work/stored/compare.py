@@ -7,7 +7,7 @@ import click
 
 from rbstab.listing.comparison import Row
 from rbstab.listing.comparison import compare as differences
-from rbstab_cli.output.warnings import print_unread_proofs
+from rbstab_cli.output.runs import print_unread_proofs
 from rbstab_cli.printing import Table, print_json, say
 from rbstab_cli.results import results_folder_of
 

@@ -12,29 +12,24 @@ from rbstab.experiment.convergence.with_proof import known_now
 from rbstab.experiment.own_states import final_state
 from rbstab.listing.folder import checked_content
 from rbstab.listing.opening import open_sweep
-from rbstab.listing.table_files import FORMS, NETCDF, check_packages, form_of, write_columns
+from rbstab.listing.table_files import FORMS, NETCDF, write_columns
 from rbstab.report.model.words import counted
 from rbstab.report.reading.sources import Run, Sources, read_sources
 from rbstab.store.dataset_file import write_dataset
 from rbstab.store.variables import FlatColumns, flat_columns, joined
 from rbstab.sweep.folder.stored_traces import open_traces
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed, reason_of
-from rbstab_cli.output.facts import run_data
-from rbstab_cli.output.files import check_target
+from rbstab_cli.errors import Failed, reason_of, require
+from rbstab_cli.output.files import check_target, form_of
+from rbstab_cli.output.runs import run_data
 from rbstab_cli.results import taken
 
 
 def export(results: tuple[Path, ...], output: Path, traces: bool, force: bool) -> None:
     """Write the table of some results."""
-    form = form_of(output)
-    if form is None:
-        endings = ", ".join(f".{ending}" for ending in (*FORMS, NETCDF))
-        raise click.UsageError(f"-o {output}: expected a file name that ends in {endings}")
-    try:
-        check_packages(form)
-    except ImportError as error:
-        raise click.UsageError(f"-o {output}: {error}") from error
+    form = form_of(output, (*FORMS, NETCDF))
+    if form == "parquet":
+        require("table", f"-o {output}", "pandas", "pyarrow")
     check_target(output, force=force)
     sources = read_sources(taken(results).paths)
     if sources.unread:

@@ -13,7 +13,7 @@ from rbstab.listing.folder import FIRST, Entry, entries_of, listed_folder, proof
 from rbstab.listing.kinds import Kind, kind_of
 from rbstab.report.model.words import counted
 from rbstab_cli import exit_codes
-from rbstab_cli.output.warnings import print_unread_proofs
+from rbstab_cli.output.runs import print_unread_proofs
 from rbstab_cli.printing import Table, print_json, say
 from rbstab_cli.results import results_folder_of
 

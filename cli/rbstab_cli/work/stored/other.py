@@ -18,7 +18,7 @@ from rbstab.sweep.folder.sweep_folder import (
     read_folder,
     resuming_command,
 )
-from rbstab_cli.output.warnings import print_unread_proofs
+from rbstab_cli.output.runs import print_unread_proofs
 from rbstab_cli.printing import Table, print_facts, print_json, say
 from rbstab_cli.work.stored.list import list_results
 from rbstab_cli.work.sweeps.tables import print_member_answers, report_status

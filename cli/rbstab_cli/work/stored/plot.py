@@ -1,6 +1,5 @@
 """`rbstab plot`: one figure of a report as a file."""
 
-from importlib.util import find_spec
 from pathlib import Path
 
 import click
@@ -9,12 +8,12 @@ from rbstab.config.errors import hint
 from rbstab.report.build import report_of
 from rbstab.report.model.figure import Figure
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.writers.figure_files import FORMS, figure_bytes, figures_of, form_of
+from rbstab.report.writers.figure_files import FORMS, figure_bytes, figures_of
 from rbstab.store.disk.paths import path_exists
 from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed
-from rbstab_cli.output.files import check_target, write_file
+from rbstab_cli.errors import Failed, require
+from rbstab_cli.output.files import check_target, form_of, write_file
 from rbstab_cli.output.progress import working
 from rbstab_cli.printing import print_facts, say
 from rbstab_cli.results import Taken, taken
@@ -25,13 +24,11 @@ def plot(
 ) -> None:
     """Write a figure, or list all of them."""
     form = None if output is None else _form(output)
-    if (name is None) != (output is None):
-        raise click.UsageError("give both --figure NAME and -o FILE, or none of them")
-    if column and form in (None, "csv"):
+    if column and form == "csv":
         raise click.UsageError("--column is of use only with -o FILE that ends in .svg, .pdf, .png")
     if output is not None:
         check_target(output, force=force)
-    with working("figures", quiet=False):
+    with working("figures"):
         figures = _figures(taken(results))
     if name is None or output is None or form is None:
         print_facts(((name, figure.title) for name, figure in figures.items()), "figure", "title")
@@ -45,15 +42,9 @@ def plot(
 
 def _form(output: Path) -> str:
     """Return the form of a figure by the name of its file; what draws it is installed."""
-    form = form_of(output)
-    if form is None:
-        endings = ", ".join(f".{ending}" for ending in FORMS)
-        raise click.UsageError(f"-o {output}: expected a file name that ends in {endings}")
-    if form != "csv" and find_spec("vl_convert") is None:
-        raise click.UsageError(
-            "drawings need vl-convert-python, which a plain install lacks. Run "
-            '`pip install "rbstab[report]"`; a .csv file needs nothing more.'
-        )
+    form = form_of(output, FORMS)
+    if form != "csv":
+        require("report", f"-o {output}", "vl_convert")
     return form
 
 

@@ -1,31 +1,25 @@
 """`rbstab report`: a report of runs and sweeps, as a file, as JSON or printed."""
 
 from collections.abc import Iterable, Sequence
-from contextlib import ExitStack, suppress
-from itertools import groupby
+from contextlib import ExitStack
 from os.path import realpath
 from pathlib import Path
-from threading import Thread
 
 import click
 
-from rbstab.files.shell_words import quoted, shell_word
+from rbstab.files.shell_words import quoted
 from rbstab.report.model.document import Report, Unread
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.writers.write import SUFFIXES, check_available
+from rbstab.report.writers.plain_data import data_of
+from rbstab.report.writers.write import SUFFIXES, check_available, write_report
 from rbstab.report.writers.write import check_target as check_report
-from rbstab.store.disk.paths import path_is_dir
 from rbstab_cli import exit_codes
+from rbstab_cli.command import TYPED
 from rbstab_cli.errors import Failed
 from rbstab_cli.output.progress import working
-from rbstab_cli.output.warnings import print_unread_proofs
-from rbstab_cli.printing import print_json, say
+from rbstab_cli.output.runs import print_unread_proofs
+from rbstab_cli.printing import hint, print_json, say
 from rbstab_cli.results import results_folder_of, taken
-
-MAX_LISTED = 8
-"""The most results that the stored command lists by name; a pattern replaces more, if one fits."""
-
-ENDINGS = {"html": ".html", "md": ".md", "pdf": ".pdf", "text": ".txt"}
 
 
 def report(
@@ -36,28 +30,23 @@ def report(
     force: bool,
     opened: bool,
     as_json: bool,
-    quiet: bool,
 ) -> int:
     """Make the report, and say where it is."""
     path, form = _target(output, form, as_json=as_json)
     if opened and path is None:
         raise click.UsageError("--open needs a file of the report: give -o FILE")
-    named = taken(results, quiet=quiet)
-    paths = named.paths
+    paths = taken(results).paths
     if path is not None:
         _check_writable(path, form, paths, force=force)
     with ExitStack() as shown:
-        shown.enter_context(working("report", quiet=quiet))
-        imports = _import_beside(sweeps=any(map(path_is_dir, paths)))
+        shown.enter_context(working("report"))
         sources = read_sources(paths)
-        imports.join()
         _print_unread(sources.unread)
         print_unread_proofs(map(results_folder_of, paths))
-        made_by = _command(named.named, output, form, title, force=force, as_json=as_json)
+        words = click.get_current_context().meta[TYPED]
+        made_by = f"rbstab report {' '.join(map(quoted, words))}".rstrip()
 
         def write(made: Report) -> None:
-            from rbstab.report.writers.write import write_report
-
             if path is not None:
                 write_report(made, path, form, force=force)
             # Printing ends the progress, which would stand in the way.
@@ -65,6 +54,7 @@ def report(
             _print(made, path, as_json=as_json)
 
         if sources.runs or sources.sweeps:
+            # Imported late: it takes a second.
             from rbstab.report.produce import produce
 
             tried = form if path is not None else "text"
@@ -72,32 +62,11 @@ def report(
             _print_unread(sources.unread[len(known) :])
     if not sources.runs and not sources.sweeps:
         raise Failed(exit_codes.STORAGE, "No result could be read; no report is written.")
-    if path is not None and not quiet:
-        say(f"-> {path}")
+    if path is not None:
+        hint(f"-> {path}")
     if opened and path is not None:
         click.launch(path.absolute().as_uri())
     return exit_codes.STORAGE if sources.unread else exit_codes.OK
-
-
-def _import_beside(*, sweeps: bool) -> Thread:
-    """Import what makes reports, which takes a second, in a thread; meanwhile workers read results.
-
-    Args:
-        sweeps: Whether there are sweeps, whose intervals SciPy computes.
-    """
-
-    def work() -> None:
-        # Where an import fails, the command repeats it, with its error.
-        with suppress(ImportError):
-            import rbstab.report.produce  # noqa: F401
-
-            if sweeps:
-                import scipy.stats  # noqa: F401
-
-    # The thread is a daemon, so that an interrupt ends the command at once.
-    thread = Thread(target=work, daemon=True)
-    thread.start()
-    return thread
 
 
 def _print_unread(unread: Iterable[Unread]) -> None:
@@ -110,7 +79,8 @@ def _target(output: Path | None, form: str | None, *, as_json: bool) -> tuple[Pa
     if output is None:
         form = form or "html"
         to_stdout = as_json or form == "text"
-        return (None if to_stdout else Path("results", f"report{ENDINGS[form]}")), form
+        ending = next(suffix for suffix, name in SUFFIXES.items() if name == form)
+        return (None if to_stdout else Path("results", f"report{ending}")), form
     of_name = SUFFIXES.get(output.suffix.lower())
     found = form or of_name
     if form is not None and of_name not in (None, form):
@@ -142,8 +112,6 @@ def _check_writable(path: Path, form: str, results: Sequence[Path], *, force: bo
 def _print(made: Report, path: Path | None, *, as_json: bool) -> None:
     """Print a report as JSON, or as text if it is written to no file."""
     if as_json:
-        from rbstab.report.writers.plain_data import data_of
-
         print_json(data_of(made))
     elif path is None:
         from rbstab.report.writers.text import print_report
@@ -151,35 +119,3 @@ def _print(made: Report, path: Path | None, *, as_json: bool) -> None:
 
         # The terminal sets the width; without a terminal it is 80 columns.
         print_report(made, OutputConsole(highlight=False))
-
-
-def _command(
-    results: Sequence[Path],
-    output: Path | None,
-    form: str,
-    title: str | None,
-    *,
-    force: bool,
-    as_json: bool,
-) -> str:
-    """Return the command line that makes the report again."""
-    words = ["rbstab", "report", *_names(results)]
-    words += ["-o", shell_word(output)] if output is not None else []
-    words += ["--format", form] if output is not None or not as_json else []
-    words += ["--title", quoted(title)] if title is not None else []
-    words += ["--force"] if force else []
-    words += ["--json"] if as_json else []
-    return " ".join(words)
-
-
-def _names(results: Sequence[Path]) -> list[str]:
-    """Return the results as words of a command; a pattern may replace all results of a folder."""
-    names: list[str] = []
-    for folder, group in groupby(results, key=lambda result: result.parent):
-        files = list(group)
-        present = sorted(path for path in folder.glob("*.h5") if not path.name.startswith("."))
-        if len(files) > MAX_LISTED and files == present:
-            names.append("*.h5" if folder == Path() else f"{shell_word(folder)}/*.h5")
-        else:
-            names += map(shell_word, files)
-    return names

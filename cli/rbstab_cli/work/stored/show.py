@@ -28,18 +28,19 @@ from rbstab.store.errors import StoreError
 from rbstab.store.result import Result, open_result
 from rbstab_cli import exit_codes
 from rbstab_cli.errors import Failed
-from rbstab_cli.output.answers import print_answer
-from rbstab_cli.output.certificate import certificate_checks, print_certificate
-from rbstab_cli.output.facts import run_data
-from rbstab_cli.output.warnings import print_unread_proofs
+from rbstab_cli.output.runs import (
+    certificate_checks,
+    print_answer,
+    print_certificate,
+    print_unread_proofs,
+    run_data,
+)
 from rbstab_cli.printing import Table, number, print_facts, print_json, vector
 from rbstab_cli.streams import exact
 
 
 def show(path: Path, as_json: bool, as_config: bool) -> int | None:
     """Print the content of a file or folder."""
-    if as_json and as_config:
-        raise click.UsageError("--json cannot be combined with --config")
     try:
         opened = open_result(path)
     except StoreError:

@@ -29,7 +29,7 @@ from rbstab.sweep.proofs.variants import shares_proof, undecided_reason
 from rbstab.sweep.sweep import Sweep, prove_members, store_convergence
 from rbstab_cli.interrupts import graceful_interrupts
 from rbstab_cli.output.progress import working
-from rbstab_cli.printing import say
+from rbstab_cli.printing import hint
 
 Counts = Counter[int]
 """The number of members with each code of the column `convergence`."""
@@ -57,17 +57,13 @@ class Answers(NamedTuple):
     missing: str = ""
 
 
-def prove_and_tell(
-    plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool, as_json: bool
-) -> Answers:
+def prove_and_tell(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
     """Prove the rest states of the bodies of a finished sweep, and count the proved members.
 
     Args:
         plan: The plan.
         sweep: The sweep.
         unlimited: Whether the proofs have no budget of time.
-        quiet: Whether to leave out progress.
-        as_json: Whether stdout is for JSON.
 
     Raises:
         StoreError: A proof cannot be written.
@@ -78,11 +74,11 @@ def prove_and_tell(
         why = "; ".join(dict.fromkeys(filter(None, reasons.values())))
         return Answers([f"not proved; {why}"], {"bodies": 0, "reached": 0, "why": why})
     if all(shares_proof(plan, variant) for variant in decided):
-        return _of_shared(plan, sweep, unlimited=unlimited, quiet=quiet)
-    return _of_bodies(plan, sweep, unlimited=unlimited, quiet=quiet or as_json)
+        return _of_shared(plan, sweep, unlimited=unlimited)
+    return _of_bodies(plan, sweep, unlimited=unlimited)
 
 
-def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Answers:
+def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
     """Prove the rest states that the members of each variant share.
 
     An interrupt ends the proofs at once. Each finished one is stored.
@@ -90,7 +86,7 @@ def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Ans
     results = sweep.folder.path.parent
     bodies = sum(shares_proof(plan, variant) for variant in plan.variants)
     data: dict[str, Any] = {"bodies": bodies, "reached": bodies}
-    with working("proofs of rest states", quiet=quiet):
+    with working("proofs of rest states"):
         try:
             keep_proofs(plan, results, brief=not unlimited)
         except KeyboardInterrupt:
@@ -101,25 +97,24 @@ def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Ans
         proofs = ProvedConvergence(plan, results)
         found = store_convergence(plan, sweep, proofs)
     counts = Counter(found.codes.tolist())
-    return Answers(_sentences(counts, 0) + _ended_early(proofs.brief), data | _counts(counts, 0))
+    return Answers(_sentences(counts) + _ended_early(proofs.brief), data | _data(counts, 0))
 
 
-def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Answers:
+def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
     """Prove the rest states of each distinct body, within a budget.
 
     The first interrupt ends the proofs; what was proved until then is stored. The second one ends
     the command at once.
     """
     budget, bodies = None if unlimited else prove_bodies.BUDGET, bodies_of(plan)
-    if not quiet:
-        limit = "without a limit of time"
-        if budget is not None:
-            limit = f"for at most {budget:g} s; those begun by then are finished"
-        say(f"Proving the rest states of {_bodies(len(bodies))}, {limit} ...")
+    limit = "without a limit of time"
+    if budget is not None:
+        limit = f"for at most {budget:g} s; those begun by then are finished"
+    hint(f"Proving the rest states of {_bodies(len(bodies))}, {limit} ...")
     stop = Event()
     with (
         graceful_interrupts(stop, stop),
-        working("proofs of rest states", quiet=quiet) as work,
+        working("proofs of rest states") as work,
     ):
         proofs = prove_members(
             *(plan, sweep),
@@ -130,14 +125,15 @@ def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Ans
             stop=stop,
         )
     left = np.flatnonzero(~proofs.reached & (proofs.found.codes == NO_PROOF))
-    counts = Counter(proofs.found.codes.tolist())
+    # Those that were not reached in time are told apart.
+    counts = Counter(proofs.found.codes.tolist()) - Counter({NO_PROOF: len(left)})
     ranges = ranges_of(left.tolist())
     data = {
         "bodies": proofs.bodies,
         "reached": proofs.reached_bodies,
         "budget": proofs.budget,
         "seconds": round(proofs.seconds, 3),
-        **_counts(counts, len(left)),
+        **_data(counts, len(left)),
         "members_not_reached": ranges,
         "one_rest_state": proofs.one_state.data,
         "boxes": [
@@ -153,7 +149,7 @@ def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool, quiet: bool) -> Ans
     sentences = [
         *(f"{text[:1].lower()}{text[1:]}" for text in proofs.one_state.sentences),
         *_of_boxes(plan, proofs),
-        *_sentences(counts, len(left)),
+        *_sentences(counts),
         *_ended_early(proofs.brief),
     ]
     every, which = _bodies(proofs.bodies), named_members(ranges)
@@ -210,24 +206,12 @@ def _ended_early(count: int) -> list[str]:
     return [f"{need} more boxes for the rest states; --prove tries more"]
 
 
-def _counts(counts: Counts, not_reached: int) -> dict[str, Any]:
-    """Return the numbers of members as data, by words."""
-    shown = _without(counts, not_reached)
-    words = {word: shown[code] for code, word in enumerate(CONVERGENCE) if shown[code]}
+def _data(counts: Counts, not_reached: int) -> dict[str, Any]:
+    """Return the numbers of members as data, by words; those that were not reached in time last."""
+    words = {word: counts[code] for code, word in enumerate(CONVERGENCE) if counts[code]}
     return {"members": words | ({"not reached": not_reached} if not_reached else {})}
 
 
-def _sentences(counts: Counts, not_reached: int) -> list[str]:
-    """Return a sentence for each answer: for how many members, and why.
-
-    Args:
-        counts: The numbers of members.
-        not_reached: How many of those without a proof were not reached in time.
-    """
-    shown = _without(counts, not_reached)
-    return [text.format(grouped(shown[code])) for code, text in SENTENCES.items() if shown[code]]
-
-
-def _without(counts: Counts, not_reached: int) -> Counts:
-    """Return the numbers of members without those that were not reached in time."""
-    return counts - Counter({NO_PROOF: not_reached})
+def _sentences(counts: Counts) -> list[str]:
+    """Return a sentence for each answer: for how many members, and why."""
+    return [text.format(grouped(counts[code])) for code, text in SENTENCES.items() if counts[code]]

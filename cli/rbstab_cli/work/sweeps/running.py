@@ -20,7 +20,7 @@ from rbstab_cli import exit_codes
 from rbstab_cli.errors import Failed
 from rbstab_cli.interrupts import graceful_interrupts, interrupted_code
 from rbstab_cli.output.progress import working
-from rbstab_cli.printing import say
+from rbstab_cli.printing import hint, say
 from rbstab_cli.work.sweeps.answers import prove_and_tell
 from rbstab_cli.work.sweeps.progress import EventPrinter
 from rbstab_cli.work.sweeps.tables import report_sweep
@@ -38,7 +38,6 @@ def run_sweep(
     *,
     unlimited: bool | None,
     as_json: bool,
-    quiet: bool,
 ) -> int:
     """Run a sweep, print the results, and return the exit code.
 
@@ -49,23 +48,20 @@ def run_sweep(
         unlimited: Whether the proofs after a finished sweep have no budget of time; None: nothing
             is proved. What is proved is printed after the results, or is part of the JSON.
         as_json: Whether to print JSON.
-        quiet: Whether to leave out progress and hints.
     """
     stop, interrupted = Event(), Event()
     try:
         with graceful_interrupts(stop, interrupted):
-            with working("sweep", quiet=quiet) as work:
-                printer = EventPrinter(interrupted, work, quiet=quiet)
+            with working("sweep") as work:
+                printer = EventPrinter(interrupted, work)
                 sweep = sweep_to_folder(plan, folder, options, printer, stop)
             if not as_json:
                 report_sweep(sweep, proofs_follow=unlimited is not None)
-            _print_end(sweep, options, interrupted=interrupted.is_set(), quiet=quiet)
+            _print_end(sweep, options, interrupted=interrupted.is_set())
         answers = None
         if unlimited is not None and sweep.finished and not interrupted.is_set():
             try:
-                answers = prove_and_tell(
-                    plan, sweep, unlimited=unlimited, quiet=quiet, as_json=as_json
-                )
+                answers = prove_and_tell(plan, sweep, unlimited=unlimited)
             except KeyboardInterrupt:
                 _exit_at_once("all members are stored, and the finished proofs")
         if as_json:
@@ -80,8 +76,8 @@ def run_sweep(
             )
             say(RESUME)
             return exit_codes.INTERRUPTED
-        if sweep.finished and not quiet:
-            say(f"Next: rbstab report {shell_word(sweep.folder.path)}")
+        if sweep.finished:
+            hint(f"Next: rbstab report {shell_word(sweep.folder.path)}")
     except KeyboardInterrupt:
         _exit_at_once("finished shards are stored")
     except ExecutorError as error:
@@ -108,16 +104,14 @@ def _is_done_part(sweep: Sweep, options: SweepOptions) -> bool:
     return sweep.part is not None and not sweep.inventory.missing and not stopped
 
 
-def _print_end(sweep: Sweep, options: SweepOptions, *, interrupted: bool, quiet: bool) -> None:
+def _print_end(sweep: Sweep, options: SweepOptions, *, interrupted: bool) -> None:
     """Print how the sweep ended; if it did not finish, the next command."""
     stored, folder = _stored(sweep), sweep.folder
     missing = sweep.inventory.missing
     if sweep.finished:
-        if not quiet:
-            say(f"-> {folder.sweep_file}")
+        hint(f"-> {folder.sweep_file}")
     elif _is_done_part(sweep, options):
-        if not quiet:
-            say(f"{stored} When all parts are done, run: {resuming_command(folder.path)}")
+        hint(f"{stored} When all parts are done, run: {resuming_command(folder.path)}")
     elif interrupted:
         say(f"Interrupted: {stored}")
         say(RESUME)

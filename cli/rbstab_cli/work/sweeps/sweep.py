@@ -1,13 +1,11 @@
 """`rbstab sweep`: the checks before a sweep, and its options."""
 
-from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
 import click
 
-from rbstab.processes.imports import keep_imports
-from rbstab.sweep.folder.open_folder import Part
+from rbstab.sweep.folder.open_folder import parse_part
 from rbstab.sweep.folder.sweep_folder import engine_of
 from rbstab.sweep.members.engines import factory_for, fastest_engine
 from rbstab.sweep.options import SweepOptions
@@ -19,25 +17,14 @@ from rbstab_cli.inputs import (
     refuse_engine_change,
     sweep_name,
 )
-from rbstab_cli.options import refuse_unused
 from rbstab_cli.output.files import check_proofs_folder, check_results_folder
 from rbstab_cli.printing import say
 from rbstab_cli.work.sweeps.tables import report_dry_run, report_status
 
 WITHOUT_HEYOKA = "heyoka is not installed: using scipy, which is much slower"
 
-BESIDE_STATUS = ("status_of", "as_json", "quiet")
-"""The parameters that may be given together with --status."""
-
-NOT_TOGETHER = {
-    "--part": ("--force", "--compare"),
-    "--dask": ("--threads", "--dry-run"),
-}
-"""Options, and those that cannot be given beside them."""
-
 
 def sweep(
-    context: click.Context,
     plan: Path | None,
     status_of: Path | None,
     output: Path,
@@ -45,7 +32,7 @@ def sweep(
     engine: str | None,
     threads: int | None,
     shard_size: int | None,
-    part: Part | None,
+    part: str | None,
     dask: str | None,
     dry_run: bool,
     retry_failed: bool,
@@ -55,55 +42,40 @@ def sweep(
     force: bool,
     allow_python: bool,
     as_json: bool,
-    quiet: bool,
 ) -> int | None:
     """Run a plan, or print the status of a sweep."""
-    if (plan is None) == (status_of is None):
-        raise click.UsageError("expected either PLAN or --status DIR")
-    if plan is None or status_of is not None:
-        refuse_unused(context, "--status runs nothing, so it has no use for", *BESIDE_STATUS)
-        report_status(status_of or output, as_json=as_json)
+    if status_of is not None:
+        report_status(status_of, as_json=as_json)
         return None
-    _refuse_together(context)
+    if plan is None:
+        raise click.UsageError("expected PLAN or --status DIR")
+    try:
+        own_part = None if part is None else parse_part(part)
+    except ValueError as error:
+        raise click.BadParameter(str(error), param_hint="'--part'") from error
     folder = output / sweep_name(plan)
     refuse_engine_change(changes)
-    with keep_imports():
-        name, is_slow = _engine(engine, folder, plan)
-        loaded = _load(plan, (*changes, f"integration.engine={name}"), allow_python=allow_python)
-        proves = prove is not False and loaded.prove is None
-        if check_results_folder(output, [folder]) and proves and not (dry_run or part):
-            check_proofs_folder(output, lambda: False)
-        if is_slow:
-            say(WITHOUT_HEYOKA)
-        options = SweepOptions(
-            None, threads, shard_size, retry_failed, fail_fast, force, part, compare=compare
-        )
-        if dry_run:
-            report_dry_run(loaded, folder, options, as_json=as_json)
-            return None
-        # Imported late: checks need none of what runs members.
-        from rbstab_cli.work.sweeps.running import run_sweep
-    with ExitStack() as stack:
-        if dask is not None:
-            from rbstab_cli.work.sweeps.cluster import connected_cluster
+    name, is_slow = _engine(engine, folder, plan)
+    loaded = _load(plan, (*changes, f"integration.engine={name}"), allow_python=allow_python)
+    proves = prove is not False and loaded.prove is None
+    if check_results_folder(output, [folder]) and proves and not (dry_run or part):
+        check_proofs_folder(output)
+    if is_slow:
+        say(WITHOUT_HEYOKA)
+    options = SweepOptions(
+        None, threads, shard_size, retry_failed, fail_fast, force, own_part, compare=compare
+    )
+    if dry_run:
+        report_dry_run(loaded, folder, options, as_json=as_json)
+        return None
+    # Imported late: checks need none of what runs members.
+    from rbstab_cli.work.sweeps.cluster import connected_cluster
+    from rbstab_cli.work.sweeps.running import run_sweep
 
-            pool = stack.enter_context(connected_cluster(dask, loaded.engine))
-            options = replace(options, pool=pool)
-        unlimited = bool(prove) if proves else None
-        return run_sweep(loaded, folder, options, unlimited=unlimited, as_json=as_json, quiet=quiet)
-
-
-def _refuse_together(context: click.Context) -> None:
-    """Refuse options that exclude each other.
-
-    Raises:
-        UsageError: Two of them are given.
-    """
-    given = {one.opts[0]: context.params[str(one.name)] for one in context.command.params}
-    for first, others in NOT_TOGETHER.items():
-        for other in others:
-            if given[first] and given[other]:
-                raise click.UsageError(f"{first} cannot be combined with {other}")
+    unlimited = bool(prove) if proves else None
+    with connected_cluster(dask, loaded.engine) as pool:
+        options = replace(options, pool=pool)
+        return run_sweep(loaded, folder, options, unlimited=unlimited, as_json=as_json)
 
 
 def _engine(wanted: str | None, folder: Path, plan: Path) -> tuple[str, bool]:

@@ -28,7 +28,7 @@ from rbstab.sweep.folder.sweep_folder import read_folder
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.sweep import Sweep
-from rbstab_cli.output.answers import print_statement
+from rbstab_cli.output.runs import print_statement
 from rbstab_cli.printing import Table, number, print_facts, print_json, say
 
 Data = dict[str, Any]

@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import replace
-from pathlib import Path
 
 from rbstab.report.model.document import Report
 from rbstab.report.model.figure import Figure
@@ -69,9 +68,3 @@ def _renumbered(svg: str) -> str:
     """Return a drawing with names that do not depend on the drawings before it."""
     names: dict[str, str] = {}
     return _NAME.sub(lambda m: names.setdefault(m[0], f"{m[1]}{len(names)}"), svg)
-
-
-def form_of(path: Path) -> str | None:
-    """Return the form of a file by its ending; None for another ending."""
-    ending = path.suffix.lower().removeprefix(".")
-    return ending if ending in FORMS else None

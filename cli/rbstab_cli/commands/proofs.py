@@ -1,13 +1,16 @@
-"""`rbstab stability`."""
-
-from typing import Any
+"""The commands that prove, and that check proofs."""
 
 import click
 
-from rbstab_cli.options import declare, flag, output, repeatable, results_folder, takes
+from rbstab_cli.options import FILE, PATH, declare, flag, output, repeatable, results_folder, takes
 
 
-@declare("stability", "rbstab stability experiment.yaml --within controller=±20%")
+@declare(
+    "stability",
+    "rbstab stability experiment.yaml --within controller=±20%",
+    "stability.stability:stability",
+    excludes={"--search-only": ("--within", "--largest-within")},
+)
 @takes("configs")
 @flag("--search-only", help="Search for rest states without a proof.")
 @repeatable(
@@ -45,7 +48,7 @@ from rbstab_cli.options import declare, flag, output, repeatable, results_folder
 @takes("json")
 @output("Write the output to FILE instead of printing it.")
 @takes("force", "quiet")
-def command(**given: Any) -> None:
+def stability() -> None:
     """Find the rest states of configs, and prove where motions converge.
 
     For each CONFIG, prints: its rest states, stable and unstable, and whether the list is proved to
@@ -61,6 +64,48 @@ def command(**given: Any) -> None:
     numbers `states`, and `why` it is not proved. Of a body whose energy depends on no Euler angles,
     `on_rotations` has the quaternions of all rest states on SO(3), and families of them.
     """
-    from rbstab_cli.work.stability.stability import stability
 
-    stability(**given)
+
+@declare(
+    "verify",
+    "rbstab verify results",
+    "verify:verify",
+    needs={"--set": "--config", "--allow-python": "--config", "--second": "--config"},
+)
+@click.argument("proofs", metavar="PROOF...", nargs=-1, required=True, type=PATH)
+@click.option(
+    "--config",
+    "config_path",
+    metavar="CONFIG",
+    type=PATH,
+    help="Also check that PROOF is the proof of this config.",
+)
+@takes("set")
+@flag("--second", help="Also ask codac, a solver of others, about the equations of CONFIG.")
+@click.option(
+    "--certificate",
+    metavar="FILE",
+    type=FILE,
+    help="Write all boxes by which PROOF was checked, with their reasons, to FILE as JSON.",
+)
+@takes("force", "allow_python", "json", "quiet")
+def verify() -> None:
+    """Check proofs by a program of its own.
+
+    Each PROOF is a file of DIR/proofs, as `rbstab stability` writes it, or a folder of results DIR.
+    Of a folder all proofs of rest states are checked, or with --config the newest proof of that
+    config.
+
+    Of several proofs, those that are refused are printed in full, and of the others how many claims
+    of each kind were checked. A file that only says why there is no proof claims nothing, and is
+    not counted.
+
+    The rest states of a proof and the region of each minimum are checked. The checker shares no
+    bounds and no arithmetic with the program that made the proof: it computes all of them anew, in
+    balls of 128 bits. If a claim is wrong or cannot be confirmed, the exit code is 4. If no claim
+    is refused, but a check takes too long (more than 3,000,000 evaluations of the energy), it is 5.
+
+    With --second, codac confirms or refutes rest states and certified regions from the equations of
+    CONFIG, in five minutes at most. If it refutes a claim, the exit code is 4. If it leaves one
+    open, it is 5.
+    """

@@ -1,0 +1,106 @@
+"""The commands that change gains: derivatives, tuning, guards."""
+
+import click
+
+from rbstab.experiment.tuning.objective import OBJECTIVES
+from rbstab_cli.options import Choice, declare, output, repeatable, takes
+
+
+@declare("sensitivities", "rbstab sensitivities experiment.yaml", "sensitivities:sensitivities")
+@takes("config", "set", "allow_python", "json")
+@output("Also write the JSON to FILE.")
+@takes("force", "quiet")
+def sensitivities() -> None:
+    """Compute how a run depends on its gains, its body and its initial state.
+
+    Prints derivatives of the settling time (after which v stays below v(0)/1000) and of the peak of
+    E by axis (the value farthest from zero). They are taken with respect to every gain, the mass,
+    the inertia, the contact point and the initial state; the most important come first. One table
+    is relative, in % for 1 %; the other is per unit of the parameter. An off-diagonal entry of a
+    symmetric matrix changes in both of its places. --json adds the times of the peaks and the final
+    state.
+
+    The derivatives are exact: they come from variational equations, which go through switches and
+    impacts. They need heyoka, also for a config with another engine. A motion without derivatives,
+    such as a chaotic one, is refused with the reason.
+    """
+
+
+@declare(
+    "tune",
+    "rbstab tune experiment.yaml --objective settling_time --over controller.L_c",
+    "tune:tune",
+)
+@takes("config")
+@click.option(
+    "--objective",
+    required=True,
+    type=Choice(list(OBJECTIVES)),
+    help="The quantity to minimize: "
+    + "; ".join(f"{o.name}, {o.meaning} [{o.unit}]" for o in OBJECTIVES.values())
+    + ".",
+)
+@repeatable(
+    "--over",
+    "overs",
+    required=True,
+    metavar="KEY,...",
+    help="Gains to scale: all of controller.L_c, or the diagonal entry controller.L_c[0]. "
+    "Repeatable.",
+)
+@click.option(
+    "--bounds",
+    default="0.1:10",
+    show_default=True,
+    metavar="LOW:HIGH",
+    help="The smallest and the largest factor on the given gains.",
+)
+@output("File of the new config; CONFIG.yaml gives CONFIG_tuned.yaml in the working folder.")
+@takes("set", "allow_python", "force", "json", "quiet")
+def tune() -> None:
+    """Scale gains to minimize an objective of the run.
+
+    Samples configs within the bounds, then descends along exact gradients from the given config and
+    from the best sample. Writes the best config found; if none is better than the given one, writes
+    nothing. A run that does not complete or does not settle counts as worst; if no run completes
+    and settles, the exit code is 3. Gradients need heyoka, also for a config with another engine.
+    """
+
+
+@declare("guard", "rbstab guard experiment.yaml -o guarded.yaml", "guard:guard")
+@takes("config")
+@click.option(
+    "--method",
+    type=Choice(["barrier", "stiff", "repelling"]),
+    default="barrier",
+    show_default=True,
+    help="barrier: for every start. stiff, repelling: a force beyond a soft angle, for this start.",
+)
+@click.option(
+    "--soft-angle",
+    metavar="RAD",
+    type=float,
+    help="|θ2| from which a soft guard acts, rad.  [default: 1.2]",
+)
+@click.option(
+    "--limit",
+    metavar="N_M",
+    type=float,
+    help="Largest couple, N m, that a soft guard may have in the run.",
+)
+@output("File of the new config; CONFIG.yaml gives CONFIG_guarded.yaml in the working folder.")
+@takes("set", "allow_python", "force", "json", "quiet")
+def guard() -> None:
+    """Find a guard of θ2 with which motions are proved to keep the range.
+
+    A barrier adds the energy ½ k tan² θ2. Stiffnesses k from 0.01 to 50,000 N m are tried until
+    every start is proved to converge and the run of the config stays in the range. Then some
+    smaller ones are tried.
+
+    A soft guard adds ½ k (|θ2| - θ_s)² (stiff) or K (|θ2| - θ_s) (repelling) beyond a soft angle.
+    The least k or K, of three digits, is found with which this start is proved to keep the range.
+
+    Shows what the guard changes in the run, and writes the config with it; such a guard in the
+    given config is replaced. If none is found, or its couple exceeds the limit, nothing is written,
+    and the exit code is 3.
+    """

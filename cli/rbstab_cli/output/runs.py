@@ -1,0 +1,173 @@
+"""What is printed of runs: answers, checks of certificates, warnings; and their plain data."""
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from rbstab.config.schema import Config
+from rbstab.config.warnings import config_warnings
+from rbstab.experiment.answers.check_words import comparison, word_of_check
+from rbstab.experiment.answers.run_answer import RunAnswer, answer_of
+from rbstab.experiment.answers.wanted import wanted
+from rbstab.experiment.answers.words import word_of
+from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
+from rbstab.experiment.proof_cache import why_unreadable
+from rbstab.experiment.stored_certificate import certificate_lines
+from rbstab.experiment.summary import summary_of
+from rbstab.store.result import Result
+from rbstab_cli.printing import Table, number, say
+
+if TYPE_CHECKING:
+    # A run without a proof imports none of it.
+    from rbstab.experiment.stored_proof.proof import Proof
+
+COLOURS = {"false": "red", "not decided": "yellow"}
+"""Colours of the words on a terminal. Green is the outcome of a body that rests where it should."""
+
+MAX_SENTENCES = 10
+"""The answers of more runs are printed as words only."""
+
+MAX_WIDTH = 160
+"""The most characters of the names of files that share an answer."""
+
+QUESTIONS = {"this_start": "This start", "whole_range": "Whole range", "pushes": "Pushes"}
+"""What the sentences of an answer are about."""
+
+VIOLATED = "violated"
+"""The verdict of a check that is not met."""
+
+Answered = tuple[Path, Config | None, RunAnswer]
+"""The file of a run, its config and its answer."""
+
+
+def print_statement(name: str, text: str) -> None:
+    """Print a sentence after its name, below the others."""
+    click.echo(f"  {name + ':':<13}{text}.")
+
+
+def print_answer(answer: RunAnswer, config: Config | None) -> None:
+    """Print the answers of a run: its outcome, what is wanted, and a line for each question."""
+    fg = "green" if answer.outcome.is_good else None
+    print_statement("Outcome", click.style(answer.outcome.sentence, fg=fg))
+    print_statement("Desired", str(wanted(config)))
+    for name, found in answer.answers.items():
+        word = click.style(f"{found.sureness}:", fg=COLOURS.get(str(found.sureness)))
+        print_statement(QUESTIONS[name], f"{word} {found.sentence}")
+
+
+def print_answers(answers: Sequence[Answered], warnings: Mapping[Path, Sequence[str]]) -> None:
+    """Print the answers of several runs: a table of their words, then their sentences.
+
+    Answers that several runs share are printed once. The warnings of a run follow its answer, on
+    stderr.
+
+    Args:
+        answers: The answers.
+        warnings: The warnings by the files of the runs.
+    """
+    if len(answers) > 1:
+        _print_words(answers)
+    shared: dict[RunAnswer, dict[Path, Config | None]] = {}
+    for path, config, answer in answers:
+        shared.setdefault(answer, {})[path] = config
+    if len(shared) > MAX_SENTENCES:
+        click.echo("rbstab show FILE says why.")
+    for answer, runs in shared.items():
+        if len(shared) <= MAX_SENTENCES:
+            click.echo(_named(list(runs)))
+            print_answer(answer, next(iter(runs.values())))
+        for path in runs:
+            print_result_warnings(path, warnings.get(path, ()))
+
+
+def _named(paths: Sequence[Path]) -> str:
+    """Return the names of files, as many as fit into `MAX_WIDTH`, and how many more there are."""
+    shown = str(paths[0])
+    for named, path in enumerate(paths[1:], 1):
+        if len(shown) + len(str(path)) > MAX_WIDTH:
+            return f"{shown} and {len(paths) - named} more"
+        shown += f", {path}"
+    return shown
+
+
+def _print_words(answers: Sequence[Answered]) -> None:
+    words = ("outcome", "this start comes to rest", "whole range")
+    table = Table("file", *words, words=words)
+    for path, _, answer in answers:
+        sure = (found.word for found in (answer.this_start, answer.whole_range))
+        style = "green" if answer.outcome.is_good else None
+        table.add(str(path), answer.outcome.brief, *sure, style=style)
+    table.print()
+
+
+def certificate_checks(result: Result) -> list[dict[str, Any]]:
+    """Return the checks of the certificate; none if the result has no certificate.
+
+    `word` says how sure each is, as in the table.
+    """
+    return [{**line._asdict(), "word": word_of_check(line)} for line in certificate_lines(result)]
+
+
+def print_certificate(result: Result) -> None:
+    """Print the checks as a table."""
+    lines = certificate_lines(result)
+    table = Table("check", "how sure", "what is compared", "found", "at [s]")
+    for line in lines:
+        when = number(line.when) if not math.isnan(line.when) else "-"
+        style = "red" if line.verdict == VIOLATED else None
+        found = (word_of_check(line), line.quantity, comparison(line), when)
+        table.add(line.check, *found, style=style)
+    if lines:
+        table.print()
+
+
+def run_data(result: Result, config: Config | None, proof: "Proof | None" = None) -> dict[str, Any]:
+    """Return the outcome of a result, its attributes, summary, answers and convergence.
+
+    Args:
+        result: The result.
+        config: Its config; None if this version cannot read it.
+        proof: The proof of its rest states, if there is one.
+    """
+    answer = answer_of(result, config, proof)
+    data: dict[str, Any] = {"outcome": answer.outcome.as_data()} | {
+        name: value
+        for name, value in result.attributes.items()
+        if name.partition("_")[0] != ATTRIBUTE
+    }
+    data["checks"] = word_of(str(data.get("verdict", "-")))
+    data["warnings"] = str(data.get("warnings", "")).splitlines()
+    convergence = stored_convergence(result.attributes)
+    data[ATTRIBUTE] = None if convergence is None else convergence.as_data()
+    data["answers"] = {
+        question: {"word": str(found.sureness), "sentence": found.sentence}
+        for question, found in answer.answers.items()
+    }
+    return {**data, **summary_of(result)._asdict()}
+
+
+def own_warnings(result: Result, config: Config) -> list[str]:
+    """Return the warnings of a result, without those about its config.
+
+    A command that reads a config prints the warnings about it at once.
+    """
+    of_config = config_warnings(config)
+    stored = str(result.attributes.get("warnings", "")).splitlines()
+    return [warning for warning in stored if warning not in of_config]
+
+
+def print_result_warnings(path: Path, warnings: Sequence[str]) -> None:
+    """Print the warnings of the result in a file."""
+    for warning in warnings:
+        say(f"warning: {path}: {warning}")
+
+
+def print_unread_proofs(folders: Iterable[Path]) -> None:
+    """Print for each folder of results why its proofs cannot be read; nothing if they can be."""
+    for folder in dict.fromkeys(folders):
+        reason = why_unreadable(folder)
+        if reason:
+            say(f"warning: {reason}. The results are shown without them.")

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.analysis.certificate import damping_check, rate_check, value_checks
-from rbstab.analysis.certificate.checks import checks_of
+from rbstab.analysis.certificate import checks, rate_check
 from rbstab.analysis.certificate.evidence import Evidence
 from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.analysis.exact import exact_rest_energy
@@ -57,7 +56,7 @@ def round_off(system, start):
 
 def check(run, name):
     """Return the check of a run with this name."""
-    (found,) = [line for line in checks_of(run) if line.check == name]
+    (found,) = [line for line in checks.checks_of(run) if line.check == name]
     return found
 
 
@@ -94,5 +93,5 @@ def refuse_exact_arithmetic(monkeypatch):
     def refuse(_):
         raise AssertionError("exact arithmetic was used")
 
-    for module in (damping_check, rate_check, value_checks):
+    for module in (checks, rate_check):
         monkeypatch.setattr(module, "in_balls", refuse)

@@ -2,6 +2,7 @@
 
 import math
 import time
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -262,7 +263,7 @@ class _Observer:
     """
 
     def __init__(self, only_outcome: bool) -> None:
-        self._quantities = _values_of_outcome if only_outcome else _values
+        self._quantities = EVALUATED[only_outcome]
         self._of: dict[int, EquationsInTime] = {}
 
     def __call__(self, system: System, state: Array, t: float) -> Array:
@@ -276,21 +277,15 @@ class _Observer:
 
 def recorded_in(system: System, only_outcome: bool) -> dict[str, Quantity]:
     """Return the quantities that are evaluated at samples, in the order of files."""
-    found = observed_in(system)
-    if not only_outcome:
-        return found
-    return {name: one for name, one in found.items() if one.in_outcome}
+    found = observed_in(system).items()
+    return {name: one for name, one in found if one.in_outcome or not only_outcome}
 
 
-def _values(system: System, state: Array, t: Number = 0.0, only_outcome: bool = False) -> Array:
+def _values(system: System, state: Array, t: Number = 0.0, *, only_outcome: bool) -> Array:
     """Return the quantities of `recorded_in` at a state, one after the other."""
     quantities = recorded_in(system, only_outcome).values()
     return np.array(values_of(quantities, system.observe(state, t)))
 
 
-def _values_of_outcome(system: System, state: Array, t: Number = 0.0) -> Array:
-    return _values(system, state, t, only_outcome=True)
-
-
-def _variable(quantity: Quantity, data: Array) -> Variable:
-    return Variable(quantity.dimensions, data, quantity.unit, quantity.long_name)
+EVALUATED = {only: partial(_values, only_outcome=only) for only in (False, True)}
+"""The functions that are compiled, by `only_outcome`."""

@@ -19,7 +19,7 @@ from rbstab.analysis.rest_state import RestState
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array, entrywise
 from rbstab.systems.parameters import map_parameters
-from rbstab.systems.system import System
+from rbstab.systems.system import Observation, System
 
 PRECISION = 1024
 """Bits of a ball. Terms of 1e150 may cancel down to 1e-150."""
@@ -90,23 +90,15 @@ def exact_powers(system: System, y: Array, t: float = 0.0) -> ExactPowers:
     )
 
 
-def exact_energy(system: System, y: Array, t: float = 0.0) -> Ball:
-    """Return the sum of all energies at a state vector and a time, J; call it by `in_balls`."""
-    return sum(exact_system(system).observe(balls(y), ball(t)).energy.tolist(), ball(0.0))
+def exact_observation(system: System, y: Array, t: float = 0.0) -> Observation:
+    """Return what is observed at a state vector and a time, s, as balls; call it by `in_balls`."""
+    return exact_system(system).observe(balls(y), ball(t))
 
 
 def exact_rest_energy(system: System, rest: RestState) -> Ball:
     """Return the energy of a rest state of a system, J; call it by `in_balls`."""
     at_rest = configurations(exact_system(system))
     return ball(0.0) + at_rest.energy(balls(at_rest.configuration(rest.motion, rest.own)))
-
-
-def exact_dissipation(system: System, y: Array, part: int, t: float = 0.0) -> Ball:
-    """Return the power that one part dissipates at a state vector and a time, W.
-
-    Call it by `in_balls`.
-    """
-    return ball(0.0) + exact_system(system).observe(balls(y), ball(t)).dissipation[part]
 
 
 def exact_system(system: System) -> System:

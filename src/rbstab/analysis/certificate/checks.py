@@ -14,7 +14,7 @@ from rbstab.analysis.certificate.evidence import (
 )
 from rbstab.analysis.certificate.rate_check import rate
 from rbstab.analysis.certificate.verdict import Check, Verdict, verdict_of
-from rbstab.analysis.exact import Ball, ball, exact_dissipation, exact_energy, in_balls
+from rbstab.analysis.exact import Ball, ball, exact_observation, in_balls
 from rbstab.analysis.lyapunov import ENERGY_SCALE
 from rbstab.mechanics.numbers import Array
 
@@ -142,8 +142,8 @@ def _name(run: Evidence) -> str:
 def _exact_value(run: Evidence, row: int, energy_at_rest: Ball) -> Ball:
     """Return v / scale at a sample as a ball."""
     t = float(run.times[row])
-    value = exact_energy(run.systems[row], run.states[row], t) - energy_at_rest
-    return value / ball(run.scale)
+    seen = exact_observation(run.systems[row], run.states[row], t)
+    return sum(seen.energy.tolist(), -energy_at_rest) / ball(run.scale)
 
 
 def damping(run: Evidence) -> Check:
@@ -185,7 +185,7 @@ def _adding_energy(run: Evidence) -> Check | None:
     def repeat(row: int) -> Finding:
         system, y, part = run.systems[row], run.states[row], int(parts[row])
         t = float(run.times[row])
-        power = in_balls(lambda: exact_dissipation(system, y, part, t))
+        power = in_balls(lambda: exact_observation(system, y, t).dissipation[part])
         return Finding(confirmed(power is not None and power < 0), float(least[row]), row)
 
     verdict, value, row = repeated(repeat, rows[least[rows].argsort(kind="stable")])

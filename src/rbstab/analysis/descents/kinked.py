@@ -26,7 +26,7 @@ from rbstab.analysis.descents.descent import (
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array, Number, sqrt
-from rbstab.systems.modes import modes_of, with_modes, with_modes_at
+from rbstab.systems.modes import guards_at, modes_of, with_modes, with_modes_at
 from rbstab.systems.system import System
 
 WIDTHS = tuple(10.0**exponent for exponent in range(-2, -8, -1))
@@ -184,12 +184,7 @@ def _energy_of(system: System, variables: Array) -> Array:
 
 def _guards_of(system: System, q: Array) -> Array:
     """Return the event functions of the kinked elements at q."""
-    motion, found = Configurations(system).motion(q), list[Array]()
-    for element in system.elements:
-        if type(element).kinked:
-            # Event functions do not depend on own states: `rbstab check --element` tests this.
-            found.append(element.guards(motion, np.zeros(element.state_size)))
-    return np.concatenate(found)
+    return guards_at(system, Configurations(system).state(q))[_kinked_modes(system)]
 
 
 def _kinked_modes(system: System) -> list[int]:

@@ -12,17 +12,13 @@ equations above.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations
-from rbstab.analysis.descents.descent import (
-    HESSIAN_STEP,
-    EnergyFunction,
-    SingleEnergy,
-    descend,
-)
+from rbstab.analysis.descents.descent import HESSIAN_STEP, descend_one
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array, Number, sqrt
@@ -80,9 +76,8 @@ def descend_to_kinks(
     """
     energy = _ModedEnergy(at_rest)
     for width in WIDTHS:
-        smooth, start = energy.smoothed(width), q[:, np.newaxis]
-        ends, _, _ = descend(smooth, start, np.array([tolerance]), is_late, is_inside)
-        q = ends[:, 0]
+        step = HESSIAN_STEP * min(1.0, 10.0 * width)
+        q, _ = descend_one(partial(energy.smoothed, width), q, tolerance, is_late, is_inside, step)
     modes = energy.smooth_modes(q, WIDTHS[-1])
     held = (modes > BETWEEN) & (modes < 1.0 - BETWEEN)
     while True:
@@ -133,14 +128,10 @@ class _ModedEnergy:
         g = self.guards(q)
         return 0.5 * (1.0 + g / sqrt(g * g + width * width))
 
-    def smoothed(self, width: float) -> EnergyFunction:
-        """Return the energy with smooth modes, as `descend` calls it."""
-
-        def energy(_rows: Array, q: Array) -> SingleEnergy:
-            at, step = self.at(q[:, 0]), HESSIAN_STEP * min(1.0, 10.0 * width)
-            return SingleEnergy(lambda x: at(x, self.smooth_modes(x, width)), q[:, 0], step)
-
-        return energy
+    def smoothed(self, width: float, q: Array) -> Callable[[Array], Number]:
+        """Return the energy with smooth modes as a function near q."""
+        at = self.at(q)
+        return lambda x: at(x, self.smooth_modes(x, width))
 
 
 def _solved(

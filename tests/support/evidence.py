@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.analysis.certificate import checks, rate_check
+from rbstab.analysis.certificate import checks
 from rbstab.analysis.certificate.evidence import Evidence
 from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.analysis.exact import exact_rest_energy
@@ -85,13 +85,3 @@ def settled(**changes):
     y = system.start(rest.motion, np.zeros(0))
     start = y + 1e-3 * np.eye(12)[9]
     return evidence(system, [start, y], **changes)
-
-
-def refuse_exact_arithmetic(monkeypatch):
-    """Let a test fail if a check uses exact arithmetic."""
-
-    def refuse(_):
-        raise AssertionError("exact arithmetic was used")
-
-    for module in (checks, rate_check):
-        monkeypatch.setattr(module, "in_balls", refuse)

@@ -81,7 +81,7 @@ def rest_state_of(problem: Problem) -> RestState:
 def zero_of(
     problem: Problem,
     trajectory: Trajectory,
-    nearest: RestState | None = None,
+    nearest: RestState,
     deadline: Deadline | None = None,
 ) -> LyapunovZero:
     """Return the rest state at which the Lyapunov function along a trajectory is zero.
@@ -89,14 +89,13 @@ def zero_of(
     Args:
         problem: The problem.
         trajectory: Its trajectory.
-        nearest: `rest_state_of(problem)`, if it is known already.
+        nearest: `rest_state_of(problem)`.
         deadline: The deadline of the run; None for no limit.
     """
 
     def is_late() -> bool:
         return deadline is not None and deadline.is_late(RECORDING_MARGIN)
 
-    nearest = nearest or rest_state_of(problem)
     if trajectory.status in (RunStatus.RANGE_LEFT, RunStatus.DIVERGED, RunStatus.ZERO_LENGTH):
         return LyapunovZero(nearest, approached=False, is_lowest=True)
     system = trajectory.systems[-1] if trajectory.systems else problem.system
@@ -125,7 +124,7 @@ def recording_time(problem: Problem, only_outcome: bool = False) -> float:
 def record_of(
     problem: Problem,
     trajectory: Trajectory,
-    nearest: RestState | None = None,
+    nearest: RestState,
     deadline: Deadline | None = None,
 ) -> Record:
     """Return all quantities of a run along its trajectory, and its certificate.
@@ -133,7 +132,7 @@ def record_of(
     Args:
         problem: The initial value problem.
         trajectory: The trajectory.
-        nearest: `rest_state_of(problem)`, if it is known already.
+        nearest: `rest_state_of(problem)`.
         deadline: The deadline of the run; None for no limit. See `recorded`.
     """
     zero = zero_of(problem, trajectory, nearest, deadline)

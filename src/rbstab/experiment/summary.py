@@ -38,7 +38,7 @@ class Summary(NamedTuple):
     lyapunov_end: float
     relative_residual: float
     peak_distance: float
-    peak_contact_displacement: tuple[float, float, float]
+    peak_contact_displacement: tuple[float, ...]
     largest_pitch: float
     end_time: float
     displacement_resolved: bool
@@ -61,7 +61,7 @@ def summary_of(result: Result) -> Summary:
     supplied = result["supplied_energy"] if is_driven(result) else None
     with np.errstate(all="ignore"):
         scale = energy_scale(v, result["energy_round_off"], supplied)
-        (x, y, z), are_shown = _peak(result, "peak_contact_displacement")
+        peaks, are_shown = _peak(result, "peak_contact_displacement")
         (farthest,), is_shown = _peak(result, "peak_distance")
         (pitch,), pitch_shown = _peak(result, "largest_pitch")
     return Summary(
@@ -69,7 +69,7 @@ def summary_of(result: Result) -> Summary:
         float(v[-1]),
         float(np.abs(result["energy_residual"]).max() / scale),
         farthest,
-        (x, y, z),
+        peaks,
         pitch,
         float(result["time"][-1]),
         are_shown and is_shown,
@@ -77,12 +77,12 @@ def summary_of(result: Result) -> Summary:
     )
 
 
-def _peak(result: Result, name: str) -> tuple[list[float], bool]:
+def _peak(result: Result, name: str) -> tuple[tuple[float, ...], bool]:
     """Return the components of a stored peak, and whether their errors are small."""
     peak, error = (np.atleast_1d(result[entry]) for entry in (name, f"{name}_error"))
     # Where a quantity is no number, its peak is none, and no sample would help.
     shown = (error <= np.maximum(RESOLVED * np.abs(peak), ABSOLUTE)) | np.isnan(peak)
-    return peak.tolist(), bool(shown.all())
+    return tuple(peak.tolist()), bool(shown.all())
 
 
 def lyapunov_function_of(result: Result) -> Array:
@@ -150,9 +150,6 @@ def is_driven(result: Result) -> bool:
     return "supplied_energy" in result
 
 
-Triple = tuple[float, float, float]
-
-
 class ReferenceValue(NamedTuple):
     """A printed vector and the computed one, with the name and unit of the quantity.
 
@@ -162,9 +159,9 @@ class ReferenceValue(NamedTuple):
 
     name: str
     unit: str
-    printed: Triple
-    computed: Triple
-    exact: tuple[Triple, Triple] | None = None
+    printed: tuple[float, ...]
+    computed: tuple[float, ...]
+    exact: tuple[tuple[float, ...], ...] | None = None
 
     @property
     def disproved(self) -> bool:
@@ -187,13 +184,12 @@ def half_unit(printed: float) -> float:
     return 0.5000001 * 10.0**exponent
 
 
-def _exact_end(result: Result, name: str) -> tuple[Triple, Triple] | None:
+def _exact_end(result: Result, name: str) -> tuple[tuple[float, ...], ...] | None:
     """Return bounds on a quantity of the exact motion at the end, if the run has them."""
     low, high, time = (f"{GROUP}/{entry}" for entry in (f"{name}_low", f"{name}_high", "time"))
     if low not in result or result[time][-1] != result["time"][-1]:
         return None
-    (a, b, c), (d, e, f) = result[low][-1].tolist(), result[high][-1].tolist()
-    return (a, b, c), (d, e, f)
+    return tuple(tuple(result[end][-1].tolist()) for end in (low, high))
 
 
 def reference_values_of(
@@ -210,9 +206,9 @@ def reference_values_of(
     for name in ("orientation", "angular_velocity", "position", "velocity"):
         printed = getattr(final, name, None)
         if printed is not None:
-            x, y, z = result[name][-1].tolist()
-            unit, exact = result.variables[name].unit, _exact_end(result, name)
-            values.append(ReferenceValue(f"final {name}", unit, printed, (x, y, z), exact))
+            end, unit = tuple(result[name][-1].tolist()), result.variables[name].unit
+            exact = _exact_end(result, name)
+            values.append(ReferenceValue(f"final {name}", unit, printed, end, exact))
     printed = getattr(reference, "peak_contact_displacement", None)
     if printed is not None:
         computed = (summary or summary_of(result)).peak_contact_displacement

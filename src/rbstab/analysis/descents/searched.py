@@ -63,13 +63,8 @@ class SearchedState:
     index: int
 
 
-def searched_rest_states(system: System, seed: int = 0) -> list[SearchedState]:
-    """Return the rest states that a root search finds from many attitudes, lowest energy first.
-
-    Args:
-        system: The system.
-        seed: Seed of the random starts; Θ = 0 is added.
-    """
+def searched_rest_states(system: System) -> list[SearchedState]:
+    """Return the rest states that a root search finds from many attitudes, lowest energy first."""
 
     def rest_state(at_rest: Configurations, start: Array) -> SearchedState | None:
         q = _root(at_rest, start)
@@ -80,19 +75,15 @@ def searched_rest_states(system: System, seed: int = 0) -> list[SearchedState]:
             return None  # it is one of a family, such as all attitudes of a free body
         return SearchedState(rest_state_at(at_rest, q), int(np.sum(bends < 0)))
 
-    return _distinct(system, rest_state, _random_attitudes(seed), SAME)
+    return _distinct(system, rest_state, _random_attitudes(), SAME)
 
 
-def searched_minima(system: System, seed: int = 0) -> list[SearchedState]:
+def searched_minima(system: System) -> list[SearchedState]:
     """Return the minima in which descents from some attitudes end, lowest energy first.
 
     The body may rest in them where a force jumps, or against a stop.
-
-    Args:
-        system: The system.
-        seed: Seed of the random starts; Θ = 0 is added.
     """
-    stop, attitudes = stop_of(system), _random_attitudes(seed)[:DESCENTS]
+    stop, attitudes = stop_of(system), _random_attitudes()[:DESCENTS]
     if stop is not None:
         attitudes[:, PITCH] = np.clip(attitudes[:, PITCH], -stop.angle, stop.angle)
 
@@ -132,8 +123,8 @@ def _distinct(
     return sorted(found, key=lambda one: one.state.energy)
 
 
-def _random_attitudes(seed: int) -> Array:
-    return np.random.default_rng(seed).uniform(-RANGE_END, RANGE_END, size=(STARTS, 3))
+def _random_attitudes() -> Array:
+    return np.random.default_rng(0).uniform(-RANGE_END, RANGE_END, size=(STARTS, 3))
 
 
 def _at_attitude(at_rest: Configurations, Theta: Array) -> Array:

@@ -17,9 +17,6 @@ from rbstab.store.result import Result
 RESOLVED = 0.01
 """The largest error of a peak that is shown as such, relative to the peak."""
 
-KINETIC = "kinetic"
-"""The name of the kinetic energy among the parts of the energy of a result."""
-
 
 STILL = 1e-6
 """A body stands still if its kinetic energy stays below this share of the largest one."""
@@ -126,9 +123,8 @@ def moves_on_in(result: Result) -> bool:
     """Return whether the body of a run moves on without damping, see `moves_on`."""
     if is_driven(result):
         return False
-    kinetic = result["energy"][:, result["part"].tolist().index(KINETIC)]
-    v = lyapunov_function_of(result)
-    return moves_on(result["time"], v, kinetic, float(result["energy_round_off"]))
+    v, noise = lyapunov_function_of(result), float(result["energy_round_off"])
+    return moves_on(result["time"], v, _kinetic_energy(result), noise)
 
 
 def stands_under_inputs(result: Result) -> bool:
@@ -138,11 +134,16 @@ def stands_under_inputs(result: Result) -> bool:
     """
     if not is_driven(result):
         return False
-    kinetic = result["energy"][:, result["part"].tolist().index(KINETIC)]
+    kinetic = _kinetic_energy(result)
     late = result["time"] >= 0.9 * result["time"][-1]
     with np.errstate(all="ignore"):
         moved = [np.ptp(result[name][late], axis=0).max() for name in ("orientation", "position")]
         return bool(kinetic[late].max() <= STILL * kinetic.max() and max(moved) < SAME_STATE)
+
+
+def _kinetic_energy(result: Result) -> Array:
+    """Return the kinetic energy, shape (n,), J."""
+    return result["energy"][:, result["part"].tolist().index("kinetic")]
 
 
 def is_driven(result: Result) -> bool:

@@ -14,7 +14,7 @@ from rbstab.analysis.certificate.verdict import Verdict, overall
 from rbstab.analysis.lyapunov import energy_scale
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
-from rbstab.experiment.record import record_of
+from rbstab.experiment.record import record_of, rest_state_of
 from rbstab.mechanics.motion import Wrench, motion_from_centre
 
 
@@ -25,7 +25,7 @@ def certified(system, *, engine="scipy", rtol=1e-10, duration=0.4, samples=21):
     own = np.zeros(system.size - system.coordinates.size)
     times = np.linspace(0, duration, samples)
     given = problem(system, system.start(motion, own), times, rtol=rtol, atol=rtol)
-    record = record_of(given, solve(engine, given))
+    record = record_of(given, solve(engine, given), rest_state_of(given))
     return {check.check: check.verdict for check in record.checks}, record
 
 

@@ -14,6 +14,7 @@ from rbstab.analysis.exact import (
     balls,
     decimals,
     exact_powers,
+    exact_rank,
     in_balls,
     is_positive_definite,
 )
@@ -56,24 +57,28 @@ def test_what_does_not_accept_balls_gives_nothing():
 
 
 @pytest.mark.parametrize(
-    ("matrix", "expected"),
+    ("matrix", "rank"),
     [
-        (np.eye(3), True),
-        (np.diag([1.0, 1.0, 0.0]), False),
-        (np.diag([-1.0, -1.0, 1.0]), False),
-        (np.diag([5e-324, 1e300, 1.0]), True),
-        ([[1, 1, 0], [1, 1 + 2.0**-52, 0], [0, 0, 1]], True),
-        ([[1, 1, 0], [1, 1, 0], [0, 0, 1]], False),
+        (np.eye(3), 3),
+        (np.zeros((3, 3)), 0),
+        (np.diag([1.0, 1.0, 0.0]), 2),
+        (np.diag([-1.0, -1.0, 1.0]), None),
+        (np.diag([0.0, -5e-324, 1.0]), None),
+        (np.diag([5e-324, 1e300, 1.0]), 3),
+        ([[1, 1, 0], [1, 1 + 2.0**-52, 0], [0, 0, 1]], 3),
+        ([[1, 1, 0], [1, 1, 0], [0, 0, 1]], 2),
         # Only its symmetric part counts.
-        ([[1, 9, 0], [-9, 1, 0], [0, 0, 1]], True),
-        ([[1, 3, 0], [0, 1, 0], [0, 0, 1]], False),
+        ([[1, 9, 0], [-9, 1, 0], [0, 0, 1]], 3),
+        ([[1, 3, 0], [0, 1, 0], [0, 0, 1]], None),
     ],
 )
-def test_positive_definite_without_round_off(matrix, expected):
+def test_the_rank_tells_definite_matrices_without_round_off(matrix, rank):
     matrix = np.array(matrix, dtype=float)
-    assert is_positive_definite(matrix) is expected
-    order = [2, 0, 1]
-    assert is_positive_definite(matrix[np.ix_(order, order)]) is expected
+    for order in ([0, 1, 2], [2, 0, 1]):
+        moved = matrix[np.ix_(order, order)]
+        assert exact_rank(moved) == rank
+        assert is_positive_definite(moved) is (rank == 3)
+        assert is_positive_definite(moved, or_semi=True) is (rank is not None)
 
 
 def test_doubles_of_a_config_mean_decimals():

@@ -1,7 +1,6 @@
 """Protects the fingerprint of the equations: it changes with them, and with nothing else."""
 
 from functools import partial
-from typing import Any
 
 import pytest
 from support.paper_runs import paper_config
@@ -9,7 +8,6 @@ from support.paper_runs import paper_config
 import rbstab
 from rbstab.analysis.fingerprint import fingerprint
 from rbstab.config.build import system_of
-from rbstab.config.schema import Config
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
@@ -17,18 +15,18 @@ from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.mechanics.motion import Wrench
 
 
-def embedded() -> Config:
+def embedded():
     return rbstab.load_config(paper_config("embedded", with_gravity=True))
 
 
-def of(config: Config) -> str:
+def of(config):
     return fingerprint(partial(system_of, config))
 
 
-def scaled(method: Any) -> Any:
+def scaled(method):
     """Return a method whose value is larger by one in 1e12."""
 
-    def changed(*arguments: Any) -> Any:
+    def changed(*arguments):
         value = method(*arguments)
         factor = 1 + 2.0**-40
         if isinstance(value, Wrench):
@@ -47,9 +45,7 @@ def scaled(method: Any) -> Any:
         (EmbeddedConnector, "rates"),
     ],
 )
-def test_a_changed_equation_changes_the_id(
-    monkeypatch: pytest.MonkeyPatch, element: type, method: str
-) -> None:
+def test_a_changed_equation_changes_the_id(monkeypatch, element, method):
     config = embedded()
     before = proof_id(config)
     monkeypatch.setattr(element, method, scaled(getattr(element, method)))
@@ -58,11 +54,11 @@ def test_a_changed_equation_changes_the_id(
     assert proof_id(config) != before
 
 
-def test_a_rearranged_equation_does_not(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_rearranged_equation_does_not(monkeypatch):
     config = embedded()
     before = of(config)
 
-    def stored(self: RotationalStabilizer, motion: Any, own: Any) -> Any:
+    def stored(self, motion, own):
         """Return ½ Σ K_ij θ_i θ_j, in another order, with an identity of sine and cosine."""
         first = motion.Theta[0]
         one = first.sin() * first.sin() + first.cos() * first.cos()
@@ -80,6 +76,6 @@ def test_a_rearranged_equation_does_not(monkeypatch: pytest.MonkeyPatch) -> None
 @pytest.mark.parametrize(
     ("variant", "names"), [("permanent", ("manifold", "reduced")), ("free", ("Z", "W"))]
 )
-def test_equivalent_coordinates_have_the_same(variant: str, names: tuple[str, str]) -> None:
+def test_equivalent_coordinates_have_the_same(variant, names):
     one, two = (rbstab.load_config(paper_config(variant, coordinates=name)) for name in names)
     assert proof_id(one) == proof_id(two)

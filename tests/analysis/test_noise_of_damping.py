@@ -10,15 +10,13 @@ from support.evidence import (
     VIOLATED,
     check,
     evidence,
-    refuse_exact_arithmetic,
     settled,
     state_of,
     states_of,
     stretched,
 )
-from support.rest import K_C, paper_system, system_of
+from support.rest import K_C, paper_system
 
-from rbstab.analysis.certificate.checks import checks_of
 from rbstab.analysis.certificate.verdict import overall
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.visco_elastic import ViscoElasticConnector
@@ -66,15 +64,6 @@ def on_a_slope(system):
         K_s=np.full(3, 500.0), rate_weight=1.0, slope=20.0, layer_width=1.0, mode=mode
     )
     return replace(system, elements=(*system.elements, connector))
-
-
-@pytest.mark.parametrize("variant", ["permanent", "embedded", "slope"])
-def test_an_ordinary_run_needs_no_exact_arithmetic(monkeypatch, variant):
-    refuse_exact_arithmetic(monkeypatch)
-    slope = variant == "slope"
-    system = on_a_slope(system_of("free")) if slope else system_of(variant)
-    run = evidence(system, states_of(system), has_potential=not slope)
-    assert {line.verdict for line in checks_of(run)} == {CONSISTENT}
 
 
 @pytest.mark.parametrize("slope", [False, True])

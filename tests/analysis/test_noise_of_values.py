@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.evidence import CONSISTENT, UNKNOWN, VIOLATED, check, settled
 
-from rbstab.analysis.certificate.value_checks import breakpoints, decrease, supplied
+from rbstab.analysis.certificate.checks import breakpoints, decrease, supplied
 from rbstab.analysis.exact import ball
 
 

@@ -2,7 +2,6 @@
 same outcome; and what a proof shows of itself.
 """
 
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -14,7 +13,7 @@ SHORT = ["integration.duration=0.01", "integration.samples=3"]
 
 
 @pytest.mark.parametrize("kind", ["path", "text of a path", "plain data", "config"])
-def test_every_kind_of_argument(kind: str, tmp_path: Path) -> None:
+def test_every_kind_of_argument(kind, tmp_path):
     path = tmp_path / "a.yaml"
     path.write_text(PERMANENT)
     config = rbstab.load_config(path)
@@ -28,7 +27,7 @@ def test_every_kind_of_argument(kind: str, tmp_path: Path) -> None:
     assert rbstab.simulate(short).attributes["title"] == config.title
 
 
-def test_a_config_is_returned_as_it_is_and_never_changed() -> None:
+def test_a_config_is_returned_as_it_is_and_never_changed():
     config = rbstab.load_config(plain(PERMANENT))
     assert rbstab.load_config(config) is config
     changed = rbstab.load_config(config, "body.mass=50")
@@ -37,7 +36,7 @@ def test_a_config_is_returned_as_it_is_and_never_changed() -> None:
         rbstab.load_config(config, "mass=50")
 
 
-def test_a_proof_shows_itself() -> None:
+def test_a_proof_shows_itself():
     proof = rbstab.prove(plain(PERMANENT))
     assert repr(proof) == f"<rbstab.Proof: 1 rest state, proved to be all, {proof.examined} boxes>"
     assert str(proof) == repr(proof)

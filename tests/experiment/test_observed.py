@@ -31,7 +31,7 @@ def problem(name, samples=23):
 def test_samples_are_those_of_the_equations(name):
     given = problem(name)
     trajectory = engine("heyoka")(given)
-    found = record._observed(given.system, trajectory, None, only_outcome=False)
+    found = record._observed(given.system, trajectory, None)
     systems = trajectory.systems or (given.system,) * len(trajectory.times)
     names = [element.name for element in given.system.elements]
     for row, (system, y, t) in enumerate(
@@ -64,8 +64,8 @@ def test_samples_after_the_deadline_are_left_out():
     trajectory = engine("heyoka")(given)
     ticks = iter(range(1000))
     deadline = Deadline(10.0, clock=lambda: float(next(ticks)))
-    found = record._observed(given.system, trajectory, deadline, only_outcome=False)
-    whole = record._observed(given.system, trajectory, None, only_outcome=False)
+    found = record._observed(given.system, trajectory, deadline)
+    whole = record._observed(given.system, trajectory, None)
     # The clock is read at the start, and before each sample but the first: at the twelfth, it is
     # 1 s late.
     assert {len(array) for array in found.values()} == {11}

@@ -107,16 +107,3 @@ def test_first_row_is_the_initial_state_of_the_config(coordinates):
     result = rbstab.simulate(paper_config("embedded", True, initial=initial, **short))
     for name, value in initial.items():
         np.testing.assert_allclose(result[name][0], value, rtol=0, atol=1e-15, err_msg=name)
-
-
-@each_variant
-def test_lyapunov_function_is_the_energy_above_rest(variant):
-    result = paper_run(variant, True, "scipy")
-    np.testing.assert_allclose(
-        result["lyapunov"], result["energy"].sum(axis=1) - result["energy_at_rest"], rtol=1e-14
-    )
-    np.testing.assert_allclose(
-        result["lyapunov_rate"], -result["dissipation"].sum(axis=1), rtol=1e-14
-    )
-    assert result["energy_at_rest"].shape == ()
-    assert result["energy_at_rest"] < 0

@@ -14,7 +14,7 @@ LEVEL = 0.750629
 """J: the least energy on the border, at θ3 = ±π, of `body(1.0)`: U is 0 at rest."""
 
 
-def body(size: float, **initial):
+def body(size, **initial):
     """Return a body whose energies are all `size` times those of the same body of size 1."""
     return load_config(
         {
@@ -33,7 +33,7 @@ def body(size: float, **initial):
 
 
 @cache
-def proof_of(size: float):
+def proof_of(size):
     return prove(body(size))
 
 

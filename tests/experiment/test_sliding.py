@@ -53,13 +53,6 @@ def test_every_audit_closes(law, gravity):
     assert result["lyapunov"][-1] < result["lyapunov"][0]
 
 
-def test_no_lyapunov_function_of_its_own_on_a_slope():
-    """On a slope the work of the force replaces the potential (eq. 28)."""
-    result = run(**LAWS["slope"])
-    parts = result["part"].tolist()
-    assert (result["energy"][:, parts.index("connector")] == -result["contact_work"]).all()
-
-
 def test_a_stored_potential_on_the_position():
     """The potential is Σ K_s |E|, J."""
     result = run(**LAWS["position"])

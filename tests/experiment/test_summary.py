@@ -11,7 +11,6 @@ from support.paper_runs import paper_config
 import rbstab
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.build import problem_of
-from rbstab.experiment.answers.result import Result
 from rbstab.experiment.summary import at_rest_from, half_unit, settling_time_of, summary_of
 from rbstab.integrate import step_ends
 from rbstab.integrate.straight_line.equations import StraightLine
@@ -23,24 +22,24 @@ ROOT = Path(__file__).parents[2]
 each_engine = pytest.mark.parametrize("engine", ["scipy", "heyoka"])
 
 
-def config_of(samples: int, spin: tuple[int, int, int], engine: str) -> dict:
+def config_of(samples, spin, engine):
     config = paper_config("visco-elastic", duration=1.5, samples=samples, rtol=1e-9, engine=engine)
     config["initial"]["angular_velocity"] = list(spin)
     return config
 
 
 @cache
-def run(samples: int, spin: tuple[int, int, int], engine: str = "scipy") -> Result:
+def run(samples, spin, engine="scipy"):
     return rbstab.simulate(rbstab.load_config(config_of(samples, spin, engine)))
 
 
-def watched(system: System, y: np.ndarray) -> np.ndarray:
+def watched(system, y):
     seen = system.observe(y)
     return np.array([*seen.motion.E, seen.motion.Theta[1], seen.energy.sum()])
 
 
 @cache
-def exact(spin: tuple[int, int, int]) -> tuple[np.ndarray, float, float, float]:
+def exact(spin):
     """Return the peaks of E, |E| and |θ2|, and the settling time, of 100,001 accurate samples.
 
     Parabolas through a largest sample and its neighbours are as accurate as 1e-9 of it.
@@ -61,7 +60,7 @@ def exact(spin: tuple[int, int, int]) -> tuple[np.ndarray, float, float, float]:
     return np.array(by_axis), distance, pitch, float(settled)
 
 
-def parabola(values: np.ndarray) -> float:
+def parabola(values):
     """Return the top of the parabola through the largest value and its neighbours."""
     best = int(np.clip(values.argmax(), 1, len(values) - 2))
     before, at, after = values[best - 1 : best + 2]

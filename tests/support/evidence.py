@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rbstab.analysis.certificate import damping_check, rate_check, value_checks
-from rbstab.analysis.certificate.checks import checks_of
+from rbstab.analysis.certificate import checks
 from rbstab.analysis.certificate.evidence import Evidence
 from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.analysis.exact import exact_rest_energy
@@ -57,7 +56,7 @@ def round_off(system, start):
 
 def check(run, name):
     """Return the check of a run with this name."""
-    (found,) = [line for line in checks_of(run) if line.check == name]
+    (found,) = [line for line in checks.checks_of(run) if line.check == name]
     return found
 
 
@@ -86,13 +85,3 @@ def settled(**changes):
     y = system.start(rest.motion, np.zeros(0))
     start = y + 1e-3 * np.eye(12)[9]
     return evidence(system, [start, y], **changes)
-
-
-def refuse_exact_arithmetic(monkeypatch):
-    """Let a test fail if a check uses exact arithmetic."""
-
-    def refuse(_):
-        raise AssertionError("exact arithmetic was used")
-
-    for module in (damping_check, rate_check, value_checks):
-        monkeypatch.setattr(module, "in_balls", refuse)

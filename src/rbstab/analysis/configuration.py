@@ -71,7 +71,7 @@ class Configurations:
 
     def spring(self, q: Array) -> Number:
         """Return the energy, J, of what keeps the entries of q that do not count."""
-        return 0.0
+        return 0
 
     def configuration(self, motion: Motion, own: Array) -> Array:
         """Return the configuration q of a motion and of the elements' own states."""
@@ -83,18 +83,15 @@ class Configurations:
         return self.system.motion(self.state(q))
 
     def energy(self, q: Array) -> Number:
-        """Return the energy stored in the elements, J."""
-        if q.dtype.kind in "fc" and self._fast_energies is not None:
-            return sum(self._fast_energies(self.placed(q)))
-        y = self.state(q)
-        return with_modes_at(self.system, y).potential_energy(y)
+        """Return the energy stored in the elements, and in what keeps θ2, J."""
+        return sum(self.energies(q).tolist()) + self.spring(q)
 
     def energies(self, q: Array) -> Array:
         """Return the energy stored in each element, shape (elements,), J."""
         if q.dtype.kind in "fc" and self._fast_energies is not None:
             return self._fast_energies(self.placed(q))
-        system = with_modes_at(self.system, self.state(q))
-        return np.array(stored_energies(system, self.motion(q), q[self.pose_size :]))
+        y = self.state(q)
+        return stored_energies(with_modes_at(self.system, y), y)
 
     @cached_property
     def _fast_energies(self) -> "_FastEnergies | None":
@@ -132,10 +129,6 @@ class TouchingConfigurations(Configurations):
         away = q[PITCH] - self.pitch
         return 0.5 * away * away
 
-    def energy(self, q: Array) -> Number:
-        """Return the energy stored in the elements and in the spring of θ2, J."""
-        return super().energy(q) + self.spring(q)
-
 
 class _FastEnergies:
     """The energy stored in each element as a function of q: the equations as `StraightLine`.
@@ -162,27 +155,22 @@ class _FastEnergies:
 
 
 def _energies_at(system: System, q: Array) -> Array:
-    at_rest = Configurations(system)
-    return np.array(stored_energies(system, at_rest.motion(q), q[at_rest.pose_size :]))
+    return stored_energies(system, Configurations(system).state(q))
 
 
 def _guards_at(system: System, q: Array) -> Array:
     return guards_at(system, Configurations(system).state(q))
 
 
-def stored_energies(system: System, motion: Motion, own: Array) -> list[Number]:
-    """Return the energy stored in each element, J, without computing any force.
+def stored_energies(system: System, y: Array) -> Array:
+    """Return the energy stored in each element, shape (elements,), J, without computing any force.
 
     Args:
-        system: The system, in the modes of the motion.
-        motion: The motion of its body.
-        own: The own states of all elements, one after the other.
+        system: The system, in the modes of the state.
+        y: The state vector.
     """
-    energies, end = [], 0
-    for element in system.elements:
-        begin, end = end, end + element.state_size
-        energies.append(element.stored(motion, own[begin:end]))
-    return energies
+    motion = system.motion(y)
+    return np.array([element.stored(motion, own) for element, own in system.with_states(y)])
 
 
 def configurations(system: System) -> Configurations:

@@ -19,7 +19,7 @@ from rbstab.analysis.rest_state import RestState
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array, entrywise
 from rbstab.systems.parameters import map_parameters
-from rbstab.systems.system import System
+from rbstab.systems.system import Observation, System
 
 PRECISION = 1024
 """Bits of a ball. Terms of 1e150 may cancel down to 1e-150."""
@@ -90,23 +90,15 @@ def exact_powers(system: System, y: Array, t: float = 0.0) -> ExactPowers:
     )
 
 
-def exact_energy(system: System, y: Array, t: float = 0.0) -> Ball:
-    """Return the sum of all energies at a state vector and a time, J; call it by `in_balls`."""
-    return sum(exact_system(system).observe(balls(y), ball(t)).energy.tolist(), ball(0.0))
+def exact_observation(system: System, y: Array, t: float = 0.0) -> Observation:
+    """Return what is observed at a state vector and a time, s, as balls; call it by `in_balls`."""
+    return exact_system(system).observe(balls(y), ball(t))
 
 
 def exact_rest_energy(system: System, rest: RestState) -> Ball:
     """Return the energy of a rest state of a system, J; call it by `in_balls`."""
     at_rest = configurations(exact_system(system))
     return ball(0.0) + at_rest.energy(balls(at_rest.configuration(rest.motion, rest.own)))
-
-
-def exact_dissipation(system: System, y: Array, part: int, t: float = 0.0) -> Ball:
-    """Return the power that one part dissipates at a state vector and a time, W.
-
-    Call it by `in_balls`.
-    """
-    return ball(0.0) + exact_system(system).observe(balls(y), ball(t)).dissipation[part]
 
 
 def exact_system(system: System) -> System:
@@ -169,28 +161,17 @@ def is_positive_definite(matrix: Array, *, or_semi: bool = False) -> bool:
 def exact_rank(matrix: Array) -> int | None:
     """Return the rank of the symmetric part of a square matrix; None if an eigenvalue is negative.
 
-    Its pivots are computed in rational numbers, without round-off.
+    If none of the eigenvalues λ is negative, no coefficient of the polynomial Π (x + λ) is, and as
+    many as their rank follow its first one that is not zero. All are rational, without round-off.
 
     Args:
         matrix: The matrix, of doubles or of rational numbers, shape (n, n).
     """
-    exact = [[Fraction(x) for x in row] for row in matrix.tolist()]
-    # Twice the symmetric part.
-    rows = [
-        [x + other[i] for x, other in zip(row, exact, strict=True)] for i, row in enumerate(exact)
-    ]
-    rank = 0
-    while rows:
-        pivot, *row = rows[0]
-        # A zero on the diagonal beside another entry makes x'Mx negative for some x.
-        if pivot < 0 or (pivot == 0 and any(row)):
-            return None
-        rank += pivot > 0
-        rows = [
-            [entry - row[i] * row[j] / (pivot or 1) for j, entry in enumerate(rest)]
-            for i, (_, *rest) in enumerate(rows[1:])
-        ]
-    return rank
+    exact = _rational(matrix)
+    # Of twice the symmetric part, (-1)^n det(-xI - M).
+    coefficients = (exact + exact.transpose()).charpoly().coeffs()[::-1]
+    signed = [(-1) ** order * coefficient for order, coefficient in enumerate(coefficients)]
+    return None if min(signed) < 0 else sum(one > 0 for one in signed) - 1
 
 
 def kernel(matrix: Array) -> list[Array]:
@@ -201,16 +182,21 @@ def kernel(matrix: Array) -> list[Array]:
     Args:
         matrix: M, of doubles or of rational numbers, shape (m, n).
     """
-    from flint import fmpq, fmpq_mat
-
-    height, count = matrix.shape
-    numbers = [fmpq(*Fraction(x).as_integer_ratio()) for x in matrix.ravel().tolist()]
-    reduced, rank = fmpq_mat(height, count, numbers).rref()
+    reduced, rank = _rational(matrix).rref()
     rows = [[Fraction(int(x.p), int(x.q)) for x in row] for row in reduced.tolist()[:rank]]
     pivots = [next(k for k, entry in enumerate(row) if entry) for row in rows]
     basis = []
-    for free in sorted(set(range(count)) - set(pivots)):
-        vector = np.array([Fraction(k == free) for k in range(count)], dtype=object)
+    for free in sorted(set(range(matrix.shape[1])) - set(pivots)):
+        vector = np.array([Fraction(k == free) for k in range(matrix.shape[1])], dtype=object)
         vector[pivots] = [-row[free] for row in rows]
         basis.append(vector)
     return basis
+
+
+def _rational(matrix: Array) -> Any:
+    """Return a matrix of doubles or of rational numbers as one of python-flint, exactly."""
+    from flint import fmpq, fmpq_mat  # imported late, as in `ball`
+
+    rows, columns = matrix.shape
+    numbers = [fmpq(*Fraction(x).as_integer_ratio()) for x in matrix.ravel().tolist()]
+    return fmpq_mat(rows, columns, numbers)

@@ -184,19 +184,20 @@ def _combined(matrix: Array, data: Array) -> Array:
 
 
 class _Polynomials(NamedTuple):
-    """Polynomials on steps, p of them.
+    """Polynomials on steps, p of them, with the points at which they are looked at.
 
     Attributes:
         coefficients: By the powers of the share of the step, shape (8, p).
         errors: The same of the estimates of their errors.
-        at_shares: The values at `SHARES`, shape (PARTS + 1, p).
-        turns: The number of a polynomial, the share and the value for each turning point.
+        shares: The `SHARES`, and then the turning point in each part of the step, shape (points,
+            p); -1 in a part without one.
+        values: The values there; 0 in a part without a turning point.
     """
 
     coefficients: Array
     errors: Array
-    at_shares: Array
-    turns: tuple[Array, Array, Array]
+    shares: Array
+    values: Array
 
     @classmethod
     def of(cls, steps: Steps, quantity: Array, step: Array) -> "_Polynomials":
@@ -206,7 +207,7 @@ class _Polynomials(NamedTuple):
         for order in range(1, ORDERS):
             data[:, order:] *= steps.length[step]
         data = data.reshape(2 * ORDERS, -1)
-        best = _combined(BEST, data)
+        best, at_shares = _combined(BEST, data), _combined(AT_SHARES, data)
         slopes = _combined(SLOPES_AT_SHARES, data)
         part, number = np.nonzero((slopes[:-1] > 0) != (slopes[1:] > 0))
         turning, sign = best[:, number], np.where(slopes[part, number] > 0, 1.0, -1.0)
@@ -214,40 +215,40 @@ class _Polynomials(NamedTuple):
         def slope(s: Array) -> Array:
             return sign * np.array(_evaluated(turning, s)[1:])
 
-        share = _root(SHARES[part], SHARES[part + 1], slope)
-        turns = number, share, _evaluated(turning, share)[0]
-        return cls(best, best - _combined(LOWER, data), _combined(AT_SHARES, data), turns)
+        shares = np.full((len(SHARES) + PARTS, len(step)), -1.0)
+        shares[: len(SHARES)] = SHARES[:, np.newaxis]
+        values = np.vstack([at_shares, np.zeros((PARTS, len(step)))])
+        turn = len(SHARES) + part, number
+        shares[turn] = _root(SHARES[part], SHARES[part + 1], slope)
+        values[turn] = _evaluated(turning, shares[turn])[0]
+        return cls(best, best - _combined(LOWER, data), shares, values)
 
-    def errors_at(self, s: Array, numbers: Array | slice = slice(None)) -> Array:
-        """Return the estimated errors of some values at shares of the steps."""
-        return np.abs(_evaluated(self.errors[:, numbers], s)[0])
+    def errors_at(self, s: Array) -> Array:
+        """Return the estimated errors of the values at shares of the steps, shape (..., p)."""
+        return np.abs(_evaluated(self.errors, s)[0])
 
     def farthest(self) -> tuple[Array, Array]:
         """Return the shares of the steps farthest from zero, and the values there."""
-        count = self.at_shares.shape[1]
-        best = np.abs(self.at_shares).argmax(axis=0)
-        number = np.append(self.turns[0], np.arange(count))
-        share = np.append(self.turns[1], SHARES[best])
-        value = np.append(self.turns[2], self.at_shares[best, np.arange(count)])
-        order = np.lexsort((np.abs(value), number))
-        chosen = order[np.searchsorted(number[order], np.arange(count), side="right") - 1]
-        return share[chosen], value[chosen]
+        best = np.abs(self.values).argmax(axis=0), np.arange(self.values.shape[1])
+        return self.shares[best], self.values[best]
 
     def last_above(self, level: Array) -> tuple[Array, Array]:
         """Return whether each polynomial reaches its level, and the last share at which it does."""
-        above = self.at_shares >= level
-        share = np.where(above.any(axis=0), SHARES[PARTS - above[::-1].argmax(axis=0)], -1.0)
-        number, turn, value = self.turns
-        higher = value >= level[number]
-        np.maximum.at(share, number[higher], turn[higher])
-        reached, low = share >= 0, np.maximum(share, 0.0)
+        share = np.where(self.values >= level, self.shares, -1.0).max(axis=0)
+        low = np.maximum(share, 0.0)
         high = SHARES[np.minimum(np.searchsorted(SHARES, low, side="right"), PARTS)]
 
         def excess(s: Array) -> tuple[Array, Array]:
             value, slope, _ = _evaluated(self.coefficients, s)
             return value - level, slope
 
-        return reached, _root(low, high, excess)
+        return share >= 0, _root(low, high, excess)
+
+    def grazing(self, level: Array) -> Array:
+        """Return whether a turning point is at the level of each polynomial within its error."""
+        shares, values = self.shares[PARTS + 1 :], self.values[PARTS + 1 :]
+        near = np.abs(values - level) <= self.errors_at(shares)
+        return np.any(near & (shares >= 0), axis=0)
 
 
 def _evaluated(coefficients: Array, s: Array) -> tuple[Array, Array, Array]:
@@ -383,11 +384,8 @@ def _crossings_in(
     error = np.where(np.isfinite(error), error, length)
     time = steps.begin[step] + share * length
     # A level that the quantity only just reaches is decided by shorter steps, too.
-    number, turn, top = polynomials.turns
-    grazing = np.zeros(len(step), dtype=bool)
-    errors = polynomials.errors_at(turn, number)
-    grazing[number[np.abs(top - level[number]) <= errors]] = True
-    for place in np.flatnonzero((error > OF_TIME * time) | grazing).tolist():
+    vague = (error > OF_TIME * time) | polynomials.grazing(level)
+    for place in np.flatnonzero(vague).tolist():
         parts = steps.divide(int(step[place]))
         if parts is None:
             continue

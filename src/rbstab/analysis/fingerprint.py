@@ -70,7 +70,7 @@ class Residue:
         return self._combine(other, operator.add)
 
     def __sub__(self, other: Any) -> "Residue":
-        return self._combine(other, operator.sub)
+        return self + -other
 
     def __rsub__(self, other: Any) -> "Residue":
         return -self + other
@@ -82,7 +82,7 @@ class Residue:
         return self._combine(other, lambda one, two: one * pow(two, -1, P))
 
     def __rtruediv__(self, other: Any) -> "Residue":
-        return NotImplemented if isinstance(other, np.ndarray) else residue(other) / self
+        return other * Residue(pow(self.value, -1, P))
 
     def __neg__(self) -> "Residue":
         return Residue(-self.value)

@@ -13,7 +13,7 @@ from rbstab.analysis.configuration import (
     as_at_rest,
     configurations,
 )
-from rbstab.analysis.descents.descent import SingleEnergy, descend, numerical_hessian
+from rbstab.analysis.descents.descent import descend_one, numerical_hessian
 from rbstab.analysis.descents.kinked import descend_to_kinks, has_kinks
 from rbstab.mechanics.attitude import in_range, is_upright
 from rbstab.mechanics.derivatives import jacobian
@@ -139,9 +139,6 @@ def _descended(
 ) -> RestState:
     """Return the state in which a descent ends, at a rest state or at the largest |θ2|."""
 
-    def energy(_rows: Array, q: Array) -> SingleEnergy:
-        return SingleEnergy(at_rest.energy, q[:, 0])
-
     def is_inside(q: Array) -> Array:
         Theta = q[ORIENTATION]
         inside: Array = is_upright(Theta) & (np.abs(Theta[PITCH]) <= largest_pitch)
@@ -151,8 +148,7 @@ def _descended(
     if has_kinks(at_rest.system):
         at = descend_to_kinks(at_rest, q, tolerance, is_late, is_inside)
         return replace(rest_state_at(at_rest, at.q), gradient=at.gradient, on_kink=at.on_kink)
-    ends, _, (found,) = descend(energy, q[:, np.newaxis], np.array([tolerance]), is_late, is_inside)
-    end = ends[:, 0]
+    end, found = descend_one(lambda _: at_rest.energy, q, tolerance, is_late, is_inside)
     # A rest state from which it begins is kept as it is.
     return rest_state_at(at_rest, _polished(at_rest, end) if found and np.any(end != q) else end)
 

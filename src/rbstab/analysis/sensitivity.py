@@ -75,31 +75,21 @@ class Shifted(NamedTuple):
     legs: Mapping[str, Array]
 
 
-PEAKS = slice(0, 3)
-"""The peaks of E by axis, in `Baseline.evaluation_times`."""
-
-LARGEST_DISTANCE, LARGEST_VALUE, SETTLING, END = 3, 4, 5, 6
-"""The largest |E|, the largest v, the settling time and the end of the run, in
-`Baseline.evaluation_times`."""
-
-
 @dataclass(frozen=True, eq=False)
 class Baseline:
-    """A run, its systems, its rest state, and the times of its extremes.
+    """A run, its systems, its rest state and its outcome.
 
-    evaluation_times, shape (7,), s, are the times of the peak of each axis, of the largest |E|, of
-    the value of v from which settling counts, of settling (the end if the run does not settle), and
-    of the end. That value is v(0), or the largest v if inputs supply power. interior_peaks, shape
-    (3,), marks the peaks that are turning points and not at an end of the run.
+    distance_time, s, is that of the largest |E|. value_time, s, is that of the value of v from
+    which settling counts: of v(0), or of the largest v if inputs supply power.
     """
 
     problem: Problem
     course: Course
     rest: RestState
     compiled: VariationalSystem
-    evaluation_times: Array
-    interior_peaks: Array
     outcome: Outcome
+    distance_time: float
+    value_time: float
 
 
 def baseline(problem: Problem) -> Baseline:
@@ -111,7 +101,7 @@ def baseline(problem: Problem) -> Baseline:
     """
     course, resting = course_of(problem, TOLERANCE), smooth_rest_system(problem)
     compiled = variational_system(course.first)
-    begin, end = span = np.array([problem.times[0], problem.times[-1]])
+    span = problem.times[[0, -1]]
     nearest = nearest_rest_state(resting)
     zero = nearest.energy
 
@@ -129,7 +119,7 @@ def baseline(problem: Problem) -> Baseline:
     own, moved = last[problem.system.coordinates.size :], problem.system.motion(last)
     rest = lyapunov_zero(resting, moved, own, nearest).rest
     zero = rest.energy
-    values = {float(begin): value(course.first, problem.start)}
+    values = {float(span[0]): value(course.first, problem.start)}
     if problem.system.supplies:
         found = run(np.unique(np.concatenate([coarse.times, coarse.power_zeros])))
         pairs = zip(found.times.tolist(), found.states, strict=True)
@@ -145,27 +135,23 @@ def baseline(problem: Problem) -> Baseline:
     near = ends_near_rest(ends, np.array([abs(largest)]), away[None], np.array([noise]))[0]
     if rest.is_at_rest and near and ends[0] < level:
         # A motion that begins at rest has settled then.
-        crossings = [*([begin] if largest < level else []), *coarse.crossings]
+        crossings = [*([span[0]] if largest < level else []), *coarse.crossings]
         settling = float(crossings[-1]) if crossings else np.nan
     impacts = [one.time for one in course.transitions if one.impact]
     times = np.unique(np.concatenate([span, *coarse.turning_times, coarse.crossings, impacts]))
     trajectory = run(times)
     E = np.array([problem.system.motion(y).E for y in trajectory.states])
-    sizes = np.column_stack([np.abs(E), np.linalg.norm(E, axis=1)])
-    peaks = np.argmax(sizes, axis=0)
-    settled = end if np.isnan(settling) else settling
-    at_peaks = times[peaks[PEAKS]]
+    distance = np.linalg.norm(E, axis=1)
+    peaks, farthest = np.abs(E).argmax(axis=0), distance.argmax()
     outcome = Outcome(
         _final(problem.system.observe(trajectory.states[-1])),
-        E[peaks[PEAKS], range(3)],
-        at_peaks,
-        float(sizes[peaks[LARGEST_DISTANCE], LARGEST_DISTANCE]),
+        E[peaks, range(3)],
+        times[peaks],
+        float(distance[farthest]),
         settling,
         float(trajectory.lyapunov_integral[-1]) if rest.is_at_rest else np.nan,
     )
-    evaluation_times = np.array([*times[peaks], largest_at, settled, end])
-    interior_peaks = (at_peaks > begin) & (at_peaks < end)
-    return Baseline(problem, course, rest, compiled, evaluation_times, interior_peaks, outcome)
+    return Baseline(problem, course, rest, compiled, outcome, float(times[farthest]), largest_at)
 
 
 def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
@@ -192,51 +178,39 @@ def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
         _rest_energy_derivative(base, shifted.system),
         shifted.legs,
     )
-    times, order = np.unique(
-        np.append(base.evaluation_times, base.problem.times[0]), return_inverse=True
-    )
+    outcome, course = base.outcome, base.course
+    begin, end = base.problem.times[[0, -1]].tolist()
+    needed = [begin, end, *outcome.peak_times, base.distance_time, base.value_time]
+    if not np.isnan(outcome.settling_time):
+        needed.append(outcome.settling_time)
+    times = np.unique(needed)
     trajectory = _completed(
-        base.compiled.integrate(base.problem, base.course, times, Levels(base.rest.energy), tangent)
+        base.compiled.integrate(base.problem, course, times, Levels(base.rest.energy), tangent)
     )
-    states = trajectory.states + 1j * STEP * trajectory.tangents
-    observations = [
-        tangent.like(base.course.system_at(t), t).observe(y, t)
-        for y, t in zip(states, times.tolist(), strict=True)
-    ]
-    observed = [observations[index] for index in order]
+    states = dict(zip(times.tolist(), trajectory.states, strict=True))
+    seen = {
+        t: tangent.like(course.system_at(t), t).observe(y + 1j * STEP * z, t)
+        for (t, y), z in zip(states.items(), trajectory.tangents, strict=True)
+    }
     passages = trajectory.passages
     impacts = {time: one.delay for time, one in passages.items() if one.impact}
-    peak_time_slopes = _peak_time_derivatives(base, impacts, trajectory.states[order], observed)
-    at_peaks = [observation.motion for observation in observed[PEAKS]]
-    peaks = [_derivative(motion.E[axis]) for axis, motion in enumerate(at_peaks)]
-    rates = [motion.F[axis].real for axis, motion in enumerate(at_peaks)]
+    peaks, peak_times = np.zeros((2, 3))
+    for axis, t in enumerate(outcome.peak_times.tolist()):
+        motion = seen[t].motion
+        if begin < t < end:
+            ahead = states[t] + 1j * STEP * course.system_at(t).rates(states[t], t)
+            change = _derivative(base.problem.system.motion(ahead).F[axis])
+            with np.errstate(all="ignore"):
+                peak_times[axis] = impacts.get(t, -_derivative(motion.F[axis]) / change)
+        peaks[axis] = _derivative(motion.E[axis]) + motion.F[axis].real * peak_times[axis]
     return Outcome(
-        _derivative(_final(observed[END])),
-        np.array(peaks) + np.array(rates) * peak_time_slopes,
-        peak_time_slopes,
-        _distance_derivative(base, impacts, observed[LARGEST_DISTANCE].motion),
-        _settling_derivative(base, passages, observed, tangent.rest_energy),
+        _derivative(_final(seen[end])),
+        peaks,
+        peak_times,
+        _distance_derivative(base, impacts, seen[base.distance_time].motion),
+        _settling_derivative(base, passages, seen, tangent.rest_energy),
         float(trajectory.lyapunov_integral_tangent[-1]),
     )
-
-
-def _peak_time_derivatives(
-    base: Baseline, impacts: Mapping[float, float], states: Array, observed: list[Observation]
-) -> Array:
-    """Return the derivative of the time of the peak of each axis, shape (3,), s.
-
-    It is -(∂F/∂s)/Ḟ at a turning point, that of the impact at an impact, and 0 at an end of the
-    run.
-    """
-    derivatives = np.zeros(3)
-    for axis in np.flatnonzero(base.interior_peaks):
-        time = float(base.evaluation_times[axis])
-        rates = base.course.system_at(time).rates(states[axis], time)
-        ahead = base.problem.system.motion(states[axis] + 1j * STEP * rates)
-        with np.errstate(all="ignore"):
-            turning = -_derivative(observed[axis].motion.F[axis]) / _derivative(ahead.F[axis])
-        derivatives[axis] = impacts.get(time, turning)
-    return derivatives
 
 
 def _distance_derivative(base: Baseline, impacts: Mapping[float, float], motion: Motion) -> float:
@@ -245,18 +219,17 @@ def _distance_derivative(base: Baseline, impacts: Mapping[float, float], motion:
     t moves with an impact. Elsewhere E'F = 0, or t is an end of the run and stays there.
     """
     distance, E = base.outcome.largest_distance, motion.E
-    delay = impacts.get(float(base.evaluation_times[LARGEST_DISTANCE]), 0.0)
-    change = _derivative(E) + motion.F.real * delay
+    change = _derivative(E) + motion.F.real * impacts.get(base.distance_time, 0.0)
     return float(E.real @ change) / distance if distance > 0 else 0.0
 
 
 def _settling_derivative(
     base: Baseline,
     passages: Mapping[float, Passage],
-    observed: list[Observation],
+    seen: Mapping[float, Observation],
     rest_slope: float,
 ) -> float:
-    time, largest_at = base.outcome.settling_time, float(base.evaluation_times[LARGEST_VALUE])
+    time, largest_at = base.outcome.settling_time, base.value_time
     # A motion that begins at rest has no derivative: any change of its start delays it at once.
     if np.isnan(time) or time == base.problem.times[0]:
         return np.nan
@@ -265,13 +238,13 @@ def _settling_derivative(
     if largest_at in passages:
         largest_slope = passages[largest_at].energy_slope
     else:
-        largest_slope = float(_derivative(observed[LARGEST_VALUE].energy.sum()))
+        largest_slope = float(_derivative(seen[largest_at].energy.sum()))
     if np.isnan(largest_slope):
         raise NotDifferentiableError(
             f"elements: v is largest at t = {largest_at:.9g} s, where several inputs change, so "
             "that the settling time has no derivatives (expected changes one after another)"
         )
-    settling = observed[SETTLING]
+    settling = seen[time]
     level = SETTLED_FRACTION * (largest_slope - rest_slope)
     excess = _derivative(settling.energy.sum()) - rest_slope - level
     with np.errstate(all="ignore"):

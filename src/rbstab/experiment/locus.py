@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -29,13 +30,12 @@ from rbstab.mechanics.numbers import Array
 class LocusPoint(NamedTuple):
     """One point of a root locus: the factor on the gain, and the linearised system.
 
-    If found is False, the descent found no rest state within the range, and linearisation is None.
-    orientation is Θ of the rest state, rad; None without one.
+    orientation is Θ of the rest state, rad. Both are None if the descent found no rest state within
+    the range, or one without derivatives.
     """
 
     factor: float
-    found: bool
-    linearisation: Linearisation | None
+    linearisation: Linearisation | None = None
     orientation: tuple[float, ...] | None = None
 
 
@@ -82,8 +82,8 @@ def _point(factor: float, config: Config) -> LocusPoint:
     if rest.found and not rest.on_kink:
         with suppress(NoDerivativesError):
             linear = linearise(system, rest.motion, rest.own)
-            return LocusPoint(factor, True, linear, tuple(rest.motion.Theta.tolist()))
-    return LocusPoint(factor, False, None)
+            return LocusPoint(factor, linear, tuple(rest.motion.Theta.tolist()))
+    return LocusPoint(factor)
 
 
 def stable_from(config: Config, number: NamedNumber, points: Sequence[LocusPoint]) -> str:
@@ -160,9 +160,4 @@ def _matched(now: Linearisation, previous: Array) -> Linearisation:
 
     distance = np.abs(previous[:, None] - now.eigenvalues[None, :])
     _, order = linear_sum_assignment(distance)
-    return Linearisation(
-        now.matrix,
-        now.eigenvalues[order],
-        now.modes[:, order],
-        now.states,
-    )
+    return replace(now, eigenvalues=now.eigenvalues[order], modes=now.modes[:, order])

@@ -24,7 +24,6 @@ from rbstab.integrate.watched_rates import EquationsInTime
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.store.variables import Variable
 from rbstab.systems.quantities import (
-    Quantity,
     named_elements,
     observed_in,
     quantities_with,
@@ -80,7 +79,7 @@ def rest_state_of(problem: Problem) -> RestState:
 def zero_of(
     problem: Problem,
     trajectory: Trajectory,
-    nearest: RestState | None = None,
+    nearest: RestState,
     deadline: Deadline | None = None,
 ) -> LyapunovZero:
     """Return the rest state at which the Lyapunov function along a trajectory is zero.
@@ -88,14 +87,13 @@ def zero_of(
     Args:
         problem: The problem.
         trajectory: Its trajectory.
-        nearest: `rest_state_of(problem)`, if it is known already.
+        nearest: `rest_state_of(problem)`.
         deadline: The deadline of the run; None for no limit.
     """
 
     def is_late() -> bool:
         return deadline is not None and deadline.is_late(RECORDING_MARGIN)
 
-    nearest = nearest or rest_state_of(problem)
     if trajectory.status in (RunStatus.RANGE_LEFT, RunStatus.DIVERGED, RunStatus.ZERO_LENGTH):
         return LyapunovZero(nearest, approached=False, is_lowest=True)
     system = trajectory.systems[-1] if trajectory.systems else problem.system
@@ -106,9 +104,9 @@ def zero_of(
         return lyapunov_zero(smooth, motion, own, nearest, is_late)
 
 
-def recording_time(problem: Problem, only_outcome: bool = False) -> float:
-    """Measure the time to record one sample of a problem, s; `only_outcome` as for `recorded`."""
-    observe = _Observer(only_outcome)
+def recording_time(problem: Problem) -> float:
+    """Measure the time to record one sample of a problem, s."""
+    observe = _Observer()
     first = float(problem.times[0])
     with np.errstate(all="ignore"):
         # The first observation of a system takes longer than all others.
@@ -124,7 +122,7 @@ def recording_time(problem: Problem, only_outcome: bool = False) -> float:
 def record_of(
     problem: Problem,
     trajectory: Trajectory,
-    nearest: RestState | None = None,
+    nearest: RestState,
     deadline: Deadline | None = None,
 ) -> Record:
     """Return all quantities of a run along its trajectory, and its certificate.
@@ -132,7 +130,7 @@ def record_of(
     Args:
         problem: The initial value problem.
         trajectory: The trajectory.
-        nearest: `rest_state_of(problem)`, if it is known already.
+        nearest: `rest_state_of(problem)`.
         deadline: The deadline of the run; None for no limit. See `recorded`.
     """
     zero = zero_of(problem, trajectory, nearest, deadline)
@@ -173,7 +171,6 @@ def recorded(
     trajectory: Trajectory,
     rest: RestState,
     deadline: Deadline | None = None,
-    only_outcome: bool = False,
 ) -> RecordedTrajectory:
     """Return a trajectory with all its quantities.
 
@@ -183,14 +180,11 @@ def recorded(
         rest: The rest state at which v is zero.
         deadline: The deadline of the run; None for no limit. Samples that cannot be recorded in
             time are dropped; then the status is `TIME_LIMIT`.
-        only_outcome: Whether only the quantities are recorded that the outcome of a member of a
-            sweep needs: no forces, couples, dissipation and v'. Then a sample takes a
-            quarter of the time. What is recorded has the same bits.
     """
     system = problem.system
     # Overflow is the result of a diverged run, not an error.
     with np.errstate(all="ignore"):
-        arrays = _observed(system, trajectory, deadline, only_outcome)
+        arrays = _observed(system, trajectory, deadline)
         count = len(arrays["energy"])
         if deadline is not None and count < len(trajectory.times):
             trajectory = first_samples(trajectory, count, deadline)
@@ -225,19 +219,19 @@ def _round_off(system: System, trajectory: Trajectory) -> float:
 
 
 def _observed(
-    system: System, trajectory: Trajectory, deadline: Deadline | None, only_outcome: bool
+    system: System, trajectory: Trajectory, deadline: Deadline | None
 ) -> dict[str, Array]:
     """Return the observed quantities of the samples; of fewer if the deadline expires."""
     lengths = run_dimensions(system.declared_states)
     lengths |= {"part": len(system.parts), "element": len(named_elements(system))}
     shapes = {
         name: tuple(lengths[dimension] for dimension in quantity.dimensions[1:])
-        for name, quantity in recorded_in(system, only_outcome).items()
+        for name, quantity in observed_in(system).items()
     }
     ends = np.cumsum([0, *map(math.prod, shapes.values())]).tolist()
     count = len(trajectory.times)
     table = np.empty((count, ends[-1]))
-    observe = _Observer(only_outcome)
+    observe = _Observer()
     systems = trajectory.systems or (system,) * count
     samples = zip(systems, trajectory.states, trajectory.times.tolist(), strict=True)
     for row, (system_now, state, t) in enumerate(samples):
@@ -256,41 +250,20 @@ class _Observer:
 
     numpy would take twenty times as long. A system that occurs first gets an evaluation of its own,
     but systems that differ in their modes share one code.
-
-    Args:
-        only_outcome: As for `recorded`.
     """
 
-    def __init__(self, only_outcome: bool) -> None:
-        self._quantities = _values_of_outcome if only_outcome else _values
+    def __init__(self) -> None:
         self._of: dict[int, EquationsInTime] = {}
 
     def __call__(self, system: System, state: Array, t: float) -> Array:
         """Return the quantities of a system that outlives this object."""
         found = self._of.get(id(system))
         if found is None:
-            found = EquationsInTime(self._quantities, system, size=len(state))
+            found = EquationsInTime(_values, system, size=len(state))
             self._of[id(system)] = found
         return found(state, t)
 
 
-def recorded_in(system: System, only_outcome: bool) -> dict[str, Quantity]:
-    """Return the quantities that are evaluated at samples, in the order of files."""
-    found = observed_in(system)
-    if not only_outcome:
-        return found
-    return {name: one for name, one in found.items() if one.in_outcome}
-
-
-def _values(system: System, state: Array, t: Number = 0.0, only_outcome: bool = False) -> Array:
-    """Return the quantities of `recorded_in` at a state, one after the other."""
-    quantities = recorded_in(system, only_outcome).values()
-    return np.array(values_of(quantities, system.observe(state, t)))
-
-
-def _values_of_outcome(system: System, state: Array, t: Number = 0.0) -> Array:
-    return _values(system, state, t, only_outcome=True)
-
-
-def _variable(quantity: Quantity, data: Array) -> Variable:
-    return Variable(quantity.dimensions, data, quantity.unit, quantity.long_name)
+def _values(system: System, state: Array, t: Number = 0.0) -> Array:
+    """Return the quantities of `observed_in` at a state, one after the other."""
+    return np.array(values_of(observed_in(system).values(), system.observe(state, t)))

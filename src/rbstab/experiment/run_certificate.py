@@ -45,18 +45,18 @@ def rest_state_check(proof: "Proof | None") -> Check:
         return stable
     verdicts = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
     verdict, count = verdicts[proof.globally_stable], len(proof.states)
-    known = sum(state.proved for state in proof.states)
+    known, quantity = sum(state.proved for state in proof.states), LEAST_REST_STATES
+    incomplete = verdict is Verdict.VIOLATED and not proof.proved
     if proof.families:
-        more = float(max(count + 1, 2))
-        return stable._replace(verdict=verdict, value=more, quantity=LEAST_REST_STATES)
-    if verdict is Verdict.VIOLATED and not proof.proved:
-        if known > 1:
-            return stable._replace(verdict=verdict, value=float(known), quantity=LEAST_REST_STATES)
-        verdict = Verdict.UNKNOWN
-    counted = REST_STATES if proof.on_rotations is None else ON_ROTATIONS
-    quantity = f"{counted}: {kinds_of(proof.states)}" if count > 1 else counted
-    if verdict is Verdict.VIOLATED and proof.almost_every_start.proved:
-        quantity += "; almost every start converges"
+        count = max(count + 1, 2)
+    elif incomplete and known > 1:
+        count = known
+    else:
+        verdict = Verdict.UNKNOWN if incomplete else verdict
+        quantity = REST_STATES if proof.on_rotations is None else ON_ROTATIONS
+        quantity += f": {kinds_of(proof.states)}" if count > 1 else ""
+        if verdict is Verdict.VIOLATED and proof.almost_every_start.proved:
+            quantity += "; almost every start converges"
     return stable._replace(verdict=verdict, value=float(count), quantity=quantity)
 
 

@@ -17,9 +17,6 @@ from rbstab.store.result import Result
 RESOLVED = 0.01
 """The largest error of a peak that is shown as such, relative to the peak."""
 
-KINETIC = "kinetic"
-"""The name of the kinetic energy among the parts of the energy of a result."""
-
 
 STILL = 1e-6
 """A body stands still if its kinetic energy stays below this share of the largest one."""
@@ -38,7 +35,7 @@ class Summary(NamedTuple):
     lyapunov_end: float
     relative_residual: float
     peak_distance: float
-    peak_contact_displacement: tuple[float, float, float]
+    peak_contact_displacement: tuple[float, ...]
     largest_pitch: float
     end_time: float
     displacement_resolved: bool
@@ -61,7 +58,7 @@ def summary_of(result: Result) -> Summary:
     supplied = result["supplied_energy"] if is_driven(result) else None
     with np.errstate(all="ignore"):
         scale = energy_scale(v, result["energy_round_off"], supplied)
-        (x, y, z), are_shown = _peak(result, "peak_contact_displacement")
+        peaks, are_shown = _peak(result, "peak_contact_displacement")
         (farthest,), is_shown = _peak(result, "peak_distance")
         (pitch,), pitch_shown = _peak(result, "largest_pitch")
     return Summary(
@@ -69,7 +66,7 @@ def summary_of(result: Result) -> Summary:
         float(v[-1]),
         float(np.abs(result["energy_residual"]).max() / scale),
         farthest,
-        (x, y, z),
+        peaks,
         pitch,
         float(result["time"][-1]),
         are_shown and is_shown,
@@ -77,12 +74,12 @@ def summary_of(result: Result) -> Summary:
     )
 
 
-def _peak(result: Result, name: str) -> tuple[list[float], bool]:
+def _peak(result: Result, name: str) -> tuple[tuple[float, ...], bool]:
     """Return the components of a stored peak, and whether their errors are small."""
     peak, error = (np.atleast_1d(result[entry]) for entry in (name, f"{name}_error"))
     # Where a quantity is no number, its peak is none, and no sample would help.
     shown = (error <= np.maximum(RESOLVED * np.abs(peak), ABSOLUTE)) | np.isnan(peak)
-    return peak.tolist(), bool(shown.all())
+    return tuple(peak.tolist()), bool(shown.all())
 
 
 def lyapunov_function_of(result: Result) -> Array:
@@ -126,9 +123,8 @@ def moves_on_in(result: Result) -> bool:
     """Return whether the body of a run moves on without damping, see `moves_on`."""
     if is_driven(result):
         return False
-    kinetic = result["energy"][:, result["part"].tolist().index(KINETIC)]
-    v = lyapunov_function_of(result)
-    return moves_on(result["time"], v, kinetic, float(result["energy_round_off"]))
+    v, noise = lyapunov_function_of(result), float(result["energy_round_off"])
+    return moves_on(result["time"], v, _kinetic_energy(result), noise)
 
 
 def stands_under_inputs(result: Result) -> bool:
@@ -138,19 +134,21 @@ def stands_under_inputs(result: Result) -> bool:
     """
     if not is_driven(result):
         return False
-    kinetic = result["energy"][:, result["part"].tolist().index(KINETIC)]
+    kinetic = _kinetic_energy(result)
     late = result["time"] >= 0.9 * result["time"][-1]
     with np.errstate(all="ignore"):
         moved = [np.ptp(result[name][late], axis=0).max() for name in ("orientation", "position")]
         return bool(kinetic[late].max() <= STILL * kinetic.max() and max(moved) < SAME_STATE)
 
 
+def _kinetic_energy(result: Result) -> Array:
+    """Return the kinetic energy, shape (n,), J."""
+    return result["energy"][:, result["part"].tolist().index("kinetic")]
+
+
 def is_driven(result: Result) -> bool:
     """Return whether inputs supply power to the body of a run."""
     return "supplied_energy" in result
-
-
-Triple = tuple[float, float, float]
 
 
 class ReferenceValue(NamedTuple):
@@ -162,9 +160,9 @@ class ReferenceValue(NamedTuple):
 
     name: str
     unit: str
-    printed: Triple
-    computed: Triple
-    exact: tuple[Triple, Triple] | None = None
+    printed: tuple[float, ...]
+    computed: tuple[float, ...]
+    exact: tuple[tuple[float, ...], ...] | None = None
 
     @property
     def disproved(self) -> bool:
@@ -187,13 +185,12 @@ def half_unit(printed: float) -> float:
     return 0.5000001 * 10.0**exponent
 
 
-def _exact_end(result: Result, name: str) -> tuple[Triple, Triple] | None:
+def _exact_end(result: Result, name: str) -> tuple[tuple[float, ...], ...] | None:
     """Return bounds on a quantity of the exact motion at the end, if the run has them."""
     low, high, time = (f"{GROUP}/{entry}" for entry in (f"{name}_low", f"{name}_high", "time"))
     if low not in result or result[time][-1] != result["time"][-1]:
         return None
-    (a, b, c), (d, e, f) = result[low][-1].tolist(), result[high][-1].tolist()
-    return (a, b, c), (d, e, f)
+    return tuple(tuple(result[end][-1].tolist()) for end in (low, high))
 
 
 def reference_values_of(
@@ -210,9 +207,9 @@ def reference_values_of(
     for name in ("orientation", "angular_velocity", "position", "velocity"):
         printed = getattr(final, name, None)
         if printed is not None:
-            x, y, z = result[name][-1].tolist()
-            unit, exact = result.variables[name].unit, _exact_end(result, name)
-            values.append(ReferenceValue(f"final {name}", unit, printed, (x, y, z), exact))
+            end, unit = tuple(result[name][-1].tolist()), result.variables[name].unit
+            exact = _exact_end(result, name)
+            values.append(ReferenceValue(f"final {name}", unit, printed, end, exact))
     printed = getattr(reference, "peak_contact_displacement", None)
     if printed is not None:
         computed = (summary or summary_of(result)).peak_contact_displacement

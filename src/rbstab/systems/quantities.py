@@ -71,11 +71,6 @@ class Quantity(NamedTuple):
         return self.only_for is None or self.only_for(system)
 
     @property
-    def in_outcome(self) -> bool:
-        """Whether the columns of sweeps need it."""
-        return self.end is not None or self.peak is not None or self.name == "energy"
-
-    @property
     def long_name(self) -> str:
         """What files say of it."""
         return f"{self.symbol}: {self.meaning}"

@@ -2,7 +2,6 @@
 
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,12 +11,10 @@ from support.leg import leg
 
 import rbstab
 from rbstab.config.load import run_id
-from rbstab.config.schema import Config
 from rbstab.experiment.answers.outcome import outcome_of, pushes_of
 from rbstab.experiment.answers.rest_modes import rest_modes
 from rbstab.experiment.run_to_file import run_to_file
 from rbstab.mechanics.attitude import tilt
-from rbstab.store.result import Result
 
 CASES = Path(__file__).parents[2] / "data/cases"
 
@@ -30,13 +27,13 @@ LEANING = brentq(lambda angle: 5.0 * angle - LOAD * math.sin(angle), 0.1, 3.0)
 LEANS = f"desired.orientation=[0, {LEANING}, 0]"
 
 
-def config(name: str, *changes: str) -> Config:
+def config(name, *changes):
     """Return a case with some values changed."""
     return rbstab.load_config(CASES / f"{name}.yaml", changes)
 
 
 @pytest.fixture(scope="module")
-def fallen() -> Result:
+def fallen():
     """Return the run of the leg that falls over."""
     return rbstab.simulate(config("leg_falls"))
 
@@ -56,9 +53,7 @@ def fallen() -> Result:
         (("desired.within=1.25",), "returns", LEANING),
     ],
 )
-def test_a_body_rests_where_it_is_wanted_or_elsewhere(
-    fallen: Result, changes: tuple[str, ...], kind: str, away: float
-) -> None:
+def test_a_body_rests_where_it_is_wanted_or_elsewhere(fallen, changes, kind, away):
     found = outcome_of(fallen, config("leg_falls", *changes))
     assert found.kind == kind
     assert found.orientation == pytest.approx((0, LEANING, 0), abs=1e-6)
@@ -76,9 +71,7 @@ def test_a_body_rests_where_it_is_wanted_or_elsewhere(
         ("spin", (), "moving"),
     ],
 )
-def test_a_motion_that_does_not_come_to_rest(
-    name: str, changes: tuple[str, ...], kind: str
-) -> None:
+def test_a_motion_that_does_not_come_to_rest(name, changes, kind):
     result = rbstab.simulate(config(name, *changes))
     found = outcome_of(result)
     assert found.kind == kind
@@ -104,7 +97,7 @@ def test_the_outcome_of_a_leg_is_proved():
 
 
 @pytest.mark.slow
-def test_what_is_wanted_is_no_part_of_a_run(tmp_path: Path) -> None:
+def test_what_is_wanted_is_no_part_of_a_run(tmp_path):
     """The stored run is used again, and says what is wanted now."""
     plain, leaning = config("leg_falls"), config("leg_falls", LEANS)
     assert run_id(plain) == run_id(leaning)
@@ -124,8 +117,8 @@ def test_what_is_wanted_is_no_part_of_a_run(tmp_path: Path) -> None:
 
 
 def test_the_tilt_is_the_angle_of_the_rotation_between_two_attitudes(
-    rng: np.random.Generator,
-) -> None:
+    rng,
+):
     Theta, desired = rng.uniform(-3, 3, (50, 3)), rng.uniform(-3, 3, 3)
     a, b = (Rotation.from_euler("XYZ", angles) for angles in (Theta, desired))
     assert tilt(Theta, desired) == pytest.approx((b.inv() * a).magnitude(), abs=1e-7)
@@ -136,9 +129,7 @@ def test_the_tilt_is_the_angle_of_the_rotation_between_two_attitudes(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("stiffness", "kind"), [(10, "returns"), (5, "at_unstable_rest")])
-def test_a_body_at_rest_where_it_would_fall_is_said_to_be_unstable(
-    stiffness: float, kind: str
-) -> None:
+def test_a_body_at_rest_where_it_would_fall_is_said_to_be_unstable(stiffness, kind):
     given = leg(stiffness, initial={"position": [0, 0, -3.5 * 9.81 / (4e4 + 1e-6)]})
     found = outcome_of(rbstab.simulate(rbstab.load_config(given, ["integration.duration=0.1"])))
     assert (found.kind, found.is_good) == (kind, kind == "returns")
@@ -147,14 +138,14 @@ def test_a_body_at_rest_where_it_would_fall_is_said_to_be_unstable(
 HELD = {"variant": "permanent", "K_r": [10, 10, 5], "L_r": [0.8, 0.8, 0.3]}
 
 
-def pushed(quantity: str, signal: dict[str, Any], amplitude: float, **more: Any) -> Config:
+def pushed(quantity, signal, amplitude, **more):
     """Return a held leg of 10 N m/rad under an input, at rest at first."""
     load = {"kind": "input", "quantity": quantity, "amplitude": amplitude, "signal": signal, **more}
     given = leg(controller=HELD, initial={}, elements={"push": load})
     return rbstab.load_config(given, ["integration.duration=8"])
 
 
-def test_a_constant_force_is_a_load_under_which_rest_is_proved() -> None:
+def test_a_constant_force_is_a_load_under_which_rest_is_proved():
     """K θ = m g l sin θ + F h cos θ, with the force F at the height h above the joint."""
     given = pushed("force", {"kind": "constant"}, 5.0, point=[0, 0, 0.1], direction=[1, 0, 0])
     proof = rbstab.prove(given)
@@ -176,9 +167,7 @@ def test_a_constant_force_is_a_load_under_which_rest_is_proved() -> None:
         ({"kind": "sine", "frequency": 1.0}, "moving", ""),
     ],
 )
-def test_a_body_that_stands_under_a_load_is_not_moving(
-    signal: dict[str, Any], kind: str, why: str
-) -> None:
+def test_a_body_that_stands_under_a_load_is_not_moving(signal, kind, why):
     """A couple M about y: K θ = m g l sin θ + M."""
     found = outcome_of(rbstab.simulate(pushed("couple", signal, 1.2, direction=[0, 1, 0])))
     assert (found.kind, found.why) == (kind, why)
@@ -187,14 +176,14 @@ def test_a_body_that_stands_under_a_load_is_not_moving(
         assert found.tilt == pytest.approx(leans, abs=1e-6)
 
 
-def test_a_result_shows_its_outcome_first(fallen: Result) -> None:
+def test_a_result_shows_its_outcome_first(fallen):
     away = f"{math.degrees(LEANING):.1f}°"
     assert f"outcome rests elsewhere, {away} away: seen, status completed" in repr(fallen)
     assert f"rests elsewhere, {away} away" in fallen._repr_html_()
 
 
 @pytest.mark.parametrize(("stiffness", "growing"), [(10, 0), (5, 2)])
-def test_modes_of_an_unstable_rest_state_grow(stiffness: float, growing: int) -> None:
+def test_modes_of_an_unstable_rest_state_grow(stiffness, growing):
     """An upright leg falls over about both axes if K_r < m g l = 6.386 N m/rad."""
     given = leg(stiffness, initial={"position": [0, 0, -3.5 * 9.81 / (4e4 + 1e-6)]})
     upright = rbstab.load_config(given, ["integration.duration=0.1"])
@@ -204,7 +193,7 @@ def test_modes_of_an_unstable_rest_state_grow(stiffness: float, growing: int) ->
     assert ("2 modes grow: this rest state is unstable" in str(modes)) == (growing == 2)
 
 
-def modes_of(**controller: Any) -> str:
+def modes_of(**controller):
     """Return what is said of the modes of a body of 12 kg that is tied at (0, 0, -0.25)."""
     config = rbstab.load_config(
         {
@@ -217,7 +206,7 @@ def modes_of(**controller: Any) -> str:
     return "" if modes is None else str(modes)
 
 
-def test_modes_without_damping_are_said_not_to_decay() -> None:
+def test_modes_without_damping_are_said_not_to_decay():
     """Free, with a spring on the angles: sqrt(60/0.34), sqrt(60/0.29), sqrt(30/0.13), 3 drifts."""
     found = modes_of(variant="free", K_r=[60, 60, 30])
     assert found.startswith("natural frequencies 13.28, 14.38, 15.19 rad/s; 6 modes do not osc")
@@ -227,7 +216,7 @@ def test_modes_without_damping_are_said_not_to_decay() -> None:
     assert "τ" not in held
 
 
-def test_turns_without_a_spring_have_no_frequency() -> None:
+def test_turns_without_a_spring_have_no_frequency():
     """A tie leaves the turns about C free: they neither oscillate nor decay."""
     tie = {"K_c": [400] * 3, "L_c": [8] * 3}
     found = modes_of(variant="visco-elastic", **tie)

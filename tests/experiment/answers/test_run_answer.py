@@ -10,7 +10,6 @@ from support.results import with_data
 
 import rbstab
 from rbstab.analysis.certificate.verdict import Check, Verdict
-from rbstab.config.schema import Config
 from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.answers.run_answer import answer_beside, answer_of
 from rbstab.experiment.answers.words import MEANINGS, Sureness, run_words, word_of
@@ -35,7 +34,7 @@ PERMANENT = {
 }
 
 
-def config_of(*changes: str) -> Config:
+def config_of(*changes):
     """Return the config of a held body with some changes."""
     return rbstab.load_config(PERMANENT, changes)
 

@@ -1,7 +1,5 @@
 """Protects derivatives across switches, impacts and breakpoints against closed solutions."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -18,14 +16,14 @@ pytest.importorskip("heyoka")
 H = 1e-100
 
 
-def derivatives(config: dict[str, Any], keys: tuple[str, ...], *names: str) -> np.ndarray:
+def derivatives(config, keys, *names):
     """Return the derivatives of some quantities by some numbers of a config."""
     found = sensitivities(config)
     rows = [[entry.key for entry in found.entries].index(key) for key in keys]
     return found.derivatives[np.ix_(rows, [found.column(name) for name in names])]
 
 
-def of_formula(formula: Any, numbers: tuple[float, ...]) -> np.ndarray:
+def of_formula(formula, numbers):
     """Return the derivatives of a formula by its numbers, from complex steps."""
     steps = np.array(numbers) + 1j * H * np.eye(len(numbers))
     return np.array([np.imag(formula(*row)) / H for row in steps])
@@ -84,7 +82,7 @@ def test_an_axis_that_arrives_at_its_surface_slides_there():
 PULSE_KEYS = tuple(f"elements.it.{key}" for key in ("amplitude", "signal.start", "signal.duration"))
 
 
-def pulse(force: float, begin: float, length: float) -> dict[str, Any]:
+def pulse(force, begin, length):
     """Return a force along x that acts for a while."""
     return {
         "kind": "input",

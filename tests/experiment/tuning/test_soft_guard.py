@@ -23,11 +23,11 @@ SHORT: dict[str, Any] = {"duration": 0.4, "samples": 81, "rtol": 1e-8}
 
 
 def config(
-    elements: dict[str, Any] | None = None,
-    soft: float = 1.0,
-    variant: str = "permanent",
-    **initial: Any,
-) -> Any:
+    elements=None,
+    soft=1.0,
+    variant="permanent",
+    **initial,
+):
     data = paper_config(variant, **SHORT)
     data["controller"]["K_r"] = [soft * gain for gain in data["controller"]["K_r"]]
     data["initial"] = data["initial"] | initial

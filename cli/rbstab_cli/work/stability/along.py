@@ -106,13 +106,13 @@ def locus_data(locus: Locus) -> dict[str, Any]:
             {
                 "factor": factor,
                 "value": factor * gain.value,
-                "found": found,
+                "found": linear is not None,
                 "orientation": Theta,
                 "eigenvalues": []
                 if linear is None
                 else [[float(v.real), float(v.imag)] for v in linear.eigenvalues],
             }
-            for factor, found, linear, Theta in locus.points
+            for factor, linear, Theta in locus.points
         ],
     }
 
@@ -127,7 +127,7 @@ def print_locus(locus: Locus) -> None:
         # So it is with the force of a sliding connector, which only has to be large enough.
         click.echo(f"  {locus.key} does not change the linearised system.")
         points = points[:1]
-    for factor, _, linear, _ in points:
+    for factor, linear, _ in points:
         cells = ["-", "-", "-", NOT_FOUND]
         if linear is not None:
             values = linear.eigenvalues

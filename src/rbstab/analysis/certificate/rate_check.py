@@ -1,5 +1,7 @@
 """The check that v' is the derivative of v along the motion."""
 
+from typing import Any
+
 import numpy as np
 
 from rbstab.analysis.certificate.evidence import (
@@ -12,7 +14,7 @@ from rbstab.analysis.certificate.evidence import (
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.analysis.exact import Ball, ball, exact_powers, in_balls
 from rbstab.mechanics.derivatives import derivative_along
-from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.numbers import Array, Number
 
 DERIVATIVE_TOLERANCE = 1e-9
 """The allowed difference of v' and ∇v·f, relative to the sum of the absolute powers."""
@@ -68,12 +70,14 @@ def _rate_error(run: Evidence, row: int) -> tuple[float, float]:
     system, y, rate = run.systems[row], run.states[row], float(run.rate[row])
     t = float(run.times[row])
     parts = derivative_along(lambda z: system.observe(z, t).energy, y, system.rates(y, t))
-    change = float(parts.sum())
-    if not run.has_potential:
-        observation = system.observe(y, t)
-        change -= float(observation.motion.F @ observation.contact_force)
-    power = float(np.abs(parts).sum()) + abs(rate)
-    return abs(change - rate), power
+    seen = system.observe(y, t)
+    contact = 0.0 if run.has_potential else float(seen.motion.F @ seen.contact_force)
+    return _compared(parts.tolist(), contact, rate)
+
+
+def _compared(by_part: list[Number], contact: Number, rate: Number) -> tuple[Any, Any]:
+    """Return |∇v·f - v'| and the sum of the absolute powers, of floats or of balls."""
+    return abs(sum(by_part) - contact - rate), sum(map(abs, by_part)) + abs(rate)
 
 
 def _exact_rate(run: Evidence, row: int, noise: float) -> Finding:
@@ -103,11 +107,10 @@ def _is_not_of_its_state(run: Evidence, row: int, noise: float) -> bool:
 def _exact_rate_errors(run: Evidence, row: int, noise: float) -> tuple[Ball, Ball]:
     """Return |∇v·f - v'| / power as balls, with the v' of the equations and with the stored one."""
     powers = exact_powers(run.systems[row], run.states[row], float(run.times[row]))
-    change = sum(powers.by_part, ball(0.0))
-    if not run.has_potential:
-        change -= powers.contact
-    power = sum((abs(part) for part in powers.by_part), abs(powers.rate))
+    contact = ball(0.0) if run.has_potential else powers.contact
+    of_equations, power = _compared(powers.by_part, contact, powers.rate)
+    of_stored, _ = _compared(powers.by_part, contact, float(run.rate[row]))
     # Without dissipation all powers are zero, and their balls contain zero.
     smallest = ball(NEGLIGIBLE * powers.terms / DERIVATIVE_TOLERANCE)
     power = power.max(smallest) + ball(noise)
-    return abs(change - powers.rate) / power, abs(change - float(run.rate[row])) / power
+    return of_equations / power, of_stored / power

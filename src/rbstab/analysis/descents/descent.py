@@ -53,7 +53,7 @@ class EnergyAt(Protocol):
         """Their Hessians, shape (m, n, n)."""
 
 
-class SingleEnergy:
+class _SingleEnergy:
     """An energy at one point (an `EnergyAt`); its Hessian is computed when it is read.
 
     Args:
@@ -62,9 +62,7 @@ class SingleEnergy:
         step: The step of the differences for the Hessian.
     """
 
-    def __init__(
-        self, value: Callable[[Array], Number], q: Array, step: float = HESSIAN_STEP
-    ) -> None:
+    def __init__(self, value: Callable[[Array], Number], q: Array, step: float) -> None:
         self._slope, self._q, self._step = partial(jacobian, value), q, step
         self.value = np.array([float(value(q))])
         self.gradient = self._slope(q)[np.newaxis]
@@ -132,6 +130,33 @@ def descend(
         shortened[rows[~lower]] *= 0.5
         reach[accepted] *= 2.0
     return q, value, np.abs(gradient).max(axis=1) <= tolerance
+
+
+def descend_one(  # noqa: PLR0913, PLR0917 (as `descend`)
+    near: Callable[[Array], Callable[[Array], Number]],
+    start: Array,
+    tolerance: float,
+    is_late: Callable[[], bool],
+    is_inside: Callable[[Array], Array],
+    step: float = HESSIAN_STEP,
+) -> tuple[Array, bool]:
+    """Descend from one start; return the end, shape (n,), and whether it is without slope.
+
+    Args:
+        near: Returns the energy as a function near a point, which takes complex numbers too.
+        start: Shape (n,).
+        tolerance: As for `descend`, of one problem.
+        is_late: As for `descend`.
+        is_inside: As for `descend`.
+        step: The step of the differences for the Hessian.
+    """
+
+    def energy(_rows: Array, q: Array) -> _SingleEnergy:
+        return _SingleEnergy(near(q[:, 0]), q[:, 0], step)
+
+    starts, tolerances = start[:, np.newaxis], np.array([tolerance])
+    ends, _, (found,) = descend(energy, starts, tolerances, is_late, is_inside)
+    return ends[:, 0], bool(found)
 
 
 def _steps(gradient: Array, hessian: Array, reach: Array) -> Array:

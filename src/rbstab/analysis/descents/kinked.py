@@ -12,22 +12,17 @@ equations above.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations
-from rbstab.analysis.descents.descent import (
-    HESSIAN_STEP,
-    EnergyFunction,
-    SingleEnergy,
-    descend,
-    numerical_hessian,
-)
+from rbstab.analysis.descents.descent import HESSIAN_STEP, descend_one
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array, Number, sqrt
-from rbstab.systems.modes import modes_of, with_modes, with_modes_at
+from rbstab.systems.modes import guards_at, modes_of, with_modes, with_modes_at
 from rbstab.systems.system import System
 
 WIDTHS = tuple(10.0**exponent for exponent in range(-2, -8, -1))
@@ -36,8 +31,8 @@ WIDTHS = tuple(10.0**exponent for exponent in range(-2, -8, -1))
 BETWEEN = 1e-3
 """A mode farther than this from 0 and 1, at the last width, is that of a kink under the minimum."""
 
-MAX_SOLVES = 20
-"""The maximum number of Newton steps on the kinks; about three are enough."""
+SOLVED = 1e-15
+"""The relative change of q and the modes at which the equations are solved: round-off."""
 
 ON_KINK = 1e-9
 """m and rad: the largest |g| of a body that rests on a kink."""
@@ -81,13 +76,12 @@ def descend_to_kinks(
     """
     energy = _ModedEnergy(at_rest)
     for width in WIDTHS:
-        smooth, start = energy.smoothed(width), q[:, np.newaxis]
-        ends, _, _ = descend(smooth, start, np.array([tolerance]), is_late, is_inside)
-        q = ends[:, 0]
+        step = HESSIAN_STEP * min(1.0, 10.0 * width)
+        q, _ = descend_one(partial(energy.smoothed, width), q, tolerance, is_late, is_inside, step)
     modes = energy.smooth_modes(q, WIDTHS[-1])
     held = (modes > BETWEEN) & (modes < 1.0 - BETWEEN)
     while True:
-        found, modes = _solved(energy, q, modes, held, tolerance)
+        found, modes = _solved(energy, q, modes, held)
         outside = held & ~((modes >= 0.0) & (modes <= 1.0))
         if not outside.any():
             return found
@@ -120,6 +114,11 @@ class _ModedEnergy:
             energy(np.concatenate([at_rest.placed(x), modes]))[0] + at_rest.spring(x)
         )
 
+    def slope(self, q: Array, modes: Array) -> Array:
+        """Return ∂U/∂q at q in these modes, shape (n,): N m and N."""
+        at = self.at(q)
+        return jacobian(lambda x: at(x, modes), q)
+
     def guards(self, q: Array) -> Array:
         """Return the event functions of the kinked elements at q, of floats or complex numbers."""
         return self._guards(self._at_rest.placed(q))
@@ -129,57 +128,40 @@ class _ModedEnergy:
         g = self.guards(q)
         return 0.5 * (1.0 + g / sqrt(g * g + width * width))
 
-    def smoothed(self, width: float) -> EnergyFunction:
-        """Return the energy with smooth modes, as `descend` calls it."""
-
-        def energy(_rows: Array, q: Array) -> SingleEnergy:
-            at, step = self.at(q[:, 0]), HESSIAN_STEP * min(1.0, 10.0 * width)
-            return SingleEnergy(lambda x: at(x, self.smooth_modes(x, width)), q[:, 0], step)
-
-        return energy
+    def smoothed(self, width: float, q: Array) -> Callable[[Array], Number]:
+        """Return the energy with smooth modes as a function near q."""
+        at = self.at(q)
+        return lambda x: at(x, self.smooth_modes(x, width))
 
 
 def _solved(
-    energy: _ModedEnergy, q: Array, modes: Array, held: Array, tolerance: float
+    energy: _ModedEnergy, q: Array, modes: Array, held: Array
 ) -> tuple[KinkedMinimum, Array]:
-    """Solve ∂U/∂q = 0 on the held kinks by Newton steps, and return the modes there."""
-    modes, count = np.where(held, modes, np.round(modes)), int(held.sum())
-    best = KinkedMinimum(q, np.inf, bool(count)), modes
-    for _ in range(MAX_SOLVES):
-        if not np.isfinite(q).all():
-            break
-        found = _residual(energy, q, modes, held)
-        if found.gradient < best[0].gradient:
-            best = found, modes
-        if best[0].gradient <= tolerance and found is not best[0]:
-            break
-        slope = _slope(energy, q)
-        normals, force = jacobian(energy.guards, q)[held], slope(q, modes)
-        # The energy is linear in the modes, so two values give its derivative.
-        changed = modes + np.eye(len(modes))[held]
-        pulls = np.array([slope(q, one) - force for one in changed]).reshape(count, len(q))
-        curvature = numerical_hessian(lambda x, at=slope, m=modes: at(x, m), q)  # type: ignore[misc]
-        matrix = np.block([[curvature, pulls.T], [normals, np.zeros((count, count))]])
-        wrong = np.concatenate([force, energy.guards(q)[held]])
-        # Kinks at which the forces are not determined have many solutions: take the nearest.
-        step = np.linalg.lstsq(matrix, -wrong, rcond=1e-12)[0]
-        q, modes = q + step[: len(q)], modes.copy()
-        modes[held] += step[len(q) :]
-    return best
+    """Solve ∂U/∂q = 0 and g = 0 on the held kinks, and return the modes there.
 
+    Kinks at which the forces are not determined have many solutions: any of them will do.
+    """
+    from scipy.optimize import root  # imported late, as in `searched`
 
-def _residual(energy: _ModedEnergy, q: Array, modes: Array, held: Array) -> KinkedMinimum:
-    g = energy.guards(q)
+    modes, size = np.where(held, modes, np.round(modes)), len(q)
+
+    def split(unknowns: Array) -> tuple[Array, Array]:
+        there = modes.copy()
+        there[held] = unknowns[size:]
+        return unknowns[:size], there
+
+    def equations(unknowns: Array) -> Array:
+        x, there = split(unknowns)
+        return np.concatenate([energy.slope(x, there), energy.guards(x)[held]])
+
+    unknowns = np.concatenate([q, modes[held]])
+    unknowns = root(equations, unknowns, method="lm", tol=SOLVED).x
+    q, modes = split(unknowns)
+    left, g = np.abs(equations(unknowns)), energy.guards(q)
     sides = np.all((g[~held] > 0) == (modes[~held] > 0.5))
-    on_kinks = np.abs(g[held]).max(initial=0.0) <= ON_KINK
-    steepness = float(np.abs(_slope(energy, q)(q, modes)).max())
-    return KinkedMinimum(q, steepness if on_kinks and sides else np.inf, bool(held.any()))
-
-
-def _slope(energy: _ModedEnergy, q: Array) -> Callable[[Array, Array], Array]:
-    """Return ∂U/∂q as a function of q and the kinked modes."""
-    at = energy.at(q)
-    return lambda x, modes: jacobian(lambda z: at(z, modes), x)
+    on_kinks = left[size:].max(initial=0.0) <= ON_KINK
+    gradient = float(left[:size].max()) if on_kinks and sides else np.inf
+    return KinkedMinimum(q, gradient, bool(held.any())), modes
 
 
 def _energy_of(system: System, variables: Array) -> Array:
@@ -193,12 +175,7 @@ def _energy_of(system: System, variables: Array) -> Array:
 
 def _guards_of(system: System, q: Array) -> Array:
     """Return the event functions of the kinked elements at q."""
-    motion, found = Configurations(system).motion(q), list[Array]()
-    for element in system.elements:
-        if type(element).kinked:
-            # Event functions do not depend on own states: `rbstab check --element` tests this.
-            found.append(element.guards(motion, np.zeros(element.state_size)))
-    return np.concatenate(found)
+    return guards_at(system, Configurations(system).state(q))[_kinked_modes(system)]
 
 
 def _kinked_modes(system: System) -> list[int]:

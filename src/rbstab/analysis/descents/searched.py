@@ -4,6 +4,7 @@ A search needs nothing but values of the stored energy, so it takes any element.
 or a stop acts, minima are searched by descents; other rest states by a search for roots.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,68 +63,68 @@ class SearchedState:
     index: int
 
 
-@np.errstate(all="ignore")  # a search that leaves the range of doubles finds nothing
-def searched_rest_states(system: System, seed: int = 0) -> list[SearchedState]:
-    """Return the rest states that a root search finds from many attitudes, lowest energy first.
+def searched_rest_states(system: System) -> list[SearchedState]:
+    """Return the rest states that a root search finds from many attitudes, lowest energy first."""
 
-    Args:
-        system: The system.
-        seed: Seed of the random starts; Θ = 0 is added.
-    """
-    at_rest = configurations(as_at_rest(system))
-    found: list[SearchedState] = []
-    for Theta in [np.zeros(3), *_random_attitudes(seed)]:
-        q = _root(at_rest, _at_attitude(at_rest, Theta))
+    def rest_state(at_rest: Configurations, start: Array) -> SearchedState | None:
+        q = _root(at_rest, start)
         if q is None or not _is_balanced(at_rest, q):
-            continue
+            return None
         bends = np.linalg.eigvalsh(numerical_hessian(at_rest.gradient, q))
-        # Otherwise it is one of a family, such as all attitudes of a free body.
-        if np.abs(bends).min() > FLAT * np.abs(bends).max():
-            state = SearchedState(rest_state_at(at_rest, q), int(np.sum(bends < 0)))
-            _add(found, state, at_rest, SAME)
-    return sorted(found, key=lambda one: one.state.energy)
+        if np.abs(bends).min() <= FLAT * np.abs(bends).max():
+            return None  # it is one of a family, such as all attitudes of a free body
+        return SearchedState(rest_state_at(at_rest, q), int(np.sum(bends < 0)))
+
+    return _distinct(system, rest_state, _random_attitudes(), SAME)
 
 
-@np.errstate(all="ignore")
-def searched_minima(system: System, seed: int = 0) -> list[SearchedState]:
+def searched_minima(system: System) -> list[SearchedState]:
     """Return the minima in which descents from some attitudes end, lowest energy first.
 
     The body may rest in them where a force jumps, or against a stop.
+    """
+    stop, attitudes = stop_of(system), _random_attitudes()[:DESCENTS]
+    if stop is not None:
+        attitudes[:, PITCH] = np.clip(attitudes[:, PITCH], -stop.angle, stop.angle)
+
+    def minimum(at_rest: Configurations, start: Array) -> SearchedState | None:
+        state = rest_state_below(at_rest, start)
+        if state is None or not state.found:
+            return None
+        q = at_rest.configuration(state.motion, state.own)
+        held = state.on_kink or (stop is not None and abs(q[PITCH]) >= stop.angle)
+        return SearchedState(state, 0) if held or _is_balanced(at_rest, q) else None
+
+    return _distinct(system, minimum, attitudes, SAME_MINIMUM)
+
+
+@np.errstate(all="ignore")  # a search that leaves the range of doubles finds nothing
+def _distinct(
+    system: System,
+    search: Callable[[Configurations, Array], SearchedState | None],
+    attitudes: Array,
+    distance: float,
+) -> list[SearchedState]:
+    """Return what searches from Θ = 0 and from other attitudes find, lowest energy first.
 
     Args:
         system: The system.
-        seed: Seed of the random starts; Θ = 0 is added.
+        search: Returns the rest state that is found from a configuration.
+        attitudes: The other attitudes, shape (n, 3), rad.
+        distance: Configurations closer than this count as one, rad and m.
     """
-    at_rest, stop = configurations(as_at_rest(system)), stop_of(system)
-    found: list[SearchedState] = []
-    for Theta in [np.zeros(3), *_random_attitudes(seed)[:DESCENTS]]:
-        if stop is not None:
-            Theta[PITCH] = np.clip(Theta[PITCH], -stop.angle, stop.angle)
-        state = rest_state_below(at_rest, _at_attitude(at_rest, Theta))
-        if state is None or not state.found:
-            continue
-        q = at_rest.configuration(state.motion, state.own)
-        held = state.on_kink or (stop is not None and abs(q[PITCH]) >= stop.angle)
-        if not held and not _is_balanced(at_rest, q):
-            continue
-        _add(found, SearchedState(state, 0), at_rest, SAME_MINIMUM)
+    at_rest, found = configurations(as_at_rest(system)), dict[SearchedState, Array]()
+    for Theta in [np.zeros(3), *attitudes]:
+        state = search(at_rest, _at_attitude(at_rest, Theta))
+        if state is not None:
+            q = at_rest.configuration(state.state.motion, state.state.own)
+            if all(np.abs(q - other).max() >= distance for other in found.values()):
+                found[state] = q
     return sorted(found, key=lambda one: one.state.energy)
 
 
-def _add(
-    found: list[SearchedState], new: SearchedState, at_rest: Configurations, distance: float
-) -> None:
-    """Add a state to those that were found, unless it is one of them."""
-
-    def place(one: SearchedState) -> Array:
-        return at_rest.configuration(one.state.motion, one.state.own)
-
-    if all(np.abs(place(new) - place(other)).max() >= distance for other in found):
-        found.append(new)
-
-
-def _random_attitudes(seed: int) -> Array:
-    return np.random.default_rng(seed).uniform(-RANGE_END, RANGE_END, size=(STARTS, 3))
+def _random_attitudes() -> Array:
+    return np.random.default_rng(0).uniform(-RANGE_END, RANGE_END, size=(STARTS, 3))
 
 
 def _at_attitude(at_rest: Configurations, Theta: Array) -> Array:

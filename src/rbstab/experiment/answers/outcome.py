@@ -6,6 +6,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.config.errors import printable
@@ -65,20 +66,20 @@ KIND_OF_STATUS: dict[str, OutcomeKind] = {
 
 
 def outcome_codes(
-    by_status: Array, at_rest: Array, tilts: Array, within: float, unstable: Array
+    by_status: ArrayLike, at_rest: ArrayLike, tilts: ArrayLike, within: float, unstable: ArrayLike
 ) -> Array:
-    """Return the codes of the outcomes of motions: indices in `KINDS`.
+    """Return the codes of the outcomes of motions: indices in `KINDS`, shape () or (m,).
 
     Args:
-        by_status: The codes of `KIND_OF_STATUS`, shape (m,).
-        at_rest: Whether the completed run was at rest at its end, shape (m,).
-        tilts: The tilt at rest, shape (m,), rad.
+        by_status: The codes of `KIND_OF_STATUS`.
+        at_rest: Whether the completed run was at rest at its end.
+        tilts: The tilt at rest, rad.
         within: The largest tilt of a body that rests where it should, rad.
-        unstable: Whether the rest state is unstable, shape (m,).
+        unstable: Whether the rest state is unstable.
     """
-    rests = np.where(tilts <= within, KINDS.index(OutcomeKind.RETURNS), 1)
+    rests = np.where(np.asarray(tilts) <= within, KINDS.index(OutcomeKind.RETURNS), 1)
     rests = np.where(unstable, KINDS.index(OutcomeKind.UNSTABLE), rests)
-    moving = by_status == KINDS.index(OutcomeKind.MOVING)
+    moving = np.equal(by_status, KINDS.index(OutcomeKind.MOVING))
     return np.where(moving & at_rest, rests, by_status)
 
 
@@ -166,13 +167,10 @@ def outcome_of(
         end = np.array(state.orientation)
     Theta = tuple(end.tolist()) if np.isfinite(end).all() else None
     away = None if Theta is None else aim.tilt(Theta)
-    code = outcome_codes(
-        np.array([KINDS.index(KIND_OF_STATUS.get(status, OutcomeKind.FAILED))]),
-        np.array([at_rest or loaded]),
-        np.array([math.nan if away is None else away]),
-        aim.within,
-        np.array([at_rest and bool(UNSTABLE in zero if state is None else state.index)]),
-    )
+    unstable = at_rest and bool(UNSTABLE in zero if state is None else state.index)
+    by_status = KINDS.index(KIND_OF_STATUS.get(status, OutcomeKind.FAILED))
+    tilt = math.nan if away is None else away
+    code = outcome_codes(by_status, at_rest or loaded, tilt, aim.within, unstable)
     sureness, why = Sureness.SEEN, ""
     if result.attributes.get("verdict") == Verdict.VIOLATED:
         sureness = Sureness.NOT_DECIDED
@@ -186,7 +184,7 @@ def outcome_of(
         there = "its rest state" if state is None else in_degrees(state.orientation)
         why = f"the exact motion is proved to converge to {there}"
     return Outcome(
-        kind=KINDS[int(code[0])],
+        kind=KINDS[int(code)],
         sureness=sureness,
         time=settled if at_rest else float(result["time"][-1]),
         orientation=Theta,

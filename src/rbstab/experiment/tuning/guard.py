@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from itertools import chain, count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -229,22 +228,20 @@ def _outcome(result: Result, config: Config, name: str) -> RunOutcome:
     return RunOutcome(status, pitch, settling, couple, summary.pitch_resolved)
 
 
-def _alike(method: str) -> tuple[str, ...]:
-    """Return the methods of the guards that one guard replaces."""
-    return METHODS if method in METHODS else (method,)
-
-
 def _guards_of(config: Config, method: str) -> list[str]:
     """Return the names of the guards of a config that one of a method replaces."""
+    replaced = METHODS if method in METHODS else (method,)
     elements = config.elements.items()
-    return [name for name, one in elements if getattr(one, "method", None) in _alike(method)]
+    return [name for name, one in elements if getattr(one, "method", None) in replaced]
 
 
 def _name_in(config: Config, method: str) -> str:
     """Return the name of the first guard that one of a method replaces, or a free name."""
-    possible = chain([USUAL_NAME], (f"{USUAL_NAME}_{number}" for number in count(2)))
-    free = (name for name in possible if name not in config.elements)
-    return next(chain(_guards_of(config, method), free))
+    name, number = USUAL_NAME, 1
+    while name in config.elements:
+        number += 1
+        name = f"{USUAL_NAME}_{number}"
+    return next(iter(_guards_of(config, method)), name)
 
 
 def _replaced(config: Config, method: str, gains: dict[str, float] | None) -> Config:

@@ -70,7 +70,7 @@ class SingleRuns:
             try:
                 problem = self._problem(self._plan.config_of(start + index))
                 deadline = Deadline(problem.time_limit)
-                trajectory, quantities, found = self._run(problem, deadline, bool(kept[index]))
+                trajectory, quantities, found = self._run(problem, deadline)
             except Exception:  # noqa: S112
                 continue
             columns["status"][index] = STATUSES.index(trajectory.status)
@@ -89,7 +89,7 @@ class SingleRuns:
         return problem
 
     def _run(
-        self, problem: Problem, deadline: Deadline, is_kept: bool
+        self, problem: Problem, deadline: Deadline
     ) -> tuple[Trajectory, dict[str, Array], dict[str, Array]]:
         """Return a motion, its quantities and its columns.
 
@@ -101,7 +101,7 @@ class SingleRuns:
             trajectory = engine(self._engine)(problem, None, deadline)
             try:
                 zero = zero_of(problem, trajectory, nearest, deadline)
-                found = recorded(problem, trajectory, zero.rest, deadline, only_outcome=not is_kept)
+                found = recorded(problem, trajectory, zero.rest, deadline)
                 if not zero.approached:
                     found.quantities["rest_orientation"] = np.full(3, np.nan)
                 unstable = is_unstable(smooth_rest_system(problem), zero.rest)
@@ -120,9 +120,7 @@ class SingleRuns:
         values = [(name, array.tobytes()) for name, array in parameters(problem.system).items()]
         key = type(problem.system.coordinates), problem.switching, tuple(values)
         if self._last is None or self._last[0] != key:
-            # A sample of a motion that is kept takes twice as long: some microseconds too.
-            time = recording_time(problem, only_outcome=True)
-            self._last = key, time, rest_state_of(problem)
+            self._last = key, recording_time(problem), rest_state_of(problem)
         return self._last[1:]
 
     def _outcome(

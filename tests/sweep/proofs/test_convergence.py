@@ -103,7 +103,7 @@ def test_a_small_energy_outside_of_the_range_proves_nothing(valleys):
     alone = proof.model_copy(update={"unwrapped": None})
     for end in (-3.2, 3.2):
         angles = np.array([[0.1, 0.0, 0.0], [end, 0.0, 0.0]])
-        assert reached_states(alone, energy, angles, angles).tolist() == [1, 0]
+        assert reached_states(alone, energy, angles, angles)[0].tolist() == [1, 0]
 
 
 POINT = [0.1, 0.1, -0.3]

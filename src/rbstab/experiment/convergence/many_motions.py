@@ -11,10 +11,10 @@ from rbstab.experiment.convergence.decisions import (
     LEAST_FALL,
     PATIENCE,
     convergence_in,
-    region_energies,
 )
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.starts import region_bounds
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.motion.equations import Equations
 from rbstab.proof.motion.motion import MAX_STEPS, Followed, Watch, followed
@@ -97,7 +97,7 @@ class Decisions:
     ) -> None:
         self.proof, self.equations, self.rests, self.last = proof, equations, rests, last
         self.found: dict[int, Convergence] = {}
-        self._highest = max((bound for _, bound in region_energies(proof)), default=-np.inf)
+        self._highest = max(region_bounds(proof), default=-np.inf)
         self._lows: dict[int, list[float]] = {}
 
     def __call__(

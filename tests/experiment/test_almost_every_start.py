@@ -165,7 +165,7 @@ def test_each_hypothesis_is_needed(falling):
 
 @pytest.mark.heavy
 def test_barriers_confine_every_start():
-    def sentence(**of: float) -> str:
+    def sentence(**of):
         proof = prove(leg([5, 5, 2.5], guard(method="barrier", stiffness=0.01, **of)))
         return almost_sentence(proof, proof.almost_every_start)
 

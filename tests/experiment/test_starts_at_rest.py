@@ -18,14 +18,14 @@ WEIGHT = 3.5 * 9.81
 Config = dict[str, Any]
 
 
-def standing(stiffness: float = 4e4, **initial: Any) -> Config:
+def standing(stiffness=4e4, **initial):
     """Return a leg that stands on a tie under its weight; at rest it is lower by m g / k."""
     config = leg(initial={"position": [0, 0, -WEIGHT / (stiffness + 1e-6)]} | initial)
     config["controller"]["K_c"] = [4000, 4000, stiffness]
     return config | {"integration": {"duration": 2, "samples": 101}}
 
 
-def on_elements(**initial: Any) -> Config:
+def on_elements(**initial):
     """Return a body with a tie and a spring of the attitude, of schema version 2."""
     tie = {"point": [0, 0, 0], "anchor": [0, 0, 0], "K_c": [100] * 3, "L_c": [5] * 3}
     return {
@@ -40,7 +40,7 @@ def on_elements(**initial: Any) -> Config:
     }
 
 
-def alone(**initial: Any) -> Config:
+def alone(**initial):
     """Return a body on which nothing acts."""
     return {
         "schema_version": 2,
@@ -62,7 +62,7 @@ AT_REST = {
 
 @pytest.mark.parametrize("engine", ["scipy", "heyoka"])
 @pytest.mark.parametrize("name", AT_REST)
-def test_a_start_at_rest_is_at_rest_from_the_start(name: str, engine: str) -> None:
+def test_a_start_at_rest_is_at_rest_from_the_start(name, engine):
     config = AT_REST[name]
     config = config | {"integration": config["integration"] | {"engine": engine}}
     result = simulate(config)
@@ -81,20 +81,20 @@ def test_a_start_at_rest_is_at_rest_from_the_start(name: str, engine: str) -> No
         (standing(orientation=[0, 1e-5, 0]), True),
     ],
 )
-def test_a_body_that_moves_is_not_at_rest_from_the_start(config: Config, settles: bool) -> None:
+def test_a_body_that_moves_is_not_at_rest_from_the_start(config, settles):
     time = settling_time_of(simulate(config))
     assert math.isnan(time) != settles
     assert not time < 0.05
 
 
 @pytest.mark.parametrize("objective", ["settling_time", "energy"])
-def test_tuning_has_nothing_to_improve_at_rest(objective: str) -> None:
+def test_tuning_has_nothing_to_improve_at_rest(objective):
     found = tune(held(), objective, "controller.L_r")
     assert (found.given, found.value, found.failures) == (0.0, 0.0, 0)
     assert not found.better
 
 
-def test_the_settling_time_of_a_body_at_rest_has_no_derivative() -> None:
+def test_the_settling_time_of_a_body_at_rest_has_no_derivative():
     found = sensitivities(held())
     place = found.column("settling_time")
     assert found.settles

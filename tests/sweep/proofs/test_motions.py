@@ -28,7 +28,7 @@ SPIN = "initial.angular_velocity[0]"
 SHORT: dict[str, Any] = {"duration": 0.1, "samples": 5, "rtol": 1e-9}
 
 
-def spun(speeds, prove: Any = "motion", **changes):
+def spun(speeds, prove="motion", **changes):
     """A plan of the paper's free body with some initial spins. It is proved at once below 9.9."""
     base = paper_config("free", initial={"angular_velocity": [0, 0, 0]}, **SHORT)
     return load_plan({"base": base, "vary": {SPIN: {"values": speeds}}, "prove": prove, **changes})

@@ -1,10 +1,9 @@
 """Prove that the motions from all starts within tolerances converge; store the proof."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import suppress
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
 from math import inf, nextafter, prod
 from pathlib import Path
 
@@ -26,7 +25,7 @@ from rbstab.experiment.start_sets.starts_record import (
     starts_id,
 )
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.processes.workers import waited, worker_pool
+from rbstab.processes.workers import worked
 from rbstab.proof.motion.motion import MAX_STEPS, NARROWEST, Followed, Part, whole
 from rbstab.proof.motion.motion_set import MotionSet
 from rbstab.store.errors import StoreError
@@ -73,7 +72,16 @@ def prove_starts(  # noqa: PLR0913 (options by name)
         )
     while waiting and len(parts) + len(waiting) + given_up <= MAX_PARTS and not is_late():
         halves: list[Part] = []
-        for part, result in _all_followed(config, proof, waiting, processes, is_late):
+        followed = worked(
+            _follow,
+            waiting,
+            lambda part: part.start,
+            workers=min(processes, len(waiting)),
+            may_begin=lambda: not is_late(),
+            is_given_up=is_late,
+            setup=partial(_set_up, config, proof),
+        )
+        for part, result in followed:
             examined, steps = examined + 1, steps + result.steps
             if result.decision is not None:
                 parts.append(_proved_part(part, result))
@@ -126,34 +134,6 @@ def _fraction(parts: list[ProvedPart]) -> float:
         volume += prod((Fraction(high) - Fraction(low)) / 2 for low, high in sides)
     rounded = float(volume)
     return rounded if Fraction(rounded) <= volume else nextafter(rounded, 0.0)
-
-
-def _all_followed(
-    config: Config, proof: Proof, parts: list[Part], processes: int, is_late: Callable[[], bool]
-) -> Iterator[tuple[Part, Followed]]:
-    """Follow parts, in worker processes if there are several; yield them in their order.
-
-    The parts that are left when it is late are not yielded.
-    """
-    left = list(parts)
-    if processes > 1 and len(parts) > 1:
-        # If a worker dies (out of memory, say), its pool breaks: the rest runs in this process.
-        with (
-            suppress(BrokenProcessPool),
-            worker_pool(min(processes, len(parts)), _set_up, config, proof) as pool,
-        ):
-            # `pool.map` would cancel its futures at an interrupt, and loky prints a traceback then.
-            for future in [pool.submit(_follow, part.start) for part in parts]:
-                result = waited(future)
-                yield left.pop(0), result
-                if is_late():
-                    return
-    if left:
-        _set_up(config, proof)
-    for part in left:
-        if is_late():
-            return
-        yield part, _follow(part.start)
 
 
 _motions: list[Motions] = []

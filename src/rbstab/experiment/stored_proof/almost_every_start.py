@@ -29,7 +29,8 @@ from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.stored_proof.data import ProofData
 from rbstab.experiment.stored_proof.switches import may_switch
 from rbstab.proof.entries import ProvedState
-from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
+from rbstab.proof.passive.damping import why_not_damped
+from rbstab.proof.rotations.theorem import why_indefinite
 
 SMOOTH = (
     Gravity,
@@ -130,11 +131,11 @@ def _failing(proof: ProofData, config: Config | None) -> Iterator[str]:
         return
     # A motion near an unstable rest state may not leave it without damping (A3).
     exact = system_of(without_code(config), decimals)
-    undamped, indefinite = why_not_damped(exact), indefinite_parameter(exact)
+    undamped, indefinite = why_not_damped(exact), why_indefinite(exact)
     if undamped is not None:
         yield f"without elements of your own, {undamped}"
-    if indefinite is not None:
-        yield f"{indefinite} is not positive definite"
+    if indefinite:
+        yield indefinite
     yield from _not_smooth(proof, config, unstable)
 
 

@@ -47,7 +47,9 @@ def start_level(problem: Problem, proof: ProofData) -> float | None:
     """
     if not proof.states:
         return None
-    return _start_energy(problem) - proof.states[0].energy
+    with np.errstate(all="ignore"):
+        energy = float(problem.system.observe(problem.start).energy.sum())
+    return energy - proof.states[0].energy
 
 
 def number_of(proof: ProofData, Theta: Array) -> int | None:
@@ -75,15 +77,12 @@ def number_of(proof: ProofData, Theta: Array) -> int | None:
 def start_state(problem: Problem, proof: ProofData) -> int | None:
     """Return the number of the rest state to which the motion of a problem converges, proved.
 
-    The energy and Θ at the start are enclosed for the exact numbers of the config. A start whose
-    energy is no number in doubles is never inside.
+    The energy and Θ at the start are enclosed for the exact numbers of the config.
 
     Returns:
         The number, from 1 for the lowest; None if it is not proved.
     """
-    if not np.isfinite(_start_energy(problem)) or not proof.has_energy:
-        return None
-    start = start_bounds(problem)
+    start = start_bounds(problem) if proof.has_energy else None
     return start and reached_state(proof, start.energy, start.low, start.high)
 
 
@@ -269,9 +268,3 @@ def _in_modes(system: System, start: Array) -> list[System]:
         for g in (ball(0.0) + g for g in guards_at(system, start))
     ]
     return [with_modes(system, modes) for modes in product(*choices)]
-
-
-def _start_energy(problem: Problem) -> float:
-    """Return the sum of all energies at the start, J."""
-    with np.errstate(all="ignore"):
-        return float(problem.system.observe(problem.start).energy.sum())

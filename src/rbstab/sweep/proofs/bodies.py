@@ -43,11 +43,11 @@ class Bodies:
         return np.flatnonzero(self.of_member == body)
 
 
-def bodies_of(plan: Plan) -> Bodies:
-    """Return the distinct bodies of a plan."""
+def bodies_of(plan: Plan, variants: Iterable[str] | None = None) -> Bodies:
+    """Return the distinct bodies of a plan, or of the members of some variants."""
     of_member = np.full(plan.members, -1)
     firsts = [np.zeros(0, dtype=int)]
-    for rows, table in _numbers_of_bodies(plan, plan.variants):
+    for rows, table in _numbers_of_bodies(plan, plan.variants if variants is None else variants):
         first, inverse = _distinct_rows(table)
         of_member[rows] = sum(map(len, firsts)) + inverse
         firsts.append(rows[first])
@@ -56,13 +56,6 @@ def bodies_of(plan: Plan) -> Bodies:
     place = np.append(np.argsort(by_member), -1)  # the last entry stays -1
     order = np.array(ProofSelection().first(len(found), len(found)), dtype=int)
     return Bodies(place[of_member], found[by_member], order)
-
-
-def first_members(plan: Plan, variants: Iterable[str]) -> Array:
-    """Return the first member of each distinct body of some variants, ascending."""
-    firsts = [rows[_distinct_rows(table)[0]] for rows, table in _numbers_of_bodies(plan, variants)]
-    found: Array = np.sort(np.concatenate([np.zeros(0, dtype=int), *firsts]))
-    return found
 
 
 def _numbers_of_bodies(plan: Plan, variants: Iterable[str]) -> Iterator[tuple[Array, Array]]:

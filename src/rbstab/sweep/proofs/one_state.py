@@ -13,7 +13,7 @@ from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.robust.sentences import named_body
 from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.proofs.bodies import first_members, named_members, ranges_of
+from rbstab.sweep.proofs.bodies import bodies_of, named_members, ranges_of
 from rbstab.sweep.proofs.columns import NOT_ONE_STATE, ONE_STATE, STATES_UNDECIDED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
 from rbstab.sweep.proofs.variants import members_of_variants
@@ -120,7 +120,7 @@ def one_state_of(proofs: ProvedConvergence, found: MemberConvergence) -> OneStat
     counterexamples = proofs.counterexamples()
     if not codes.any() and not counterexamples:
         return OneState()
-    first = first_members(proofs.plan, proofs.variants_of_bodies)
+    first = bodies_of(proofs.plan, proofs.variants_of_bodies).first
     levels = levels[first]
     return OneState(
         len(first),

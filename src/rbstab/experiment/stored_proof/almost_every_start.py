@@ -13,38 +13,16 @@ from rbstab.analysis.exact import decimals
 from rbstab.config.build import system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import switching_code, without_code
-from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import Element
-from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.gravity import Gravity
-from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.guards.soft_guards import StiffGuard
-from rbstab.elements.inputs.loads import ConstantForce
 from rbstab.elements.ligament import Ligament
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
-from rbstab.elements.spring import Spring, ZeroLengthSpring
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.elements.spring import Spring
 from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.stored_proof.data import ProofData
 from rbstab.experiment.stored_proof.switches import may_switch
 from rbstab.proof.entries import ProvedState
 from rbstab.proof.passive.damping import why_not_damped
 from rbstab.proof.rotations.theorem import why_indefinite
-
-SMOOTH = (
-    Gravity,
-    ConstantForce,
-    TranslationalStabilizer,
-    RotationalStabilizer,
-    ViscoElasticConnector,
-    EmbeddedConnector,
-    AttitudeSpring,
-    ZeroLengthSpring,
-    Barrier,
-)
-"""Elements whose forces have continuous derivatives wherever |θ2| < π/2, with the ties that are
-made of them. Of any other kind this is not shown."""
 
 
 @dataclass(frozen=True)
@@ -160,4 +138,4 @@ def _is_smooth(element: Element) -> bool:
 
     A line with a rest length has a length in all motions that count.
     """
-    return isinstance(element, SMOOTH) or (isinstance(element, Spring) and element.rest_length > 0)
+    return element.smooth and not (isinstance(element, Spring) and not element.rest_length > 0)

@@ -67,7 +67,8 @@ def rotation_energy(system: System, exact_system: ExactSystem) -> RotationEnergy
     Q2: all elements are smooth, or ligaments, and no code of users; what they exert, store and
     dissipate, and the rates of their own states, are traced with A, X, Ω, V and own states only
     (`_read_rotations_only`). Q3: X and own states are eliminated with exact pivots, or all in which
-    U is not quadratic is convex (`eliminated`, `_check_lines`). Q6: springs keep a length (`_check_lines`).
+    U is not quadratic is convex (`eliminated`, `_check_lines`). Q6: springs keep a length
+    (`_check_lines`).
 
     Args:
         system: The system, in doubles.

@@ -73,7 +73,7 @@ def _distinct_rows(table: Array) -> tuple[Array, Array]:
 
     They are in the order of their numbers. `numpy.unique` takes several times as long.
     """
-    order = np.lexsort(table.T)  # stable: of equal rows, the first one comes first
+    order = np.lexsort(table.T[::-1])  # stable: of equal rows, the first one comes first
     new = np.any(np.diff(table[order], axis=0, prepend=np.nan), axis=1)
     same = np.empty(len(table), dtype=int)
     same[order] = np.cumsum(new) - 1

@@ -24,13 +24,7 @@ from rbstab.experiment.stored_proof.starts import OPEN_RANGE
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers
-from rbstab.sweep.proofs.columns import (
-    NO_PROOF,
-    NOT_ONE_STATE,
-    ONE_STATE,
-    PROVED,
-    STATES_UNDECIDED,
-)
+from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
 
 ROUND_OFF = 1e-9
 """Relative error allowed for v(0), which is in doubles."""
@@ -62,8 +56,7 @@ class RobustProofs:
             The level of v, J, below which it converges, 0 where no proof covers it; and whether its
             body has one rest state, by its code in `ONE_STATE_WORDS`; both of shape (count,).
         """
-        levels, signs = known_of(self._records, *self._numbers(values), count)
-        return levels, np.array([STATES_UNDECIDED, ONE_STATE, NOT_ONE_STATE], np.int8)[signs]
+        return known_of(self._records, *self._numbers(values), count)
 
     @property
     def has_counterexamples(self) -> bool:

@@ -119,7 +119,8 @@ def test_v_minus_work_has_its_name():
 
 
 def check(name, verdict, value, quantity=REST_STATES):
-    return Check(name, verdict, value, 1.0, math.nan, quantity)
+    """Return a check of a number of rest states, or of a level."""
+    return Check(name, verdict, value, value, math.nan, quantity)
 
 
 STABLE, REGION = GLOBAL_STABILITY, CERTIFIED_REGION

@@ -137,7 +137,7 @@ def _read_rotations_only(element: Element, motion: Motion, own: Array) -> None:
         element.stored(motion, own)
         element.dissipated(motion, own)
         element.rates(motion, own)
-    except (TypeError, ValueError) as error:  # None is no number
+    except (AttributeError, TypeError, ValueError) as error:  # None is no number
         why = f"{element.name} reads Euler angles or the time"
         raise NotOnRotationsError(why) from error
 

@@ -164,7 +164,7 @@ def test_members_of_each_variant_get_what_their_box_says(tmp_path, monkeypatch):
     table = rbstab.open_sweep(tmp_path / "sweep")
     words, start = table.words("convergence"), table["lyapunov_start"]
     certified = ProvedConvergence(plan, tmp_path)
-    levels, _ = certified.boxes(0, plan.members)
+    levels, _ = certified.boxes.of(0, plan.members)
     for number, variant in enumerate(("permanent", "free", "visco-elastic")):
         own = slice(8 * number, 8 * number + 8)
         level = boxes[variant].level if variant in boxes else 0.0
@@ -175,4 +175,4 @@ def test_members_of_each_variant_get_what_their_box_says(tmp_path, monkeypatch):
             assert set(below) == {"proved", "unknown"}
     assert set(boxes) >= {"permanent", "visco-elastic"}
     # A part of the members has the same levels.
-    assert certified.boxes(4, 20)[0].tolist() == levels[4:20].tolist()
+    assert certified.boxes.of(4, 20)[0].tolist() == levels[4:20].tolist()

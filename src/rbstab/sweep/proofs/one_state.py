@@ -113,14 +113,14 @@ def one_state_of(proofs: ProvedConvergence, found: MemberConvergence) -> OneStat
         found: What is known of all members, with what proofs of single bodies say.
     """
     count = len(found.one_state)
-    of_bodies = members_of_variants(proofs.plan, proofs.variants_of_bodies)
+    of_bodies = members_of_variants(proofs.plan, proofs.boxes.variants)
     own: Array = np.where(of_bodies, found.one_state, 0)
-    levels, of_boxes = proofs.boxes(0, count)
+    levels, of_boxes = proofs.boxes.of(0, count)
     codes = np.where(of_boxes == STATES_UNDECIDED, own, of_boxes)
-    counterexamples = proofs.counterexamples()
+    counterexamples = proofs.boxes.counterexamples()
     if not codes.any() and not counterexamples:
         return OneState()
-    first = bodies_of(proofs.plan, proofs.variants_of_bodies).first
+    first = bodies_of(proofs.plan, proofs.boxes.variants).first
     levels = levels[first]
     return OneState(
         len(first),

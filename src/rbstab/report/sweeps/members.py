@@ -158,7 +158,7 @@ class Members:
         for k, name in enumerate(self.plan.variants):
             if name in bounds:
                 own = variants == k
-                found[own] = bounds[name].level(rest[own])
+                found[own] = bounds[name] - rest[own]
         return found
 
     @cached_property

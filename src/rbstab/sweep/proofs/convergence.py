@@ -7,8 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.rest_state import nearest_rest_state
-from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import has_no_rest_state
@@ -31,27 +29,6 @@ from rbstab.sweep.proofs.columns import (
 from rbstab.sweep.proofs.robust import START_COLUMNS, BoxProofs
 from rbstab.sweep.proofs.starts import ProvedStarts
 from rbstab.sweep.proofs.variants import rows_of_variants, shares_proof, undecided_reason
-
-
-class EnergyBound(NamedTuple):
-    """The energy below which members of a variant converge to the lowest rest state, proved.
-
-    Attributes:
-        energy: The sum of all energies at the start, J.
-        nearest_energy: The energy of the rest state nearest to the unloaded position, J.
-    """
-
-    energy: float
-    nearest_energy: float
-
-    def level(self, energy_at_rest: Array | float) -> Array | float:
-        """Return the value of v(0), J, below which convergence is proved.
-
-        Args:
-            energy_at_rest: The energy of the rest state at which v of each member is zero, shape
-                (m,), J.
-        """
-        return self.energy - energy_at_rest
 
 
 class MemberConvergence(NamedTuple):
@@ -104,7 +81,8 @@ class ProvedConvergence:
 
     Attributes:
         boxes: The proofs for many bodies at once, of variants of several bodies.
-        bounds: The bound of each variant whose proof has a region of the lowest rest state.
+        bounds: By variant, the energy below which members converge to the lowest rest state, J, if
+            that is proved. It is the sum of all energies at the start.
     """
 
     def __init__(self, plan: Plan, results: Path) -> None:
@@ -119,9 +97,9 @@ class ProvedConvergence:
         several = [v for v in plan.variants if v not in shared and not undecided_reason(plan, v)]
         self.boxes = BoxProofs(plan, several, results)
         self.bounds = {
-            variant: bound
+            variant: proof.region.lower_bound + proof.states[0].energy
             for variant, proof in self._proofs.items()
-            if (bound := _bound(plan, variant, proof)) is not None
+            if proof.region is not None
         }
 
     @property
@@ -239,16 +217,6 @@ def one_state_code(proof: Proof) -> int:
     none = proof.proved and not proof.states
     no_minimum = proof.unique and proof.globally_stable is False
     return NOT_ONE_STATE if none or no_minimum else STATES_UNDECIDED
-
-
-def _bound(plan: Plan, variant: str, proof: Proof) -> EnergyBound | None:
-    """Return the bound of the region of the lowest rest state; None if it has none."""
-    if proof.region is None:
-        return None
-    system = smooth_rest_system(plan.initial_value_problems[variant])
-    return EnergyBound(
-        proof.region.lower_bound + proof.states[0].energy, nearest_rest_state(system).energy
-    )
 
 
 PROOF_COLUMNS = (*KNOWN_COLUMNS, *START_COLUMNS)

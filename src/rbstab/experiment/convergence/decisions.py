@@ -5,9 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.elements.guards.stop import Stop
-from rbstab.elements.ligament import Ligament
 from rbstab.elements.sliding import Sliding, SlidingConnector
 from rbstab.experiment.convergence.convergence import (
     ASK_FOR_PROOF,
@@ -23,9 +21,6 @@ if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof
 
 NO_REGION = "no certified region is proved"
-
-IN_PROOFS = (Ligament, SoftGuard, Stop)
-"""Elements that switch, and that proofs of rest states take into account."""
 
 OUTSIDE = (
     f"the start is outside of every certified region; {ASK_FOR_PROOF} follows the exact motion"
@@ -123,11 +118,11 @@ def not_enclosed(problem: Problem) -> Convergence | None:
         why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
         return undecided(Undecided.SLIDING, why)
     for element in elements:
-        stops = isinstance(element, Stop)
-        if stops or isinstance(element, Sliding) or element.holds or element.slides:
+        stops, slides = isinstance(element, Stop), isinstance(element, Sliding)
+        if stops or slides or element.holds or element.slides:
             how = "turns the motion back at once" if stops else "may slide on a surface"
             why = f"an element switches in a way that no enclosure follows: {element.name} {how}"
-            return undecided(Undecided.SWITCHES, why)
+            return undecided(Undecided.SLIDING if slides else Undecided.SWITCHES, why)
     return None
 
 
@@ -138,11 +133,7 @@ def nothing_proved(problem: Problem) -> Convergence | None:
     that of one with code of a user: the proof of its rest states says why there is none.
     """
     found = not_enclosed(problem)
-    if found is None or found.reason is Undecided.USER_CODE:
-        return None
-    switching = [element for element in problem.system.elements if element.mode_count]
-    in_proofs = all(isinstance(one, IN_PROOFS) or one.from_user for one in switching)
-    return None if in_proofs and found.reason is Undecided.SWITCHES else found
+    return None if found is None or found.reason in BY_REGION else found
 
 
 def convergence_in(

@@ -1,6 +1,7 @@
 """Prove the convergence of members by enclosing their exact motions, those of one body together."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from threading import Lock
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
@@ -13,7 +14,6 @@ from rbstab.experiment.convergence.convergence import Convergence, Undecided
 from rbstab.experiment.convergence.decisions import nothing_proved, refusal
 from rbstab.experiment.convergence.many_motions import Motions
 from rbstab.experiment.proof import prove
-from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VariedKey
 from rbstab.sweep.plan.plan import Plan
@@ -90,14 +90,12 @@ class MotionProver:
         for variant, rows, own in rows_of_variants(plan, plan.variants, start, stop):
             if not shares_proof(plan, variant):
                 for row in np.flatnonzero(selected[rows]):
-                    config = plan.config_of(start + int(rows[row]))
-                    body = _body_of(config, (), problem_of(config))
+                    body = _body_of(partial(plan.config_of, start + int(rows[row])), ())
                     self._fill(columns, body, {}, rows[[row]], selected)
             elif len(rows):
                 if variant not in self._shared:
-                    base, keys = plan.base_of(variant), plan.varied_keys_of(variant)
-                    problem = plan.initial_value_problems[variant]
-                    self._shared[variant] = _body_of(base, keys, problem)
+                    keys = plan.varied_keys_of(variant)
+                    self._shared[variant] = _body_of(partial(plan.base_of, variant), keys)
                 self._fill(columns, self._shared[variant], own, rows, selected)
         return columns
 
@@ -135,9 +133,11 @@ class MotionProver:
             columns["proof_steps"][row] = one.steps
 
 
-def _body_of(config: Config, keys: tuple[VariedKey, ...], problem: Problem) -> _Body:
+def _body_of(made: Callable[[], Config], keys: tuple[VariedKey, ...]) -> _Body:
     """Return what members share whose configs differ in the values of some keys of their starts."""
     try:
+        config = made()
+        problem = problem_of(config)
         refused = nothing_proved(problem)
         if refused is not None:
             return _Body(None, None, str(refused.reason))  # it needs no proof of rest states

@@ -5,7 +5,6 @@ The table of claims has searches that find no others; `verification` has the che
 
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -33,7 +32,7 @@ def guarded(stiffness=100.0, soft=1.0, **barrier):
 
 
 @cache
-def proof_of(stiffness=100.0, soft=1.0, outer=0.0) -> Any:
+def proof_of(stiffness=100.0, soft=1.0, outer=0.0):
     return prove(guarded(stiffness, soft, **({"outer_stiffness": outer} if outer else {})))
 
 

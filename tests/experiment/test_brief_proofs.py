@@ -2,7 +2,6 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
@@ -47,7 +46,7 @@ def made(monkeypatch):
     """Return the list of the proofs that are made, and whether each was to be brief."""
     calls: list[bool] = []
 
-    def counted(*arguments: Any, prove: Any = module.prove, **options: Any) -> Proof:
+    def counted(*arguments, prove=module.prove, **options):
         calls.append(options.get("brief", False))
         found: Proof = prove(*arguments, **options)
         return found
@@ -93,7 +92,7 @@ def test_a_brief_proof_does_not_replace_one_that_was_stored_in_the_meantime(tmp_
     config = load_config(DATA)
     whole = no_proof(proof_id(config), "found elsewhere")
 
-    def beside(config: Any, problem: Any, *, brief: bool, prove: Any = module.prove) -> Proof:
+    def beside(config, problem, *, brief, prove=module.prove):
         found: Proof = prove(config, problem, brief=brief)
         if brief:
             monkeypatch.setattr(module, "prove", lambda *_, **__: whole)
@@ -123,7 +122,7 @@ def test_a_stored_run_is_completed_by_a_later_proof(tmp_path):
     assert str(answer_of(done.result, proof=proof).whole_range).startswith("proved")
 
 
-def printed(*arguments: str) -> str:
+def printed(*arguments):
     """Return what a command prints, without the breaks of its lines."""
     done = CliRunner().invoke(cli, list(arguments))
     assert done.exit_code == 0, done.output

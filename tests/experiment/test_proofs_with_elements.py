@@ -70,31 +70,31 @@ def folder(tmp_path_factory):
         yield folder
 
 
-def code(name: str, **parameters: Any) -> Elements:
+def code(name, **parameters):
     return mine(**parameters) | {"file": f"{name}.py"}
 
 
-def guard(method: str, strength: float, soft: float) -> Elements:
+def guard(method, strength, soft):
     names = {"stiff": "stiffness", "repelling": "couple", "stop": "restitution"}
     angle = "angle" if method == "stop" else "soft_angle"
     return {"kind": "guard", "method": method, names[method]: strength, angle: soft}
 
 
-def cord(name: str, soft: float = 0.02) -> Elements:
+def cord(name, soft=0.02):
     return code(name, point=[0, 0, 0.4], k=31.0, soft=soft)
 
 
-def held(elements: Elements, stiffness: Any = (4, 4, 3), **changes: Any) -> Config:
+def held(elements, stiffness=(4, 4, 3), **changes):
     """Return the config of a held body under a load."""
     controller = {"variant": "permanent", **GAINS, "K_r": list(stiffness)}
     return loaded_with(elements, controller=controller, **changes)
 
 
-def tied(elements: Elements) -> Config:
+def tied(elements):
     return loaded_with(elements, "visco-elastic")
 
 
-def stiff(elements: Elements) -> Config:
+def stiff(elements):
     return held(elements, (20, 20, 20))
 
 
@@ -131,7 +131,7 @@ PAIRS: dict[str, tuple[Of, Elements, Elements]] = {
 """Two descriptions of one body: first in elements of users, then in those of the program."""
 
 
-def body_of(config: Config) -> Body:
+def body_of(config):
     """Return the body with its energy, as `prove` has it."""
     exact = partial(system_of, without_code(config))
     return Body(smooth_rest_system(problem_of(config)), exact)

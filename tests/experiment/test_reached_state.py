@@ -114,6 +114,8 @@ def test_start_in_a_valley_converges_there(proof, number):
     words = (result.attributes["verdict"], result.attributes["convergence"])
     assert words == ("consistent", "proved")
     assert result.attributes["convergence_rest_state"] == number
+    depth = proof.regions[number - 1].lower_bound
+    assert result.attributes["convergence_bound"] == pytest.approx(depth, rel=1e-9)
     *others, this_start = stability_of(problem, proof).statements
     assert f"convergence to rest state {number} is proved." in this_start
     assert f"Region of rest state 2: {region.lower_bound:.6g} J deep" in " ".join(others)

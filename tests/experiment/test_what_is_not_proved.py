@@ -36,7 +36,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def with_code(text: str, variant: str = "permanent", *, others: Any = (), **values: Any) -> Config:
+def with_code(text, variant="permanent", *, others=(), **values):
     """Return the config of a body with one element of a user, and others."""
     Path("mine.py").write_text(text, encoding="utf-8")
     return loaded_with({"one": mine(**values), **dict(others)}, variant)
@@ -51,13 +51,13 @@ MOVING = """first, second = self.slopes(motion, own)
         return -0.5 * np.array([first, {0} * second])"""
 
 
-def moving(mode: str) -> str:
+def moving(mode):
     """Return a cord of which an own state does not rest where the energy is least in one mode."""
     text = TIGHTER.replace("return -0.5 * self.slopes(motion, own)", MOVING.format(mode))
     return text.replace("power(a, 2) + power(b, 2)", f"power(a, 2) + {mode} * power(b, 2)")
 
 
-def nearly_convex(eps: float) -> str:
+def nearly_convex(eps):
     """Return a cord with k ((D1 + D2)² - ε D2²) max(g, 0)²: not convex for any ε > 0."""
     strength = f"(1 + own[0] * own[0] + 2 * own[0] * own[1] + own[1] * own[1] - {eps} * own[1]**2)"
     first = "2 * self.k * p * (own[0] + own[1])"
@@ -219,11 +219,11 @@ LIGAMENT = {"kind": "ligament", **ENDS, "slack_length": 0.3, "stiffness": 9.0, "
 STOPPED = {"kind": "guard", "method": "stop", "angle": 1.2, "restitution": 0.5}
 
 
-def of(elements: Any, controller: Any = CONTROLLER, **changes: Any) -> Config:
+def of(elements, controller=CONTROLLER, **changes):
     return load_config(config_data(elements, controller, **changes), allow_python=True)
 
 
-def leg(variant: str, elements: Any = (), **gains: Any) -> Config:
+def leg(variant, elements=(), **gains):
     """Return a leg on its knee; gains that are not given are zero."""
     tie_of_c = {"K_c": [4000, 4000, 40000], "L_c": [80, 80, 200]}
     controller = {"variant": variant, **(tie_of_c if variant == "visco-elastic" else {}), **gains}

@@ -14,8 +14,8 @@ from support.valleys import TWO_VALLEYS
 
 import rbstab
 from rbstab.config.build import problem_of
-from rbstab.experiment.convergence.decisions import region_energies
 from rbstab.experiment.proof_cache import proof_for
+from rbstab.experiment.stored_proof.starts import region_bounds
 from rbstab.integrate.engines import engine
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
@@ -85,7 +85,7 @@ def starts_near_the_bounds(config, proof, rng) -> dict[str, list[float]]:
     """Return columns of a plan: starts with energies at and below the bounds of the regions."""
     system = problem_of(config).system
     states = [np.array(state.orientation) for state in proof.states]
-    bounds = [bound for _, bound in region_energies(proof)]
+    bounds = region_bounds(proof)
     rows: list[np.ndarray] = []
     while len(rows) < STARTS:
         bound = bounds[rng.integers(len(bounds))]
@@ -131,7 +131,7 @@ def test_proved_starts_end_where_they_should(tmp_path, bodies, least):
         config = rbstab.load_config(base)
         folder = tmp_path / str(seed)
         proof = proof_for(folder, config)
-        if not region_energies(proof):
+        if not region_bounds(proof):
             continue
         columns = starts_near_the_bounds(config, proof, np.random.default_rng(1000 + seed))
         vary = {"starts": {"zip": {key: {"values": v} for key, v in columns.items()}}}

@@ -22,6 +22,7 @@ class AttitudeSpring(Element):
         L: Damping, shape (3, 3), N m s/rad, body coordinates.
     """
 
+    smooth = True
     gains: ClassVar[tuple[Gain, ...]] = (
         Gain("K", "N m", "stiffness of the attitude"),
         Gain("L", "N m s/rad", "damping, body", dissipates=True),

@@ -33,6 +33,10 @@ class Element:
     state_size: ClassVar[int] = 0
     """The number of own states, derived from `states`."""
 
+    smooth: ClassVar[bool] = False
+    """Whether what it exerts has continuous derivatives wherever |θ2| < π/2, and where its line has
+    a length. Of another element this is not known."""
+
     mode_count: ClassVar[int] = 0
     """The number of switches of an element whose force is smooth only between them. It has a field
     `mode`, shape (mode_count,), of numbers 0 or 1. Its formulas use them as numbers, and so need no

@@ -25,6 +25,7 @@ class EmbeddedConnector(Element):
         L_d: Damping of D, shape (3, 3), N s/m, inertial.
     """
 
+    smooth = True
     name = "connector"
     gains: ClassVar[tuple[Gain, ...]] = (
         Gain("K_c", "N/m", "connector stiffness, inertial"),

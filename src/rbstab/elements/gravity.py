@@ -15,6 +15,7 @@ class Gravity(Element):
         weight: G, shape (3,), N, inertial.
     """
 
+    smooth = True
     name = "gravity"
 
     weight: Array

@@ -19,6 +19,7 @@ class RotationalStabilizer(Element):
         L_r: Damping, shape (3, 3), N m s/rad, body coordinates.
     """
 
+    smooth = True
     name = "rotational stabilizer"
     gains: ClassVar[tuple[Gain, ...]] = (
         Gain("K_r", "N m/rad", "rotational stiffness, Euler angles", default=0.0),

@@ -84,6 +84,7 @@ class Spring(Element):
         damping: c, N s/m.
     """
 
+    smooth = True
     gains: ClassVar[tuple[Gain, ...]] = (
         POINT,
         ANCHOR,
@@ -138,6 +139,7 @@ class ZeroLengthSpring(Element):
         stiffness: k, N/m.
     """
 
+    smooth = True
     gains: ClassVar[tuple[Gain, ...]] = Spring.gains[:3]
 
     name: str

@@ -19,6 +19,7 @@ class TranslationalStabilizer(Element):
         L_t: Damping, shape (3, 3), N s/m, inertial.
     """
 
+    smooth = True
     name = "translational stabilizer"
     gains: ClassVar[tuple[Gain, ...]] = (
         Gain("K_t", "N/m", "translational stiffness, inertial", default=0.0),

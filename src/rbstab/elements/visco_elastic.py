@@ -20,6 +20,7 @@ class ViscoElasticConnector(Element):
         L_c: Damping, shape (3, 3), N s/m, inertial.
     """
 
+    smooth = True
     name = "connector"
     gains: ClassVar[tuple[Gain, ...]] = (
         Gain("K_c", "N/m", "connector stiffness, inertial"),

@@ -99,7 +99,7 @@ def _proof_of(config: Config, problem: Problem | None, *, search_only: bool, bri
         if isinstance(found, Proof):
             return found
         families = found
-    why_not = _no_theorem(config)
+    why_not = no_theorem(config)
     if why_not is not None:
         return _searched(identity, system, f"no proof was tried, as {why_not}")
     try:
@@ -216,13 +216,14 @@ def _searched(identity: str, system: System, why_not: str) -> Proof:
     return searched_record(identity, states, why_not)
 
 
-def _no_theorem(config: Config) -> str | None:
+def no_theorem(config: Config) -> str | None:
     """Return which hypothesis of all theorems does not hold, or None."""
-    from rbstab.proof.passive.damping import damping_of_users, indefinite_parameter, why_not_damped
+    from rbstab.proof.passive.damping import damping_of_users, why_not_damped
+    from rbstab.proof.rotations.theorem import why_indefinite
 
-    system, exact = system_of(config), system_of(without_code(config), decimals)
-    indefinite = indefinite_parameter(exact)
-    if indefinite is not None:
-        return f"{indefinite} is not positive definite"
-    undamped = why_not_damped(exact, damping_of_users(system))
+    exact = system_of(without_code(config), decimals)
+    indefinite = why_indefinite(exact)
+    if indefinite:
+        return indefinite
+    undamped = why_not_damped(exact, damping_of_users(system_of(config)))
     return None if undamped is None else f"{NOT_DAMPED}: {undamped}"

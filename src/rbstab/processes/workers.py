@@ -6,7 +6,8 @@ ignore both; only the parent reacts. A worker exits at once when its parent dies
 
 import os
 import signal
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, contextmanager, suppress
@@ -16,12 +17,14 @@ from threading import Thread
 from typing import Any, TypeVar
 
 POLL_INTERVAL = 0.1
-"""s; the longest wait for a task of a pool: Windows does not interrupt a wait."""
+"""s; the longest wait for a task of a pool."""
 
 WORKERS = {"MALLOC_TOP_PAD_": str(1 << 26), "LOKY_MAX_MEMORY_LEAK_SIZE": "1e15"}
 """The environment of the workers of a pool. glibc gives freed memory back at once in the main
 thread, and computing takes a tenth longer; loky ends a worker that has grown."""
 
+A = TypeVar("A")
+S = TypeVar("S")
 T = TypeVar("T")
 
 _INTERRUPTS = {signal.SIGINT, signal.SIGTERM}
@@ -66,15 +69,52 @@ def worker_pool(
         yield pool
 
 
-def waited(future: "Future[T]") -> T:
-    """Wait for a task of a pool, and return its result; Ctrl-C ends the wait on every system.
+def worked(  # noqa: PLR0913 (options by name)
+    function: Callable[[A], T],
+    items: Iterable[S],
+    argument: Callable[[S], A],
+    *,
+    workers: int,
+    may_begin: Callable[[], bool],
+    is_given_up: Callable[[], bool],
+    setup: Callable[[], None] | None = None,
+) -> Iterator[tuple[S, T]]:
+    """Yield items in order, each with what a function makes of its argument.
+
+    If a worker dies (out of memory, say), its pool breaks: the rest is done in this process.
+
+    Args:
+        function: At the top level of a module, or a `partial` of such a function.
+        items: The items.
+        argument: Returns the argument of an item; it is called when the item is begun.
+        workers: The number of worker processes; up to 1: this process does all.
+        may_begin: Whether another item may be begun.
+        is_given_up: Whether items that workers have begun are given up.
+        setup: Called once in each process, before its first item.
 
     Raises:
-        Exception: The task raised it.
+        Exception: The function raised it.
     """
-    while not future.done():
-        wait([future], timeout=POLL_INTERVAL)
-    return future.result()
+    queue = deque(items)
+    if workers > 1:
+        with suppress(BrokenProcessPool), worker_pool(workers, setup) as pool:
+            running = deque[Future[T]]()
+            while queue:
+                while len(running) < min(len(queue), workers + 1) and may_begin():
+                    running.append(pool.submit(function, argument(queue[len(running)])))
+                # Windows does not interrupt a longer wait; and `pool.map` would cancel its futures
+                # at an interrupt, at which loky prints a traceback.
+                while running and not running[0].done() and not is_given_up():
+                    wait([running[0]], timeout=POLL_INTERVAL)
+                if not (running and running[0].done()):
+                    return
+                result = running.popleft().result()
+                yield queue.popleft(), result
+    if queue and setup is not None:
+        setup()
+    while queue and may_begin():
+        item = queue.popleft()
+        yield item, function(argument(item))
 
 
 def _set_up(pipe: Connection, setup: Callable[..., None] | None, *arguments: Any) -> None:

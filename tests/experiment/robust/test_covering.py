@@ -1,12 +1,9 @@
 """Members that lie inside the box of a stored proof, by exact comparison of decimals."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from support.bodies import config_of
 
-from rbstab.config.schema import Config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust import covering
 from rbstab.experiment.robust.bodies import bodies_for
@@ -24,7 +21,7 @@ def robust_levels(folder, config, varied, count):
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """A folder of results with the proof of `TEXTS`."""
     config, folder = config_of("permanent"), tmp_path_factory.mktemp("covering")
     assert bodies_for(folder, config, tolerances_of(config, TEXTS)).proved
@@ -45,9 +42,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ({("controller", "K_t", 0, 0): [4100.0]}, [0]),
     ],
 )
-def test_all_numbers_must_lie_inside(
-    folder: Path, varied: dict[tuple[str | int, ...], list[float]], inside: list[int]
-) -> None:
+def test_all_numbers_must_lie_inside(folder, varied, inside):
     config = config_of("permanent")
     arrays = {path: np.array(values) for path, values in varied.items()}
     levels = robust_levels(folder, config, arrays, len(inside))
@@ -65,13 +60,11 @@ def test_all_numbers_must_lie_inside(
         config_of("permanent", body={"mass": 42.0}),
     ],
 )
-def test_other_configs_are_not_covered(folder: Path, config: Config) -> None:
+def test_other_configs_are_not_covered(folder, config):
     assert not np.any(robust_levels(folder, config, {}, 2))
 
 
-def test_the_highest_level_counts_and_only_of_proofs_of_these_equations(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_highest_level_counts_and_only_of_proofs_of_these_equations(tmp_path, monkeypatch):
     config = config_of("permanent")
     assert not np.any(robust_levels(tmp_path, config, {}, 3))
     wide, narrow = (
@@ -92,7 +85,7 @@ def test_the_highest_level_counts_and_only_of_proofs_of_these_equations(
     assert not np.any(robust_levels(tmp_path, config, varied, 2))
 
 
-def test_an_entry_and_its_mirror_image_have_the_same_bounds(tmp_path: Path) -> None:
+def test_an_entry_and_its_mirror_image_have_the_same_bounds(tmp_path):
     K_t = [[4100, 300, 0], [300, 4100, 0], [0, 0, 3280]]
     config = config_of("permanent", controller={"K_t": K_t})
     assert bodies_for(tmp_path, config, tolerances_of(config, ["controller.K_t[0][1]=±10"])).proved

@@ -1,14 +1,11 @@
 """Proofs for all bodies within tolerances: records, files, ids, and the largest tolerance."""
 
-from collections.abc import Sequence
 from fractions import Fraction
-from pathlib import Path
-from typing import Any
 
 import pytest
 from support.bodies import HEAVY, config_of
 
-from rbstab.config.tolerances import Tolerance, tolerances_of
+from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust import bodies
 from rbstab.experiment.robust.bodies import all_bodies, bodies_for, bodies_id, prove_within
 from rbstab.experiment.robust.largest import largest_within
@@ -19,20 +16,20 @@ TEXTS = ["controller.K_r=±10%", "body.contact_point=±0.01"]
 
 
 @pytest.fixture(scope="module")
-def record() -> BodiesRecord:
+def record():
     """The proof for the permanent body."""
     config = config_of("permanent")
     return prove_within(config, tolerances_of(config, TEXTS))
 
 
-def test_a_stored_proof_is_read_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stored_proof_is_read_again(tmp_path, monkeypatch):
     config = config_of("permanent")
     tolerances = tolerances_of(config, TEXTS)
     first = bodies_for(tmp_path, config, tolerances)
     (file,) = (tmp_path / "proofs").iterdir()
     assert file == BodiesRecord.file(tmp_path, first.id)
 
-    def fail(*_: Any) -> None:
+    def fail(*_):
         raise AssertionError("it is made again")
 
     monkeypatch.setattr(bodies, "prove_within", fail)
@@ -44,7 +41,7 @@ def test_a_stored_proof_is_read_again(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.parametrize("damage", ["", "edited"])
-def test_a_damaged_proof_is_missing(tmp_path: Path, record: BodiesRecord, damage: str) -> None:
+def test_a_damaged_proof_is_missing(tmp_path, record, damage):
     """So is one that was edited, and the file of another proof is not taken for this one."""
     record.keep(tmp_path)
     file = BodiesRecord.file(tmp_path, record.id)
@@ -58,7 +55,7 @@ def test_a_damaged_proof_is_missing(tmp_path: Path, record: BodiesRecord, damage
     assert BodiesRecord.kept(tmp_path, "1" * 32) is None
 
 
-def test_id_depends_on_body_tolerances_and_equations(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_id_depends_on_body_tolerances_and_equations(monkeypatch):
     config = config_of("permanent")
     ids = {
         bodies_id(one, bounds_of(tolerances_of(one, [text])))
@@ -71,7 +68,7 @@ def test_id_depends_on_body_tolerances_and_equations(monkeypatch: pytest.MonkeyP
     assert bodies_id(config, ()) != before
 
 
-def test_a_false_claim_names_the_body() -> None:
+def test_a_false_claim_names_the_body():
     config = config_of("permanent", scale=0.2)
     texts = ["controller.K_t=±5%"]
     found = prove_within(config, tolerances_of(config, texts))
@@ -89,10 +86,10 @@ def test_a_false_claim_names_the_body() -> None:
 HEAVY_BODY, FIXED = config_of("permanent", gravity=HEAVY), ["body.contact_point=±0.01"]
 
 
-def fake(record: BodiesRecord, threshold: float, tried: list[float]) -> Any:
+def fake(record, threshold, tried):
     """Return a function that "proves" percentages up to a threshold."""
 
-    def prove(tolerances: Sequence[Tolerance]) -> BodiesRecord:
+    def prove(tolerances):
         fixed, *_, varied = tolerances
         assert (fixed.entry.key, fixed.radius) == ("body.contact_point[0]", Fraction(1, 100))
         percent = float(100 * varied.radius / abs(varied.middle))
@@ -103,7 +100,7 @@ def fake(record: BodiesRecord, threshold: float, tried: list[float]) -> Any:
 
 
 @pytest.mark.parametrize("threshold", [0.05, 3.21, 640.0])
-def test_largest_is_found_to_one_percent(record: BodiesRecord, threshold: float) -> None:
+def test_largest_is_found_to_one_percent(record, threshold):
     tried: list[float] = []
     found = largest_within(HEAVY_BODY, fake(record, threshold, tried), "gravity", FIXED)
     assert found.percent is not None
@@ -113,7 +110,7 @@ def test_largest_is_found_to_one_percent(record: BodiesRecord, threshold: float)
     assert len(tried) == len(set(tried)) < 20
 
 
-def test_largest_tells_what_it_has_at_its_limit_of_time(record: BodiesRecord) -> None:
+def test_largest_tells_what_it_has_at_its_limit_of_time(record):
     tried: list[float] = []
     found = largest_within(
         HEAVY_BODY, fake(record, 3.21, tried), "gravity", FIXED, is_late=lambda: len(tried) == 3
@@ -125,7 +122,7 @@ def test_largest_tells_what_it_has_at_its_limit_of_time(record: BodiesRecord) ->
     assert "found by the time limit: ±2 %, proved. At ±4 % it is not decided" in first
 
 
-def test_largest_ends_where_the_bounds_are_no_config(record: BodiesRecord) -> None:
+def test_largest_ends_where_the_bounds_are_no_config(record):
     """Gains cannot be negative, so 101 % is not valid; here every valid percentage is "proved"."""
     config = config_of("permanent")
     found = largest_within(config, lambda _: record, "controller", [])
@@ -134,7 +131,7 @@ def test_largest_ends_where_the_bounds_are_no_config(record: BodiesRecord) -> No
     assert "a bound is not a valid number" in largest_sentences(found, [])[0]
 
 
-def test_dampings_must_be_definite_for_each_body() -> None:
+def test_dampings_must_be_definite_for_each_body():
     """With both entries high, or both low, the least eigenvalue is 41 - 25 N m s/rad.
 
     With one high and one low, it is 41 - 2 * 25 N m s/rad.

@@ -20,6 +20,7 @@ from rbstab.experiment.convergence.many_motions import Motions
 from rbstab.experiment.proof import prove
 from rbstab.experiment.start_sets import prove_starts as module
 from rbstab.experiment.start_sets.prove_starts import prove_starts
+from rbstab.processes import workers
 from rbstab.proof.motion.motion import Followed
 
 
@@ -234,7 +235,7 @@ def test_a_broken_pool_of_workers_loses_nothing(monkeypatch):
 
     outcomes(monkeypatch, decide)
     alone = proved(free_config(), TEXT)
-    monkeypatch.setattr(module, "worker_pool", pool)
+    monkeypatch.setattr(workers, "worker_pool", pool)
     found = proved(free_config(), TEXT, processes=4)
     assert found.model_copy(update={"seconds": alone.seconds}) == alone
     assert len(found.parts) == 4

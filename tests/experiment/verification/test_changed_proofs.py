@@ -1,6 +1,6 @@
 """Proofs of bodies with elements of all kinds are verified, and none that is changed."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -20,12 +20,12 @@ from rbstab.experiment.verification.verify import verify
 from rbstab.proof.record import expression_of
 
 
-def _code(text: str, **parameters: Any) -> Config:
+def _code(text, **parameters):
     Path("mine.py").write_text(text, encoding="utf-8")
     return loaded_with({"one": mine(**parameters)})
 
 
-def _of(elements: dict[str, Any], controller: Any = HELD) -> Config:
+def _of(elements, controller=HELD):
     return load_config(config_data(elements, controller))
 
 
@@ -51,24 +51,24 @@ CLOSED = {"barrier", "barriers", "stop"}
 
 
 @pytest.fixture(scope="module", autouse=True)
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+def folder(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(tmp_path_factory.mktemp("elements"))
         yield
 
 
 @cache
-def _proved(kind: str) -> tuple[Config, Proof]:
+def _proved(kind):
     config = (KINDS | HEAVY_KINDS)[kind]()
     return config, prove(config)
 
 
-def _refused(proof: Proof, config: Config | None = None) -> list[str]:
+def _refused(proof, config=None):
     return [one.claim for one in verify(proof, config).findings if not one.verified]
 
 
 @pytest.mark.parametrize("kind", ALL)
-def test_a_proof_is_verified_and_read_as_it_was_stored(kind: str) -> None:
+def test_a_proof_is_verified_and_read_as_it_was_stored(kind):
     config, proof = _proved(kind)
     assert proof.proved
     assert Proof.model_validate_json(proof.model_dump_json()) == proof
@@ -78,41 +78,41 @@ def test_a_proof_is_verified_and_read_as_it_was_stored(kind: str) -> None:
 Data = dict[str, Any]
 
 
-def _other_factor(data: Data) -> None:
+def _other_factor(data):
     """Make the last term of the energy one per cent larger."""
     last = data["reduced_energy"]["operations"][-1]
     last[-2] = str(Fraction(last[-2]) * Fraction(101, 100))
 
 
-def _relabelled_factor(data: Data) -> None:
+def _relabelled_factor(data):
     """Change the digest too."""
     _other_factor(data)
     energy = data["reduced_energy"]
     energy["digest"] = expression_of(energy["operations"]).digest
 
 
-def _no_state(data: Data) -> None:
+def _no_state(data):
     del data["states"][-1]
     data.update(unique=False, region=None, regions=[], closed=None)
     data["unique"] = len(data["states"]) == 1
 
 
-def _moved(data: Data) -> None:
+def _moved(data):
     for corner in data["states"][0]["enclosure"]:
         corner[0] += 1e-3
 
 
-def _other_index(data: Data) -> None:
+def _other_index(data):
     data["states"][0]["index"] = 1
     data["closed"] = None
 
 
-def _higher(data: Data) -> None:
+def _higher(data):
     region = data["region"] or data["regions"][0]
     region["energy_bound"] += 0.01 * max(region["level"], 1.0)
 
 
-def _open_range(data: Data) -> None:
+def _open_range(data):
     """Let no barrier or stop close the range."""
     data["closed"] = True
     data["reduced_energy"].update(closed=[], stop=None)
@@ -130,7 +130,7 @@ CHANGES: dict[str, tuple[Callable[[Data], None], str]] = {
 
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("kind", ALL)
-def test_a_changed_proof_is_refused(kind: str, change: str) -> None:
+def test_a_changed_proof_is_refused(kind, change):
     config, proof = _proved(kind)
     data = proof.model_dump(mode="json") | {"unwrapped": None}
     make, claim = CHANGES[change]

@@ -4,7 +4,7 @@ it does not decide. codac runs in a process of its own: here it would change all
 
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 from rbstab.config.load import load_config
-from rbstab.config.schema import Config
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.second import opinion
@@ -50,15 +49,15 @@ UNDECIDED_CONFIGS = {
 }
 
 
-def config_of(name: str) -> Config:
+def config_of(name):
     return load_config(CONFIGS / f"{name}.yaml", allow_python=True)
 
 
-def asked(proof: Proof, config: Config) -> dict[tuple[str, str], bool]:
+def asked(proof, config):
     return {(one.about, one.claim): one.verified for one in second_opinion(proof, config)}
 
 
-def confirm(name: str) -> None:
+def confirm(name):
     config = config_of(name)
     proof = prove(config)
     assert proof.proved
@@ -78,60 +77,58 @@ def confirm(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
-def test_a_shipped_proof_is_confirmed(name: str) -> None:
+def test_a_shipped_proof_is_confirmed(name):
     confirm(name)
 
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("name", HEAVY)
-def test_all_shipped_proofs_that_it_can_decide_are_confirmed(name: str) -> None:
+def test_all_shipped_proofs_that_it_can_decide_are_confirmed(name):
     confirm(name)
 
 
 @pytest.fixture(scope="module")
-def config() -> Config:
+def config():
     return config_of("examples/stability/fast")
 
 
 @pytest.fixture(scope="module")
-def proof(config: Config) -> Proof:
+def proof(config):
     """Return the only rest state in the range of eq. 5, with its region."""
     return prove(config).model_copy(update={"unwrapped": None})
 
 
-def changed(proof: Proof, **entries: Any) -> Proof:
+def changed(proof, **entries):
     return Proof.model_validate({**proof.model_dump(mode="json"), **entries})
 
 
-def refuted(proof: Proof, config: Config) -> list[str]:
+def refuted(proof, config):
     found = asked(proof, config).items()
     return [claim for (_, claim), fine in found if not fine and claim != UNDECIDED]
 
 
 @pytest.mark.slow
-def test_a_proof_is_confirmed_and_one_without_a_state_is_refuted(
-    proof: Proof, config: Config
-) -> None:
+def test_a_proof_is_confirmed_and_one_without_a_state_is_refuted(proof, config):
     assert all(asked(proof, config).values())
     without = changed(proof, states=[], unique=False, closed=None, region=None, regions=[])
     assert refuted(without, config) == ["rest states"]
 
 
-def moved(data: dict[str, Any], axis: int, far: float) -> None:
+def moved(data, axis, far):
     for corner in data["states"][0]["enclosure"]:
         corner[axis] += far
 
 
-def zero_on_border(data: dict[str, Any]) -> None:
+def zero_on_border(data):
     low, high = data["states"][0]["enclosure"]
     low[0], high[0] = 0.0, high[0] - low[0]
 
 
-def index(data: dict[str, Any]) -> None:
+def index(data):
     data["states"][0]["index"] = 1
 
 
-def level(data: dict[str, Any]) -> None:
+def level(data):
     data["region"]["energy_bound"] += 1e-4 * data["region"]["lower_bound"]
 
 
@@ -147,7 +144,7 @@ WRONG: dict[str, tuple[Callable[[dict[str, Any]], None], list[str]]] = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("wrong", WRONG)
-def test_wrong_claims_are_refuted(proof: Proof, config: Config, wrong: str) -> None:
+def test_wrong_claims_are_refuted(proof, config, wrong):
     change, claims = WRONG[wrong]
     data = proof.model_dump(mode="json")
     change(data)
@@ -158,13 +155,11 @@ def test_wrong_claims_are_refuted(proof: Proof, config: Config, wrong: str) -> N
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", ["energy", "slopes"])
-def test_an_energy_that_is_not_that_of_the_equations_is_refuted(
-    proof: Proof, config: Config, monkeypatch: pytest.MonkeyPatch, part: str
-) -> None:
+def test_an_energy_that_is_not_that_of_the_equations_is_refuted(proof, config, monkeypatch, part):
     """Values come from the equations in doubles, slopes from codac's own derivative of U."""
     answers = opinion.answers
 
-    def of_a_wrong_one(data: dict[str, Any]) -> Iterator[list[str]]:
+    def of_a_wrong_one(data):
         last = data["energy"][-1] if part == "energy" else data["slopes"][2][-1]
         last[-2] = str(Fraction(last[-2]) * (1 + Fraction(1, 10**6)))
         return answers(data)
@@ -175,15 +170,13 @@ def test_an_energy_that_is_not_that_of_the_equations_is_refuted(
 
 
 @pytest.mark.slow
-def test_the_equations_are_those_of_the_config(proof: Proof, config: Config) -> None:
+def test_the_equations_are_those_of_the_config(proof, config):
     """The stored energy has no effect: codac is asked about that of the config."""
     softer = load_config(config, ["controller.K_r[1]=399"], allow_python=True)
     assert refuted(proof, softer) == ["certified region"]
 
 
-def test_what_takes_too_long_is_not_decided(
-    proof: Proof, config: Config, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_takes_too_long_is_not_decided(proof, config, monkeypatch):
     monkeypatch.setattr(opinion, "LATEST", 0.01)
     (found,) = second_opinion(proof, config)
     assert (found.claim, found.verified) == (UNDECIDED, False)
@@ -194,15 +187,13 @@ def test_what_takes_too_long_is_not_decided(
 
 
 @pytest.mark.parametrize(("name", "why"), UNDECIDED_CONFIGS.items(), ids=list(UNDECIDED_CONFIGS))
-def test_what_codac_is_not_asked_has_its_reason(proof: Proof, name: str, why: str) -> None:
+def test_what_codac_is_not_asked_has_its_reason(proof, name, why):
     (found,) = second_opinion(proof, config_of(name))
     assert (found.about, found.claim, found.verified) == ("codac", UNDECIDED, False)
     assert why in found.text
 
 
-def test_code_that_may_not_run_is_not_asked_about(
-    proof: Proof, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_code_that_may_not_run_is_not_asked_about(proof, monkeypatch):
     config = config_of("examples/magnet")
     monkeypatch.setattr("rbstab.experiment.verification.verify.may_build", lambda _: False)
     (found,) = second_opinion(proof, config)
@@ -210,7 +201,7 @@ def test_code_that_may_not_run_is_not_asked_about(
     assert "--allow-python" in found.text
 
 
-def test_codac_is_not_imported_here() -> None:
+def test_codac_is_not_imported_here():
     """It would round the whole process upward."""
     code = "import sys, rbstab.experiment.verification.verify; print('codac' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

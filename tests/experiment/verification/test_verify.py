@@ -9,8 +9,8 @@ import rbstab
 from rbstab.config.load import load_config
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stored_proof.identity import proof_id
-from rbstab.experiment.stored_proof.proof import Proof, no_proof
-from rbstab.experiment.verification.verify import CONFIG, Verification, verify
+from rbstab.experiment.stored_proof.proof import no_proof
+from rbstab.experiment.verification.verify import CONFIG, verify
 
 PAPER = Path(__file__).parents[3] / "configs" / "paper"
 
@@ -24,13 +24,13 @@ CASES = [
 ]
 
 
-def refused(found: Verification) -> list[str]:
+def refused(found):
     assert found.verified == all(finding.verified for finding in found.findings)
     return [finding.claim for finding in found.findings if not finding.verified]
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_the_proofs_of_the_paper_s_configs_are_verified(name: str) -> None:
+def test_the_proofs_of_the_paper_s_configs_are_verified(name):
     config = load_config(PAPER / f"{name}.yaml")
     found = verify(prove(config), config)
     assert refused(found) == []
@@ -47,14 +47,14 @@ def test_the_proofs_of_the_paper_s_configs_are_verified(name: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def proof() -> Proof:
+def proof():
     return prove(rbstab.load_config(paper_config("embedded", with_gravity=True)))
 
 
 @pytest.mark.parametrize(
     "body", [{"mass": 41.000001}, {"contact_point": [0.15, 0.1000001, -0.42]}], ids=str
 )
-def test_another_energy_is_refused(proof: Proof, body: dict[str, object]) -> None:
+def test_another_energy_is_refused(proof, body):
     data = paper_config("embedded", with_gravity=True)
     changed = rbstab.load_config({**data, "body": {**data["body"], **body}})
     found = verify(proof, changed)
@@ -64,7 +64,7 @@ def test_another_energy_is_refused(proof: Proof, body: dict[str, object]) -> Non
     assert refused(verify(relabelled, changed)) == ["energy"]
 
 
-def test_damping_is_a_hypothesis(proof: Proof) -> None:
+def test_damping_is_a_hypothesis(proof):
     """Damping has no effect on U, but without it no theorem holds. No file has such a config."""
     config = rbstab.load_config(paper_config("embedded", with_gravity=True))
     # The dampers at G and C leave the rotation about the line through both.
@@ -74,7 +74,7 @@ def test_damping_is_a_hypothesis(proof: Proof) -> None:
     assert refused(verify(relabelled, config)) == ["hypotheses"]
 
 
-def test_what_was_not_checked_is_listed(proof: Proof, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_was_not_checked_is_listed(proof, monkeypatch):
     monkeypatch.setattr("rbstab.proof.check.checker.check", lambda *_: [])
     config = rbstab.load_config(paper_config("embedded", with_gravity=True))
     alone, compared = verify(proof).unchecked, verify(proof, config).unchecked
@@ -85,7 +85,7 @@ def test_what_was_not_checked_is_listed(proof: Proof, monkeypatch: pytest.Monkey
     ]
 
 
-def test_a_file_without_a_proof_is_refused(proof: Proof) -> None:
+def test_a_file_without_a_proof_is_refused(proof):
     none = no_proof("id", "the mass is not positive definite")
     (finding,) = verify(none).findings
     assert not finding.verified

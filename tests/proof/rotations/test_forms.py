@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.rotations import attitude, config_of, held, rotation_of, tie, traced, zero_of_chart
+from support.rotations import attitude, config_of, held, tie, traced, zero_of_chart
 
 from rbstab.analysis.configuration import configurations
 from rbstab.experiment.stored_proof.rotations import angles_of
@@ -58,7 +58,7 @@ def test_where_ligaments_hold_it_the_position_is_the_lowest_at_each_rotation():
     at = configurations(system)
     q = [1, 0.7, 0.1, -0.9]
     rest = configuration_at(energy, zero_of_chart(0, q[1:]))
-    where = np.array([*angles_of(rotation_of(q)), *(rest[k] for k in (3, 4, 5))])
+    where = np.array([*angles_of(np.array(q)), *(rest[k] for k in (3, 4, 5))])
     # The line is taut, so this is not where the tie alone would hold it.
     assert at.energies(where)[-1] > 1e-3
     assert np.abs(at.gradient(where)[3:]).max() < 1e-7

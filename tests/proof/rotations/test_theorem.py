@@ -47,7 +47,7 @@ def test_all_hypotheses_of_a_simple_body_hold():
         ),
         (
             config_of(UP | {"g": {"kind": "guard", "method": "barrier", "stiffness": 1}}),
-            "no element of the rotation",
+            "reads Euler angles",
         ),
     ],
 )

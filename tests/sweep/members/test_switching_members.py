@@ -30,7 +30,7 @@ def test_convergence_of_members_with_a_sliding_tie_is_not_decided():
 
     plan = plan_of({"a": ligament(-1.0), "tie": tie()}, prove="motion")
     columns = motion_columns(plan, 0, 3)
-    assert [MOTION_PROOFS[code] for code in columns["motion_proof"]] == ["switches"] * 3
+    assert [MOTION_PROOFS[code] for code in columns["motion_proof"]] == ["sliding"] * 3
     starts = {"initial.velocity[0]": {"values": [1.0, 2.0]}}
     for other in (plan, plan_of({"tie": tie()}, vary=starts)):
         assert not any(shares_proof(other, variant) for variant in other.variants)

@@ -5,12 +5,11 @@ from typing import Any
 from support.paper_runs import paper_config
 
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.plan.plan import Plan
 
 SHORT: dict[str, Any] = {"duration": 0.05, "samples": 3, "rtol": 1e-9}
 K_R, SPIN = "controller.K_r", "initial.angular_velocity[0]"
 
 
-def plan_of(vary: dict[str, Any], variant: str = "permanent", **changes: Any) -> Plan:
+def plan_of(vary, variant="permanent", **changes):
     base = paper_config(variant, initial={"angular_velocity": [0, 0, 0]}, **SHORT)
     return load_plan({"base": base | changes, "vary": vary})

@@ -1,9 +1,7 @@
 """Proofs for many bodies of a sweep at once: each body in a box has what the proof says of it."""
 
 from fractions import Fraction
-from pathlib import Path
 from threading import Event
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +17,7 @@ from rbstab.experiment.robust.bodies import bodies_id
 from rbstab.experiment.robust.record import BodiesRecord, bounds_of
 from rbstab.store.document import read_model
 from rbstab.sweep.members.engines import factory_for
-from rbstab.sweep.proofs.boxes import PART_LIMIT, BoxProof, _Boxes, prove_boxes
+from rbstab.sweep.proofs.boxes import PART_LIMIT, _Boxes, prove_boxes
 from rbstab.sweep.proofs.convergence import ProvedConvergence
 from rbstab.sweep.sweep import prove_members
 
@@ -30,7 +28,7 @@ LONG = 600.0
 WEAK = {"scale": {"geomspace": [0.02, 1.0, 9]}}
 
 
-def covered(found: list[BoxProof], members: int) -> np.ndarray:
+def covered(found, members):
     """Return how many proved boxes have each member."""
     counts = np.zeros(members, dtype=int)
     for proof in found:
@@ -97,7 +95,7 @@ UNDECIDED = {K_R: {"scale": {"geomspace": [0.3, 1.0, 5]}}}
 
 
 @pytest.fixture
-def undecided(tmp_path: Path) -> tuple[Any, Path]:
+def undecided(tmp_path):
     """A plan, and the file that says that the box of all its bodies is not decided."""
     plan = plan_of(UNDECIDED, gravity=[0.0, 0.0, -9.81])
     whole = box_of(plan)
@@ -125,7 +123,7 @@ def test_what_is_not_decided_is_not_examined_again(undecided, tmp_path, monkeypa
     assert [one.record for one in again] == [one.record for one in first]
 
 
-def must_not_be_called(*_arguments: Any) -> Any:
+def must_not_be_called(*_arguments):
     raise AssertionError("it is examined again")
 
 
@@ -166,7 +164,7 @@ def test_members_of_each_variant_get_what_their_box_says(tmp_path, monkeypatch):
     table = rbstab.open_sweep(tmp_path / "sweep")
     words, start = table.words("convergence"), table["lyapunov_start"]
     certified = ProvedConvergence(plan, tmp_path)
-    levels, _ = certified.boxes(0, plan.members)
+    levels, _ = certified.boxes.of(0, plan.members)
     for number, variant in enumerate(("permanent", "free", "visco-elastic")):
         own = slice(8 * number, 8 * number + 8)
         level = boxes[variant].level if variant in boxes else 0.0
@@ -177,4 +175,4 @@ def test_members_of_each_variant_get_what_their_box_says(tmp_path, monkeypatch):
             assert set(below) == {"proved", "unknown"}
     assert set(boxes) >= {"permanent", "visco-elastic"}
     # A part of the members has the same levels.
-    assert certified.boxes(4, 20)[0].tolist() == levels[4:20].tolist()
+    assert certified.boxes.of(4, 20)[0].tolist() == levels[4:20].tolist()

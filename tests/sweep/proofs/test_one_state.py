@@ -1,8 +1,5 @@
 """Each distinct body of a sweep counts once, by a proof of its own or by one for many bodies."""
 
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 import pytest
 from support.paper_runs import paper_config
@@ -13,12 +10,10 @@ from sweep.proofs.plans import K_R, SPIN, plan_of
 import rbstab
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_for
-from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.report.sweeps.members import read_members
 from rbstab.sweep.folder.member_answers import member_answers
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.bodies import _distinct_rows
 from rbstab.sweep.proofs.columns import NOT_ONE_STATE, ONE_STATE, STATES_UNDECIDED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, one_state_code
@@ -26,13 +21,13 @@ from rbstab.sweep.proofs.one_state import OneState, one_state_of
 from rbstab.sweep.sweep import prove_members
 
 
-def swept(folder: Path, plan: Plan, **options: Any) -> OneState:
+def swept(folder, plan, **options):
     """Return what is found when the bodies of a sweep are proved, in the folder `sweep`."""
     sweep = run_sweep(folder / "sweep", plan, threads=1, factory=factory_for("scipy"))
     return prove_members(plan, sweep, **options).one_state
 
 
-def stored(folder: Path) -> OneState:
+def stored(folder):
     """Return the same as the report and `show` read it later, which agree."""
     file = folder / "sweep" / "members.h5"
     found = member_answers(file).one_state
@@ -117,7 +112,7 @@ def test_codes_of_proofs(base, expected):
     proof = prove(base)
     assert one_state_code(proof) == expected
 
-    def changed(**changes: Any) -> Proof:
+    def changed(**changes):
         return proof.model_copy(update=changes)
 
     unknown = changed(proved=False, unique=None, states=proof.states[:1])

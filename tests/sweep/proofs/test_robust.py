@@ -1,5 +1,7 @@
 """Members whose body lies inside the box of a stored proof for all bodies within tolerances."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from support.config_elements import TIE, config_data
@@ -13,8 +15,7 @@ from rbstab.experiment.robust.bodies import bodies_for
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.proofs import robust
-from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
-from rbstab.sweep.proofs.robust import START_COLUMNS, RobustProofs
+from rbstab.sweep.proofs.robust import START_COLUMNS, BoxProofs
 
 
 @pytest.fixture(scope="module")
@@ -48,15 +49,12 @@ def test_members_inside_the_box_and_below_its_level_are_proved(sweep):
 def test_a_member_that_approaches_a_state_outside_of_the_range_is_not_proved(sweep):
     folder, plan, _ = sweep
     table = rbstab.open_sweep(folder / "sweep")
-    columns = {name: table[name].copy() for name in START_COLUMNS}
-    proofs = RobustProofs(plan, "permanent", folder)
-    values = plan.values(0, plan.members)
-    levels, _ = proofs.of(values, plan.members)
-    assert proofs.codes(values, columns, levels)[0] == PROVED
-    columns["rest_orientation"][0] = [0, 2.0, 0]
-    assert proofs.codes(values, columns, levels)[0] == NO_PROOF
-    columns["rest_orientation"][0] = np.nan
-    assert proofs.codes(values, columns, levels)[0] == NO_PROOF
+    columns: Any = {name: table[name].copy() for name in START_COLUMNS}
+    proofs = BoxProofs(plan, ["permanent"], folder)
+    assert proofs.proved(0, plan.members, columns)[0]
+    for Theta in ([0, 2.0, 0], np.nan):
+        columns["rest_orientation"][0] = Theta
+        assert not proofs.proved(0, plan.members, columns)[0]
 
 
 def test_the_load_is_that_of_each_member_although_the_base_has_none():

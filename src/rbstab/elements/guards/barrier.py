@@ -26,6 +26,7 @@ class Barrier(Element):
         outer_stiffness: k_o, N m; 0 for a guard of θ2 alone.
     """
 
+    smooth = True
     gains: ClassVar[tuple[Gain, ...]] = (
         Gain("stiffness", "N m", "k of ½ k tan² θ2", shape="number"),
         Gain(

@@ -83,6 +83,7 @@ class ConstantForce(Element):
         point: p, shape (3,), m, body coordinates, from the centre of gravity.
     """
 
+    smooth = True
     gains: ClassVar[tuple[Gain, ...]] = ForceInput.gains
 
     name: str

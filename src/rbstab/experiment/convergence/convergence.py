@@ -48,7 +48,7 @@ class Undecided(StrEnum):
     """There is no proof of the rest states, or it has no certified region."""
 
     SLIDING = "sliding"
-    """The motion is not smooth."""
+    """A connector or a tie slides, so the force jumps."""
 
     SWITCHES = "switches"
     """An element switches, so the motion is smooth only between its switches."""

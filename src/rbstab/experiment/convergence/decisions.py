@@ -5,10 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.analysis.approached_state import SAME_STATE
-from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.elements.guards.stop import Stop
-from rbstab.elements.ligament import Ligament
 from rbstab.elements.sliding import Sliding, SlidingConnector
 from rbstab.experiment.convergence.convergence import (
     ASK_FOR_PROOF,
@@ -22,12 +19,8 @@ from rbstab.mechanics.numbers import Array
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof
-    from rbstab.proof.entries import Triple
 
 NO_REGION = "no certified region is proved"
-
-IN_PROOFS = (Ligament, SoftGuard, Stop)
-"""Elements that switch, and that proofs of rest states take into account."""
 
 OUTSIDE = (
     f"the start is outside of every certified region; {ASK_FOR_PROOF} follows the exact motion"
@@ -63,7 +56,7 @@ def convergence_at_start(problem: Problem, proof: "Proof | None") -> Convergence
         assert refused is not None
         return refused
     # Imported late: most runs have no proof.
-    from rbstab.experiment.stored_proof.starts import start_bounds
+    from rbstab.experiment.stored_proof.starts import region_bounds, start_bounds
 
     start = start_bounds(problem) if proof.has_energy else None
     if start is not None:
@@ -73,7 +66,7 @@ def convergence_at_start(problem: Problem, proof: "Proof | None") -> Convergence
             return inside
     if refused is None:
         return undecided(Undecided.OUTSIDE, OUTSIDE)
-    if region_energies(proof):
+    if region_bounds(proof):
         return refused
     only = f". Only a region could decide: {refused.why}" if proof.has_energy else ""
     return undecided(Undecided.NO_REGION, f"{no_region(proof)}{only}")
@@ -88,13 +81,13 @@ def refusal(problem: Problem, proof: "Proof | None") -> Convergence | None:
         return undecided(Undecided.NO_REGION, NO_PROOF)
     # Imported late: most runs have no proof.
     from rbstab.experiment.stored_proof.data import GOES_ON
-    from rbstab.experiment.stored_proof.starts import has_no_rest_state
+    from rbstab.experiment.stored_proof.starts import has_no_rest_state, region_bounds
 
     if has_no_rest_state(proof, at_poles=problem.quaternion):
         return Convergence(False, why="there is no rest state with |θ2| < π/2")
     if proof.proved and not proof.states:
         return undecided(Undecided.NO_REGION, "the range of eq. 5 has no rest state")
-    if region_energies(proof):
+    if region_bounds(proof):
         return None
     goes_on = f"; {GOES_ON}" if proof.proved and proof.goes_on else ""
     return undecided(Undecided.NO_REGION, f"{no_region(proof)}{goes_on}")
@@ -125,11 +118,11 @@ def not_enclosed(problem: Problem) -> Convergence | None:
         why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
         return undecided(Undecided.SLIDING, why)
     for element in elements:
-        stops = isinstance(element, Stop)
-        if stops or isinstance(element, Sliding) or element.holds or element.slides:
+        stops, slides = isinstance(element, Stop), isinstance(element, Sliding)
+        if stops or slides or element.holds or element.slides:
             how = "turns the motion back at once" if stops else "may slide on a surface"
             why = f"an element switches in a way that no enclosure follows: {element.name} {how}"
-            return undecided(Undecided.SWITCHES, why)
+            return undecided(Undecided.SLIDING if slides else Undecided.SWITCHES, why)
     return None
 
 
@@ -140,11 +133,7 @@ def nothing_proved(problem: Problem) -> Convergence | None:
     that of one with code of a user: the proof of its rest states says why there is none.
     """
     found = not_enclosed(problem)
-    if found is None or found.reason is Undecided.USER_CODE:
-        return None
-    switching = [element for element in problem.system.elements if element.mode_count]
-    in_proofs = all(isinstance(one, IN_PROOFS) or one.from_user for one in switching)
-    return None if in_proofs and found.reason is Undecided.SWITCHES else found
+    return None if found is None or found.reason in BY_REGION else found
 
 
 def convergence_in(
@@ -158,62 +147,14 @@ def convergence_in(
         box: The smallest and the largest Θ, each of shape (3,), rad.
         t: The time, s.
     """
-    from rbstab.experiment.stored_proof.starts import OPEN_RANGE, reached_state
+    from rbstab.experiment.stored_proof.starts import reached_states
 
     low, high = energy
-    number = reached_state(proof, high, *box)
-    if number is None:
+    least, most = box
+    (number,), (level,) = reached_states(proof, np.array([high]), least[None], most[None])
+    if not number:
         return None
-    rest = proof.states[number - 1]
-    at_least = math.nextafter(low - rest.energy, -math.inf)
-    at_most = math.nextafter(high - rest.energy, math.inf)
-    in_range = bool(np.all(np.abs(box) <= OPEN_RANGE))
-    bound = level_of(proof, number, high, in_range=in_range)
-    return Convergence(True, rest_state=number, time=t, energy=(at_least, at_most), bound=bound)
-
-
-def region_energies(proof: "Proof", *, in_range: bool = True) -> "list[tuple[Triple, float]]":
-    """Return the regions of a proof: the Θ of their rest states, and their bounds on the energy, J.
-
-    Args:
-        proof: The proof.
-        in_range: Whether to include the regions in the range of eq. 5; those for all real θ1 and θ3
-            come after them. Where every start converges, the bound is infinite.
-    """
-    found = list["tuple[Triple, float]"]()
-    if proof.every_start:
-        all_of = proof if proof.unwrapped is None else proof.unwrapped
-        found.append((all_of.states[0].orientation, math.inf))
-    for part in (proof if in_range else None, proof.unwrapped):
-        if part is None:
-            continue
-        if part.region is not None and part.region.lower_bound > 0:
-            lowest = part.states[0]
-            bound = part.region.energy_bound
-            absolute = lowest.energy + part.region.lower_bound if bound is None else bound
-            found.append((lowest.orientation, absolute))
-        found += [
-            (part.states[region.rest_state - 1].orientation, region.energy_bound)
-            for region in part.regions
-        ]
-    return found
-
-
-def level_of(proof: "Proof", number: int, energy: float, *, in_range: bool = True) -> float:
-    """Return the level of the region of a rest state in which a motion is, as a value of v, J.
-
-    Args:
-        proof: The proof.
-        number: The number of the rest state, from 1 for the lowest.
-        energy: The sum of all energies, J, of a motion that is in a region of this rest state.
-        in_range: Whether its Θ is in the range of eq. 5.
-    """
-    rest = proof.states[number - 1]
-    bounds = [
-        bound
-        for orientation, bound in region_energies(proof, in_range=in_range)
-        if np.abs(np.subtract(orientation, rest.orientation)).max() < SAME_STATE
-    ]
-    # An energy in doubles can be above its bound by round-off, although the exact one is below.
-    bound = next((bound for bound in bounds if bound > energy), max(bounds, default=energy))
-    return bound if bound == math.inf else math.nextafter(bound - rest.energy, -math.inf)
+    rest = proof.states[number - 1].energy
+    above = (math.nextafter(low - rest, -math.inf), math.nextafter(high - rest, math.inf))
+    bound = math.inf if level == math.inf else math.nextafter(level - rest, -math.inf)
+    return Convergence(True, rest_state=int(number), time=t, energy=above, bound=bound)

@@ -34,7 +34,7 @@ from rbstab.experiment.convergence.many_motions import Decisions, Motions
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.states import PITCH
-from rbstab.proof.motion.motion import Followed
+from rbstab.proof.motion.motion import Followed, followed
 from rbstab.proof.motion.motion_set import POINT
 from rbstab.proof.motion.step import SetSteps
 
@@ -91,7 +91,7 @@ def prove_convergence(
         angles[:] = step.at(step.h[0])
 
     steps = max_steps or (BRIEF_STEPS if brief else MAX_STEPS)
-    (end,) = motions.decided(start, decisions, steps, watch)
+    (end,) = followed(motions.equations, start, motions.scale, decisions, steps, watch)
     found = decisions.found.get(0)
     if found is None or end.decision is None:
         steep = np.abs([side[PITCH] for side in angles]).max() > STEEP

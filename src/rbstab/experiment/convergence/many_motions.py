@@ -11,13 +11,13 @@ from rbstab.experiment.convergence.decisions import (
     LEAST_FALL,
     PATIENCE,
     convergence_in,
-    region_energies,
 )
 from rbstab.experiment.convergence.enclosed_system import enclosed_system, state_scale
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_proof.starts import region_bounds
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.motion.equations import Equations
-from rbstab.proof.motion.motion import MAX_STEPS, Followed, Watch, followed
+from rbstab.proof.motion.motion import MAX_STEPS, Followed, followed
 from rbstab.proof.motion.motion_set import MotionSet, point_sets
 
 BATCH_SIZE = 256
@@ -51,17 +51,8 @@ class Motions:
         Returns:
             What came of each set. Its decision is its `Convergence`, `Undecided.AT_REST`, or None.
         """
-        return self.decided(starts, Decisions(self.proof, self.equations, rests=rests), max_steps)
-
-    def decided(
-        self,
-        starts: MotionSet,
-        decide: "Decisions",
-        max_steps: int = MAX_STEPS,
-        watch: Watch | None = None,
-    ) -> list[Followed]:
-        """Follow the motions of some sets of starts until each is decided; see `followed`."""
-        return followed(self.equations, starts, self.scale, decide, max_steps, watch)
+        decide = Decisions(self.proof, self.equations, rests=rests)
+        return followed(self.equations, starts, self.scale, decide, max_steps)
 
     def follow_all(self, values: Array, errors: Array, max_steps: int) -> list[Followed]:
         """Follow the motions from some starts, as `follow` does, some at a time.
@@ -97,7 +88,7 @@ class Decisions:
     ) -> None:
         self.proof, self.equations, self.rests, self.last = proof, equations, rests, last
         self.found: dict[int, Convergence] = {}
-        self._highest = max((bound for _, bound in region_energies(proof)), default=-np.inf)
+        self._highest = max(region_bounds(proof), default=-np.inf)
         self._lows: dict[int, list[float]] = {}
 
     def __call__(

@@ -160,14 +160,16 @@ def with_later_proof(result: Result, config: Config | None, proof: "Proof | None
     # Its start would need the equations, and a stored result must not run code of a user.
     if proof is None or config is None or has_code(config) or not (stable and region):
         return result
-    level, bound = -math.inf if proof.region is None else proof.region.lower_bound, region.bound
-    is_deeper = level > (-math.inf if math.isnan(bound) else bound)
-    counted = _knowing_more(stable, rest_state_check(proof))
-    if counted[1:3] == stable[1:3] and not (is_deeper and region.verdict == Verdict.UNKNOWN):
+    is_deeper = (
+        region.verdict == Verdict.UNKNOWN
+        and proof.region is not None
+        and not proof.region.lower_bound <= region.bound
+    )
+    if max(stable, rest_state_check(proof), key=_known) is stable and not is_deeper:
         return result
     problem = problem_of(config)
     for new in proved_checks(problem, proof):
-        lines[new.check] = _knowing_more(lines[new.check], new)
+        lines[new.check] = max(lines[new.check], new, key=_known)
     found = stored_convergence(result.attributes)
     if found is None or found.proved is None:
         now = convergence_at_start(problem, proof)
@@ -176,14 +178,11 @@ def with_later_proof(result: Result, config: Config | None, proof: "Proof | None
     return _stated(result, list(lines.values()), proof, found)
 
 
-def _knowing_more(stored: Check, new: Check) -> Check:
-    """Return the check that says more: a shorter proof may have less than the result has."""
-    if math.isnan(new.value) or math.isnan(stored.value):
-        return stored if math.isnan(new.value) else new
-    known, decides = (one.verdict != Verdict.UNKNOWN for one in (stored, new))
-    if not known or stored.check == CERTIFIED_REGION:
-        return new if decides or not known else stored
-    # A complete count of rest states stays, as does one of more states that were proved.
-    counts_all = stored.quantity != LEAST_REST_STATES
-    is_less = new.quantity == LEAST_REST_STATES and (counts_all or new.value < stored.value)
-    return new if decides and not is_less else stored
+def _known(line: Check) -> tuple[bool, bool, float, float]:
+    """Return how much a check says that a proof decides, so that of two the greater says more.
+
+    A complete count of rest states says more than one of states that are at least there.
+    """
+    count = line.value if line.check == GLOBAL_STABILITY else 0.0
+    count, bound = (-math.inf if math.isnan(one) else one for one in (count, line.bound))
+    return line.verdict != Verdict.UNKNOWN, line.quantity != LEAST_REST_STATES, count, bound

@@ -52,15 +52,18 @@ def known_of(
     Returns:
         The highest level, J, shape (count,): each motion of a member with v(0) below it converges
         to its only rest state. It is 0 where no proof has the member's body, gravity and controller
-        in its box. And 1 where a proof shows that the member has one rest state, a minimum, -1
-        where its body is that of a counterexample, and else 0, shape (count,).
+        in its box. And 1 where a proof shows that the member has one rest state, a minimum, 2 where
+        its body is that of a counterexample, and else 0, shape (count,).
     """
-    levels, signs = np.zeros(count), np.zeros(count, dtype=np.int8)
+    levels, known = np.zeros(count), np.zeros(count, dtype=np.int8)
     for record in sorted(records, key=lambda one: one.proved is False):
-        inside = _covered(record, config, varied, count)
+        compared = _compared(record, config, varied)
+        inside = np.full(count, compared is not None)
+        for values, low, high in compared or ():
+            inside &= (values >= _least_double(low)) & (values <= -_least_double(-high))
         levels[inside] = np.maximum(levels[inside], record.level)
-        signs[inside] = 1 if record.proved else -1
-    return levels, signs
+        known[inside] = 1 if record.proved else 2
+    return levels, known
 
 
 def counterexample_between(
@@ -85,17 +88,6 @@ def counterexample_between(
 
     false = (one for one in records if one.proved is False and lies_between(one))
     return max(false, key=width, default=None)
-
-
-def _covered(
-    record: BodiesRecord, config: Config, varied: Mapping[Any, Array], count: int
-) -> Array:
-    """Return whether each member lies inside the box of a proof, shape (count,)."""
-    compared = _compared(record, config, varied)
-    inside = np.full(count, compared is not None)
-    for values, low, high in compared or ():
-        inside &= (values >= _least_double(low)) & (values <= -_least_double(-high))
-    return inside
 
 
 def _compared(
@@ -156,9 +148,5 @@ def _least_double(bound: Fraction) -> float:
 
     The decimal that a double means grows with the double, so comparing doubles is exact.
     """
-    value = float(bound)
-    while Fraction(repr(value)) < bound:
-        value = math.nextafter(value, math.inf)
-    while Fraction(repr(below := math.nextafter(value, -math.inf))) >= bound:
-        value = below
-    return value
+    value = float(bound)  # the nearest: only the decimal of this one may be on either side
+    return value if Fraction(repr(value)) >= bound else math.nextafter(value, math.inf)

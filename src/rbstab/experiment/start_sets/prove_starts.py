@@ -1,10 +1,9 @@
 """Prove that the motions from all starts within tolerances converge; store the proof."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import suppress
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
 from math import inf, nextafter, prod
 from pathlib import Path
 
@@ -27,7 +26,7 @@ from rbstab.experiment.start_sets.starts_record import (
     starts_id,
 )
 from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.processes.workers import waited, worker_pool
+from rbstab.processes.workers import worked
 from rbstab.proof.boxes import Box, one_box
 from rbstab.proof.motion.motion import MAX_STEPS, Followed
 from rbstab.store.errors import StoreError
@@ -40,10 +39,6 @@ NARROWEST = 2.0**-40
 
 Progress = Callable[[float, int], None]
 """Called with the fraction of the starts that is proved, and the number of parts to be followed."""
-
-
-Given = tuple[Config, Sequence[Tolerance], Proof]
-"""What `_set_up` takes."""
 
 
 def prove_starts(  # noqa: PLR0913 (options by name)
@@ -77,8 +72,16 @@ def prove_starts(  # noqa: PLR0913 (options by name)
         waiting = [whole(len(tolerances))]
     while waiting and len(parts) + len(waiting) + given_up <= MAX_PARTS and not is_late():
         halves: list[Box] = []
-        given = config, tolerances, proof
-        for part, result in _all_followed(given, waiting, processes, is_late):
+        followed = worked(
+            _follow,
+            waiting,
+            lambda part: part,
+            workers=min(processes, len(waiting)),
+            may_begin=lambda: not is_late(),
+            is_given_up=is_late,
+            setup=partial(_set_up, config, tolerances, proof),
+        )
+        for part, result in followed:
             examined, steps, axis = examined + 1, steps + result.steps, result.variable
             if result.decision is not None:
                 parts.append(_proved_part(part, result))
@@ -134,34 +137,6 @@ def _fraction(parts: list[ProvedPart]) -> float:
         volume += prod((Fraction(high) - Fraction(low)) / 2 for low, high in sides)
     rounded = float(volume)
     return rounded if Fraction(rounded) <= volume else nextafter(rounded, 0.0)
-
-
-def _all_followed(
-    given: Given, parts: list[Box], processes: int, is_late: Callable[[], bool]
-) -> Iterator[tuple[Box, Followed]]:
-    """Follow parts, in worker processes if there are several; yield them in their order.
-
-    The parts that are left when it is late are not yielded.
-    """
-    left = list(parts)
-    if processes > 1 and len(parts) > 1:
-        # If a worker dies (out of memory, say), its pool breaks: the rest runs in this process.
-        with (
-            suppress(BrokenProcessPool),
-            worker_pool(min(processes, len(parts)), _set_up, *given) as pool,
-        ):
-            # `pool.map` would cancel its futures at an interrupt, and loky prints a traceback then.
-            for future in [pool.submit(_follow, part) for part in parts]:
-                result = waited(future)
-                yield left.pop(0), result
-                if is_late():
-                    return
-    if left:
-        _set_up(*given)
-    for part in left:
-        if is_late():
-            return
-        yield part, _follow(part)
 
 
 _shared: list[tuple[Config, Sequence[Tolerance], Motions]] = []

@@ -13,37 +13,16 @@ from rbstab.analysis.exact import decimals
 from rbstab.config.build import system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import switching_code, without_code
-from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import Element
-from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.gravity import Gravity
-from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.guards.soft_guards import StiffGuard
-from rbstab.elements.inputs.loads import ConstantForce
 from rbstab.elements.ligament import Ligament
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
-from rbstab.elements.spring import Spring, ZeroLengthSpring
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.elements.spring import Spring
 from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.stored_proof.data import ProofData
 from rbstab.experiment.stored_proof.switches import may_switch
 from rbstab.proof.entries import ProvedState
-from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
-
-SMOOTH = (
-    Gravity,
-    ConstantForce,
-    TranslationalStabilizer,
-    RotationalStabilizer,
-    ViscoElasticConnector,
-    EmbeddedConnector,
-    AttitudeSpring,
-    ZeroLengthSpring,
-    Barrier,
-)
-"""Elements whose forces have continuous derivatives wherever |θ2| < π/2, with the ties that are
-made of them. Of any other kind this is not shown."""
+from rbstab.proof.passive.damping import why_not_damped
+from rbstab.proof.rotations.theorem import why_indefinite
 
 
 @dataclass(frozen=True)
@@ -130,15 +109,15 @@ def _failing(proof: ProofData, config: Config | None) -> Iterator[str]:
         return
     # A motion near an unstable rest state may not leave it without damping (A3).
     exact = system_of(without_code(config), decimals)
-    undamped, indefinite = why_not_damped(exact), indefinite_parameter(exact)
+    undamped, indefinite = why_not_damped(exact), why_indefinite(exact)
     if undamped is not None:
         yield f"without elements of your own, {undamped}"
-    if indefinite is not None:
-        yield f"{indefinite} is not positive definite"
-    yield from _not_smooth(proof, config, unstable)
+    if indefinite:
+        yield indefinite
+    yield from _not_smooth(config, unstable)
 
 
-def _not_smooth(proof: ProofData, config: Config, unstable: list[ProvedState]) -> Iterator[str]:
+def _not_smooth(config: Config, unstable: list[ProvedState]) -> Iterator[str]:
     """Yield why forces may not be Lipschitz, or not smooth near an unstable rest state (A4, A5)."""
     for name in switching_code(config):
         yield f"{name} is an element of your own with switches, or with states of its own"
@@ -147,7 +126,7 @@ def _not_smooth(proof: ProofData, config: Config, unstable: list[ProvedState]) -
             # Of a ligament, only its damper begins to act with a slope, and that where it is taut.
             first = 1 if isinstance(element, Ligament) else None
             smooth = isinstance(element, Ligament) and not element.damping > 0
-            switches = (may_switch(proof, one, config, element.name, first) for one in unstable)
+            switches = (may_switch(one, config, element.name, first) for one in unstable)
             if not smooth and any(switches):
                 yield f"{element.name} may begin to act just at an unstable rest state"
         elif not _is_smooth(element):
@@ -159,4 +138,4 @@ def _is_smooth(element: Element) -> bool:
 
     A line with a rest length has a length in all motions that count.
     """
-    return isinstance(element, SMOOTH) or (isinstance(element, Spring) and element.rest_length > 0)
+    return element.smooth and not (isinstance(element, Spring) and not element.rest_length > 0)

@@ -10,6 +10,7 @@ from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics import contact
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.quaternion import angles, rotation
 from rbstab.proof.entries import ProvedMinimum, ProvedRegion, ProvedState
 from rbstab.systems.system import System
 
@@ -90,7 +91,7 @@ def _state(system: System, energy: "RotationEnergy", state: "RestRotation") -> P
         X = contact.centre_position(system.body, A, ZERO, system.anchor)
     else:
         X = np.array([placed.pop(k) for k in (3, 4, 5)])
-    Theta = angles_of(A)
+    Theta = angles_of(state.quaternion)
     return ProvedState(
         orientation=Theta,
         position=X,
@@ -103,13 +104,14 @@ def _state(system: System, energy: "RotationEnergy", state: "RestRotation") -> P
     )
 
 
-def angles_of(A: Array) -> Array:
-    """Return Θ of a rotation, shape (3,), rad: θ2 in [-π/2, π/2], and θ3 = 0 where cos θ2 = 0."""
-    cosine = math.hypot(A[0, 0], A[0, 1])
-    pitch = math.atan2(A[0, 2], cosine)
+def angles_of(quaternion: Array) -> Array:
+    """Return Θ of a unit quaternion, shape (3,), rad; θ3 = 0 where θ1 and θ3 are not determined."""
+    w, *r = quaternion
+    Theta, cosine = angles(w, np.array(r))
     if cosine < POLE:
-        return np.array([math.atan2(A[2, 1], A[1, 1]), pitch, 0.0])
-    return np.array([math.atan2(-A[1, 2], A[2, 2]), pitch, math.atan2(-A[0, 1], A[0, 0])])
+        A = rotation(w, np.array(r))
+        return np.array([math.atan2(A[2, 1], A[1, 1]), Theta[1], 0.0])
+    return Theta
 
 
 def _enclosure(Theta: Array, radius: float) -> tuple[Array, Array]:

@@ -1,6 +1,6 @@
 """The starts that a proof covers: whether the motion from a start converges, and where to."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple
@@ -47,7 +47,9 @@ def start_level(problem: Problem, proof: ProofData) -> float | None:
     """
     if not proof.states:
         return None
-    return _start_energy(problem) - proof.states[0].energy
+    with np.errstate(all="ignore"):
+        energy = float(problem.system.observe(problem.start).energy.sum())
+    return energy - proof.states[0].energy
 
 
 def number_of(proof: ProofData, Theta: Array) -> int | None:
@@ -75,15 +77,12 @@ def number_of(proof: ProofData, Theta: Array) -> int | None:
 def start_state(problem: Problem, proof: ProofData) -> int | None:
     """Return the number of the rest state to which the motion of a problem converges, proved.
 
-    The energy and Θ at the start are enclosed for the exact numbers of the config. A start whose
-    energy is no number in doubles is never inside.
+    The energy and Θ at the start are enclosed for the exact numbers of the config.
 
     Returns:
         The number, from 1 for the lowest; None if it is not proved.
     """
-    if not np.isfinite(_start_energy(problem)) or not proof.has_energy:
-        return None
-    start = start_bounds(problem)
+    start = start_bounds(problem) if proof.has_energy else None
     return start and reached_state(proof, start.energy, start.low, start.high)
 
 
@@ -103,57 +102,79 @@ def reached_state(proof: ProofData, energy: float, low: Array, high: Array) -> i
     Returns:
         The number, from 1 for the lowest; None if it is not proved.
     """
-    (number,) = reached_states(proof, np.array([energy]), low[np.newaxis], high[np.newaxis])
-    return int(number) or None
+    numbers, _ = reached_states(proof, np.array([energy]), low[np.newaxis], high[np.newaxis])
+    return int(numbers[0]) or None
 
 
-def reached_states(proof: ProofData, energy: Array, low: Array, high: Array) -> Array:
-    """Return the same as `reached_state` for m sets, shape (m,): 0 where it is not proved.
+def reached_states(proof: ProofData, energy: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Return the same as `reached_state` for m sets, and the bounds on the energy of the regions.
 
     Args:
         proof: The proof.
         energy: Shape (m,), J.
         low: Shape (m, 3), rad.
         high: Shape (m, 3), rad.
+
+    Returns:
+        The numbers, 0 where it is not proved, and the bound of the region in which each set is, J:
+        above its energy, and infinite where every start converges; both of shape (m,).
     """
-    found, wide = np.zeros(len(energy), dtype=np.int32), proof.unwrapped
-
-    def inside(end: Array) -> Array:
-        within = np.all((low >= -end) & (low <= high) & (high <= end), axis=1)
-        return np.asarray(within & np.isfinite(energy))
-
-    if proof.on_rotations is not None:
-        found[np.isfinite(energy) & (energy < _lowest_level(proof))] = 1
-        return found
-    if not proof.has_energy:
-        return found
-    ranges: list[tuple[ProvedStates, Array, float]] = [(proof, OPEN_RANGE, _lowest_level(proof))]
-    if proof.every_start and proof.within_barriers:
-        ranges = [(proof, OPEN_RANGE, np.inf)]
-    elif wide is not None and proof.every_start:
-        ranges.append((wide, START_RANGE, np.inf))
-    elif wide is not None and wide.end is not None:
-        end = np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]])
-        ranges.append((wide, end, _lowest_level(wide)))
-    for states, end, level in ranges:
-        rows = np.flatnonzero((found == 0) & inside(end))
-        numbers = np.arange(len(states.states) + 1)
-        if states is not proof:
-            numbers = np.array([0, *(same_state(proof, one) or 0 for one in states.states)])
-        found[rows[energy[rows] < level]] = numbers[1] if len(numbers) > 1 else 0
-        rows = rows[energy[rows] >= level]
-        highest = max((region.energy_bound for region in states.regions), default=-np.inf)
-        regions = start_regions(proof, states) if np.any(energy[rows] < highest) else None
+    found, bounds = np.zeros(len(energy), dtype=np.int32), np.full(len(energy), -np.inf)
+    for states, end, lowest in _ranges(proof):
+        within = (found == 0) & np.isfinite(energy)
+        if end is not None:
+            within &= np.all((low >= -end) & (low <= high) & (high <= end), axis=1)
+        rows = np.flatnonzero(within)
+        levels = np.array([lowest, *(region.energy_bound for region in states.regions), -np.inf])
+        place = np.where(energy[rows] < lowest, 0, -1)
+        left = np.flatnonzero((place < 0) & (energy[rows] < levels.max()))
+        regions = start_regions(proof, states) if len(left) else None
         if regions is not None:
-            of_regions = numbers[[0, *(region.rest_state for region in states.regions)]]
-            found[rows] = of_regions[regions.find(energy[rows], low[rows], high[rows]) + 1]
-    return found
+            some = rows[left]
+            inside = regions.find(energy[some], low[some], high[some])
+            place[left] = np.where(inside < 0, -1, inside + 1)
+        numbers = [1, *(region.rest_state for region in states.regions), 0]
+        if states is not proof:
+            numbers = [n and (same_state(proof, states.states[n - 1]) or 0) for n in numbers]
+        found[rows], bounds[rows] = np.array(numbers)[place], levels[place]
+    return found, bounds
+
+
+def region_bounds(proof: ProofData) -> list[float]:
+    """Return the bounds on the energy of all regions of a proof, J; infinite for every start."""
+    bounds = [
+        bound
+        for states, _, lowest in _ranges(proof)
+        for bound in (lowest, *(region.energy_bound for region in states.regions))
+    ]
+    return [bound for bound in bounds if bound > -np.inf]
+
+
+def _ranges(proof: ProofData) -> Iterator[tuple[ProvedStates, Array | None, float]]:
+    """Yield the rest states of each range, its largest |Θ|, rad, and the bound of its lowest, J.
+
+    Below this bound, all of the range is the region of its lowest state. There is no largest |Θ|
+    where an energy depends on the rotation alone.
+    """
+    wide = proof.unwrapped
+    if proof.on_rotations is not None:
+        yield proof, None, _lowest_level(proof)
+    elif proof.every_start and proof.within_barriers:
+        yield proof, OPEN_RANGE, np.inf
+    elif proof.has_energy:
+        yield proof, OPEN_RANGE, _lowest_level(proof)
+        if wide is not None and proof.every_start:
+            yield wide, START_RANGE, np.inf
+        elif wide is not None and wide.states and wide.end is not None:
+            yield wide, np.array([wide.end[0], OPEN_RANGE[1], wide.end[2]]), _lowest_level(wide)
 
 
 def _lowest_level(states: ProvedStates) -> float:
     """Return the energy below which all of a range is the region of its lowest state, J."""
-    bound = None if states.region is None else states.region.energy_bound
-    return -np.inf if bound is None else bound
+    region = states.region
+    if region is None or region.energy_bound is None or not region.lower_bound > 0:
+        return -np.inf
+    return region.energy_bound
 
 
 START_REGIONS = "start_regions"
@@ -247,9 +268,3 @@ def _in_modes(system: System, start: Array) -> list[System]:
         for g in (ball(0.0) + g for g in guards_at(system, start))
     ]
     return [with_modes(system, modes) for modes in product(*choices)]
-
-
-def _start_energy(problem: Problem) -> float:
-    """Return the sum of all energies at the start, J."""
-    with np.errstate(all="ignore"):
-        return float(problem.system.observe(problem.start).energy.sum())

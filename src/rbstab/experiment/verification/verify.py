@@ -4,13 +4,11 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
-from rbstab.analysis.exact import decimals
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_build, without_code
-from rbstab.experiment.answers.reasons import NOT_DAMPED
-from rbstab.experiment.proof import CODE_NOT_RUN
+from rbstab.experiment.proof import CODE_NOT_RUN, no_theorem
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
 
@@ -109,7 +107,6 @@ def verify(
 def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     """Check that the proof is that of the config, and the hypotheses of its theorems."""
     from rbstab.proof.check.findings import Finding
-    from rbstab.proof.passive.damping import damping_of_users, indefinite_parameter, why_not_damped
     from rbstab.proof.passive.passive import why_not_in_proofs
     from rbstab.proof.reasons import NoEnergyReason
 
@@ -125,19 +122,13 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
         text = f"The config has no reduced energy: {NoEnergyReason.SUPPLIES.value}."
         yield Finding(CONFIG, "energy", False, text)
         return
-    system = system_of(without_code(config), decimals)
-    indefinite, not_passive = indefinite_parameter(system), why_not_in_proofs(built)
-    undamped = why_not_damped(system, damping_of_users(built))
-    text, hold = "Mass, inertia and damping are positive definite.", False
-    if indefinite is not None:
-        text = f"{indefinite} is not positive definite."
-    elif not_passive is not None:
+    not_passive, failing = why_not_in_proofs(built), no_theorem(config)
+    text = "Mass, inertia and damping are positive definite."
+    if not_passive is not None:
         text = f"No proof takes this code of a user into account: {not_passive}."
-    elif undamped is not None:
-        text = f"{NOT_DAMPED[:1].upper()}{NOT_DAMPED[1:]}: {undamped}."
-    else:
-        hold = True
-    yield Finding(CONFIG, "hypotheses", hold, text)
+    elif failing is not None:
+        text = f"{failing[:1].upper()}{failing[1:]}."
+    yield Finding(CONFIG, "hypotheses", not_passive is None and failing is None, text)
     other = _other_energy(proof, config)
     text = "The energy U of the proof is that of the config, as an exact expression."
     text = text if other is None else f"The energy U is not that of the config: {other}."

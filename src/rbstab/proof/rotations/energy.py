@@ -14,14 +14,9 @@ import numpy as np
 from rbstab.analysis.configuration import configurations
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import Element
-from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.gravity import Gravity
-from rbstab.elements.inputs.loads import ConstantForce
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
-from rbstab.elements.spring import Spring, ZeroLengthSpring
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.elements.visco_elastic import ViscoElasticConnector
+from rbstab.elements.spring import Spring
 from rbstab.mechanics import contact
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
@@ -36,20 +31,6 @@ ENTRIES = 1000
 
 RATES = 2000
 """Those of Ω, and then of V, while it is traced what an element reads."""
-
-KINDS = (
-    Gravity,
-    ConstantForce,
-    TranslationalStabilizer,
-    RotationalStabilizer,
-    ViscoElasticConnector,
-    EmbeddedConnector,
-    AttitudeSpring,
-    ZeroLengthSpring,
-    Spring,
-    Ligament,
-)
-"""The elements that may read the rotation alone, and dissipate no less than nothing."""
 
 NO_POSITION = "nothing holds the position of the body"
 
@@ -83,10 +64,11 @@ class RotationEnergy:
 def rotation_energy(system: System, exact_system: ExactSystem) -> RotationEnergy:
     """Return the energy of a system as a function of the rotation (Q2, Q3 and Q6 of theorem 15).
 
-    Q2: all elements are of `KINDS`; what they exert, store and dissipate, and the rates of their
-    own states, are traced with A, X, Ω, V and own states only (`_read_rotations_only`). Q3: X and
-    own states are eliminated with exact pivots, or all in which U is not quadratic is convex
-    (`eliminated`, `_check_lines`). Q6: springs keep a length (`_check_lines`).
+    Q2: all elements are smooth, or ligaments, and no code of users; what they exert, store and
+    dissipate, and the rates of their own states, are traced with A, X, Ω, V and own states only
+    (`_read_rotations_only`). Q3: X and own states are eliminated with exact pivots, or all in which
+    U is not quadratic is convex (`eliminated`, `_check_lines`). Q6: springs keep a length
+    (`_check_lines`).
 
     Args:
         system: The system, in doubles.
@@ -96,7 +78,7 @@ def rotation_energy(system: System, exact_system: ExactSystem) -> RotationEnergy
         NotOnRotationsError: The energy depends on more, or is not known to be convex in the rest.
     """
     for element in system.elements:
-        if element.from_user or not isinstance(element, KINDS):
+        if element.from_user or not (element.smooth or isinstance(element, Ligament)):
             raise NotOnRotationsError(f"{element.name} is no element of the rotation alone")
     exact = exact_system(numbers)
     exact = replace(exact, elements=tuple(map(_without_angles, exact.elements)))
@@ -155,7 +137,7 @@ def _read_rotations_only(element: Element, motion: Motion, own: Array) -> None:
         element.stored(motion, own)
         element.dissipated(motion, own)
         element.rates(motion, own)
-    except (TypeError, ValueError) as error:  # None is no number
+    except (AttributeError, TypeError, ValueError) as error:  # None is no number
         why = f"{element.name} reads Euler angles or the time"
         raise NotOnRotationsError(why) from error
 

@@ -155,7 +155,7 @@ class Members:
         for k, name in enumerate(self.plan.variants):
             if name in bounds:
                 own = variants == k
-                found[own] = bounds[name].level(rest[own])
+                found[own] = bounds[name] - rest[own]
         return found
 
     @cached_property
@@ -183,7 +183,7 @@ class Members:
         """The level, J, that proofs for many bodies at once give for each member; 0: none, (n,)."""
         if self._certified is None:
             return np.zeros(len(self))
-        return self._certified.boxes(0, len(self))[0]
+        return self._certified.boxes.of(0, len(self))[0]
 
     @cached_property
     def _proved(self) -> MemberConvergence:

@@ -43,11 +43,11 @@ class Bodies:
         return np.flatnonzero(self.of_member == body)
 
 
-def bodies_of(plan: Plan) -> Bodies:
-    """Return the distinct bodies of a plan."""
+def bodies_of(plan: Plan, variants: Iterable[str] | None = None) -> Bodies:
+    """Return the distinct bodies of a plan, or of the members of some variants."""
     of_member = np.full(plan.members, -1)
     firsts = [np.zeros(0, dtype=int)]
-    for rows, table in _numbers_of_bodies(plan, plan.variants):
+    for rows, table in _numbers_of_bodies(plan, plan.variants if variants is None else variants):
         first, inverse = _distinct_rows(table)
         of_member[rows] = sum(map(len, firsts)) + inverse
         firsts.append(rows[first])
@@ -56,13 +56,6 @@ def bodies_of(plan: Plan) -> Bodies:
     place = np.append(np.argsort(by_member), -1)  # the last entry stays -1
     order = np.array(ProofSelection().first(len(found), len(found)), dtype=int)
     return Bodies(place[of_member], found[by_member], order)
-
-
-def first_members(plan: Plan, variants: Iterable[str]) -> Array:
-    """Return the first member of each distinct body of some variants, ascending."""
-    firsts = [rows[_distinct_rows(table)[0]] for rows, table in _numbers_of_bodies(plan, variants)]
-    found: Array = np.sort(np.concatenate([np.zeros(0, dtype=int), *firsts]))
-    return found
 
 
 def _numbers_of_bodies(plan: Plan, variants: Iterable[str]) -> Iterator[tuple[Array, Array]]:
@@ -78,19 +71,13 @@ def _numbers_of_bodies(plan: Plan, variants: Iterable[str]) -> Iterator[tuple[Ar
 def _distinct_rows(table: Array) -> tuple[Array, Array]:
     """Return the first one of each distinct row of a table, and which of these each row equals.
 
-    They are in the order of their numbers, as by `numpy.unique`, which takes several times as long.
+    They are in the order of their numbers. `numpy.unique` takes several times as long.
     """
-    same = np.zeros(len(table), dtype=int)
-    count = min(len(table), 1)
-    for column in table.T:
-        if count == len(table):
-            break
-        values, place = np.unique(column, return_inverse=True)
-        if count > 1:
-            pairs = same * len(values) + place.ravel()
-            values, place = np.unique(pairs, return_inverse=True)
-        same, count = place.ravel(), len(values)
-    return np.unique(same, return_index=True)[1], same
+    order = np.lexsort(table.T[::-1])  # stable: of equal rows, the first one comes first
+    new = np.any(np.diff(table[order], axis=0, prepend=np.nan), axis=1)
+    same = np.empty(len(table), dtype=int)
+    same[order] = np.cumsum(new) - 1
+    return order[new], same
 
 
 def own_keys(plan: Plan, variant: str) -> tuple[VariedKey, ...]:

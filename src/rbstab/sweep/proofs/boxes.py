@@ -116,15 +116,14 @@ class _Boxes:
         known = (*entries_of(self.base), *entries_under(self.base, ("gravity",)))
         entries = {path: entry for entry in known for path in entry.paths}
         floats = {varied.key: values[varied.key].astype(float) for varied in keys}
-        self.numbers: dict[Path, Array] = {}
-        self.entries: dict[Path, Entry] = {}
-        for path, numbers in varied_numbers(self.base, keys, floats).items():
+        self.numbers = {
+            entries[path]: numbers
+            for path, numbers in varied_numbers(self.base, keys, floats).items()
             # The integration, for example, has no effect on rest states.
-            if path[0] in ("body", "gravity", "controller", "elements"):
-                entry = entries[path]
-                if path == entry.paths[0] and not is_of_initial_state(path):
-                    self.numbers[path], self.entries[path] = numbers, entry
-        self.paths = {entry.key: path for path, entry in self.entries.items()}
+            if path[0] in ("body", "gravity", "controller", "elements")
+            and path == entries[path].paths[0]
+            and not is_of_initial_state(path)
+        }
 
     def proofs(self, results: FilePath, end: float, stop: Event) -> Iterator[BoxProof]:
         """Prove boxes until a point in time; yield the proved ones, and the whole if it is false.
@@ -146,7 +145,7 @@ class _Boxes:
             if record.proved or (whole and record.proved is False):
                 yield BoxProof(self.variant, self.members[rows], whole, record)
             if not record.proved and record.widest is not None:
-                numbers = self.numbers[self.paths[record.widest]][rows]
+                (numbers,) = (n[rows] for e, n in self.numbers.items() if e.key == record.widest)
                 different = np.unique(numbers)
                 below = numbers < different[len(different) // 2]
                 waiting += [rows[below], rows[~below]]
@@ -155,9 +154,8 @@ class _Boxes:
         """Return the config in the middle of some members, and the bounds of their numbers."""
         middles: dict[Path, float] = {}
         tolerances = []
-        for path, numbers in self.numbers.items():
-            own, entry = numbers[rows], self.entries[path]
-            low, high = float(own.min()), float(own.max())
+        for entry, numbers in self.numbers.items():
+            low, high = float(numbers[rows].min()), float(numbers[rows].max())
             middle = low if low == high else (low + high) / 2
             middles |= dict.fromkeys(entry.paths, middle)
             if low < high:

@@ -1,16 +1,13 @@
 """Find the members that start in a region where convergence is proved."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.analysis.rest_state import nearest_rest_state
-from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.experiment.proof_cache import cached_proof, proof_for
-from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import has_no_rest_state
 from rbstab.mechanics.numbers import Array
@@ -29,30 +26,9 @@ from rbstab.sweep.proofs.columns import (
     PROVED,
     STATES_UNDECIDED,
 )
-from rbstab.sweep.proofs.robust import START_COLUMNS, RobustProofs
+from rbstab.sweep.proofs.robust import START_COLUMNS, BoxProofs
 from rbstab.sweep.proofs.starts import ProvedStarts
 from rbstab.sweep.proofs.variants import rows_of_variants, shares_proof, undecided_reason
-
-
-class EnergyBound(NamedTuple):
-    """The energy below which members of a variant converge to the lowest rest state, proved.
-
-    Attributes:
-        energy: The sum of all energies at the start, J.
-        nearest_energy: The energy of the rest state nearest to the unloaded position, J.
-    """
-
-    energy: float
-    nearest_energy: float
-
-    def level(self, energy_at_rest: Array | float) -> Array | float:
-        """Return the value of v(0), J, below which convergence is proved.
-
-        Args:
-            energy_at_rest: The energy of the rest state at which v of each member is zero, shape
-                (m,), J.
-        """
-        return self.energy - energy_at_rest
 
 
 class MemberConvergence(NamedTuple):
@@ -104,7 +80,9 @@ class ProvedConvergence:
         results: The folder of results, which contains the cached proofs.
 
     Attributes:
-        bounds: The bound of each variant whose proof has a region of the lowest rest state.
+        boxes: The proofs for many bodies at once, of variants of several bodies.
+        bounds: By variant, the energy below which members converge to the lowest rest state, J, if
+            that is proved. It is the sum of all energies at the start.
     """
 
     def __init__(self, plan: Plan, results: Path) -> None:
@@ -116,27 +94,18 @@ class ProvedConvergence:
             variant: ProvedStarts(plan.base_of(variant), plan.varied_keys_of(variant), proof)
             for variant, proof in self._proofs.items()
         }
-        self._robust = {
-            variant: RobustProofs(plan, variant, results)
-            for variant in plan.variants
-            if variant not in shared and undecided_reason(plan, variant) is None
-        }
-        self._boxes: tuple[tuple[int, int], tuple[Array, Array]] | None = None
+        several = [v for v in plan.variants if v not in shared and not undecided_reason(plan, v)]
+        self.boxes = BoxProofs(plan, several, results)
         self.bounds = {
-            variant: bound
+            variant: proof.region.lower_bound + proof.states[0].energy
             for variant, proof in self._proofs.items()
-            if (bound := _bound(plan, variant, proof)) is not None
+            if proof.region is not None
         }
 
     @property
     def brief(self) -> int:
         """The number of proofs that ended early, and may prove more with more boxes."""
         return sum(proof.goes_on for proof in self._proofs.values())
-
-    @property
-    def variants_of_bodies(self) -> tuple[str, ...]:
-        """The variants of several bodies that a theorem decides."""
-        return tuple(self._robust)
 
     def of(self, start: int, stop: int) -> MemberConvergence:
         """Return what is proved of the members from number `start` up to `stop`."""
@@ -160,50 +129,10 @@ class ProvedConvergence:
             table: Their table, with `START_COLUMNS`.
             found: What is proved of them otherwise.
         """
-        levels, _ = self.boxes(start, stop)
-        if not levels.any():
-            return found
-        more = found.copy()
-        codes, rest_states, _ = more
-        for proofs, rows, own in self._robust_rows(start, stop):
-            columns = {name: table[name][rows] for name in START_COLUMNS}
-            new = proofs.codes(own, columns, levels[rows])
-            rest_states[rows[(new == PROVED) & (codes[rows] != PROVED)]] = 1
-            codes[rows[new == PROVED]] = PROVED
+        more, proved = found.copy(), self.boxes.proved(start, stop, table)
+        more.rest_states[proved & (more.codes != PROVED)] = 1
+        more.codes[proved] = PROVED
         return more
-
-    def boxes(self, start: int, stop: int) -> tuple[Array, Array]:
-        """Return what proofs for many bodies at once say of each member, whatever its start.
-
-        Returns:
-            The level, J: such a member has one rest state, a minimum, and its motions with v(0)
-            below the level converge to it; 0 where no such proof says anything. And whether its
-            body has one rest state, by its code in `ONE_STATE_WORDS`. Both of shape (members,).
-        """
-        if self._boxes is None or self._boxes[0] != (start, stop):
-            levels, codes = np.zeros(stop - start), np.zeros(stop - start, np.int8)
-            for proofs, rows, own in self._robust_rows(start, stop):
-                levels[rows], codes[rows] = proofs.of(own, len(rows))
-            self._boxes = (start, stop), (levels, codes)
-        return self._boxes[1]
-
-    def counterexamples(self) -> dict[str, BodiesRecord]:
-        """Return by variant a body between the bounds of the plan that has not one rest state."""
-        found: dict[str, BodiesRecord] = {}
-        if not any(proofs.has_counterexamples for proofs in self._robust.values()):
-            return found  # the values of a million members take a while
-        for proofs, _, values in self._robust_rows(0, self.plan.members):
-            record = proofs.counterexample(values)
-            if record is not None:
-                found[proofs.variant] = record
-        return found
-
-    def _robust_rows(
-        self, start: int, stop: int
-    ) -> Iterator[tuple[RobustProofs, Array, dict[str, Array]]]:
-        """Yield the proofs of each variant, its rows among the members, and their values."""
-        for variant, rows, own in rows_of_variants(self.plan, self._robust, start, stop):
-            yield self._robust[variant], rows, own
 
 
 def of_body(
@@ -288,16 +217,6 @@ def one_state_code(proof: Proof) -> int:
     none = proof.proved and not proof.states
     no_minimum = proof.unique and proof.globally_stable is False
     return NOT_ONE_STATE if none or no_minimum else STATES_UNDECIDED
-
-
-def _bound(plan: Plan, variant: str, proof: Proof) -> EnergyBound | None:
-    """Return the bound of the region of the lowest rest state; None if it has none."""
-    if proof.region is None:
-        return None
-    system = smooth_rest_system(plan.initial_value_problems[variant])
-    return EnergyBound(
-        proof.region.lower_bound + proof.states[0].energy, nearest_rest_state(system).energy
-    )
 
 
 PROOF_COLUMNS = (*KNOWN_COLUMNS, *START_COLUMNS)

@@ -1,7 +1,7 @@
-"""Prove the convergence of members by enclosing their exact motions, together if possible."""
+"""Prove the convergence of members by enclosing their exact motions, those of one body together."""
 
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Callable, Mapping
+from functools import partial
 from threading import Lock
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
@@ -9,13 +9,13 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from rbstab.config.build import problem_of
+from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import Convergence, Undecided
 from rbstab.experiment.convergence.decisions import nothing_proved, refusal
-from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.convergence.many_motions import Motions
 from rbstab.experiment.proof import prove
-from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.mechanics.numbers import Array
+from rbstab.sweep.plan.axes import VariedKey
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.proof_selection import ProofSelection
 from rbstab.sweep.proofs.columns import MOTION_COLUMNS, MOTION_PROOFS
@@ -26,20 +26,23 @@ _PROVERS: "WeakKeyDictionary[Plan, MotionProver]" = WeakKeyDictionary()
 """The prover of each plan. It has the proofs of the rest states, which take up to some seconds."""
 
 _LOCK = Lock()
-"""Held while a member is proved: the precision of balls is a setting of the whole process, and a
+"""Held while members are proved: the precision of balls is a setting of the whole process, and a
 process may have several threads that compute members."""
 
+FAILED = "failed"
+"""The word of `MOTION_PROOFS` of members for which an error was raised."""
 
-class _Shared(NamedTuple):
-    """What the members of a variant share: the proof of their rest states, and the proved starts.
 
-    starts is None if no member of the variant can be proved at its start. many encloses their
-    motions; it is None if that is refused.
+class _Body(NamedTuple):
+    """What members with one body share.
+
+    starts has the starts that are proved; None if there are none. many encloses their motions; it
+    is None if none can be enclosed, for the reason `why`, a word of `MOTION_PROOFS`.
     """
 
-    proof: Proof
     starts: ProvedStarts | None
     many: Motions | None
+    why: str = ""
 
 
 def motion_columns(plan: Plan, start: int, stop: int) -> dict[str, Array]:
@@ -55,8 +58,7 @@ def motion_columns(plan: Plan, start: int, stop: int) -> dict[str, Array]:
     with _LOCK:
         if plan not in _PROVERS:
             _PROVERS[plan] = MotionProver(plan, plan.prove)
-        prover = _PROVERS[plan]
-    return prover.columns(start, stop)
+        return _PROVERS[plan].columns(start, stop)
 
 
 class MotionProver:
@@ -74,116 +76,76 @@ class MotionProver:
     def __init__(self, plan: Plan, selection: ProofSelection) -> None:
         self.plan = plan
         self.selection = selection
-        self._shared: dict[str, _Shared | None] = {}
+        self._shared: dict[str, _Body] = {}
 
     def columns(self, start: int, stop: int) -> dict[str, Array]:
         """Return `MOTION_COLUMNS` of the members from number `start` up to `stop`."""
-        members = stop - start
+        plan = self.plan
         columns = {
-            name: np.zeros(members, dtype=column.dtype) for name, column in MOTION_COLUMNS.items()
+            name: np.zeros(stop - start, dtype=column.dtype)
+            for name, column in MOTION_COLUMNS.items()
         }
         columns["proved_time"][:] = np.nan
-        selected = self.selection.selected(start, stop, self.plan.members)
-        for variant, rows, own in rows_of_variants(self.plan, self.plan.variants, start, stop):
-            if not len(rows):
-                continue
-            with _LOCK:
-                shared = self._shared_by(variant)
-                if shared is not None and shared.starts is not None:
-                    numbers = shared.starts.find(own, len(rows))
-                    columns["proved_rest_state"][rows] = numbers
-                    columns["proved_time"][rows[numbers > 0]] = 0.0
-            enclosed = selected[rows] & (columns["proved_rest_state"][rows] == 0)
-            some = {key: entries[enclosed] for key, entries in own.items()}
-            if not self._enclosed_together(columns, shared, some, rows[enclosed]):
-                for row in rows[enclosed].tolist():
-                    with _LOCK:
-                        self._enclose(columns, variant, start, row)
+        selected = self.selection.selected(start, stop, plan.members)
+        for variant, rows, own in rows_of_variants(plan, plan.variants, start, stop):
+            if not shares_proof(plan, variant):
+                for row in np.flatnonzero(selected[rows]):
+                    body = _body_of(partial(plan.config_of, start + int(rows[row])), ())
+                    self._fill(columns, body, {}, rows[[row]], selected)
+            elif len(rows):
+                if variant not in self._shared:
+                    keys = plan.varied_keys_of(variant)
+                    self._shared[variant] = _body_of(partial(plan.base_of, variant), keys)
+                self._fill(columns, self._shared[variant], own, rows, selected)
         return columns
 
-    def _enclosed_together(
+    def _fill(
         self,
         columns: dict[str, Array],
-        shared: _Shared | None,
+        body: _Body,
         values: Mapping[str, Array],
         rows: Array,
-    ) -> bool:
-        """Enclose the motions of members of one system together; return whether that was done."""
-        if not len(rows) or shared is None or shared.starts is None or shared.many is None:
-            return False
-        with suppress(Exception):  # then each member is enclosed by itself
-            centre, error = shared.starts.states(values, len(rows))
-            with _LOCK:
-                found = shared.many.follow_all(centre, error, self.selection.steps)
-            for row, one in zip(rows.tolist(), found, strict=True):
-                ended = Undecided.NO_STEP if one.lost else Undecided.STEP_LIMIT
-                if isinstance(one.decision, Convergence):
-                    _fill(columns, row, "proved", one.steps, one.decision.rest_state, one.time)
-                else:
-                    _fill(columns, row, str(one.decision or ended), one.steps)
-            return True
-        return False
-
-    def _enclose(self, columns: dict[str, Array], variant: str, start: int, row: int) -> None:
-        """Enclose the motion of one member, and fill in what is proved of it."""
-        # An error in one member must not stop the others; it is not decided.
+        selected: Array,
+    ) -> None:
+        """Fill in what is proved of the members of a body, which are at some rows."""
+        if body.starts is not None:
+            numbers = body.starts.find(values, len(rows))
+            columns["proved_rest_state"][rows] = numbers
+            columns["proved_time"][rows[numbers > 0]] = 0.0
+        enclosed = selected[rows] & (columns["proved_rest_state"][rows] == 0)
+        rows = rows[enclosed]
+        columns["motion_proof"][rows] = MOTION_PROOFS.index(body.why or FAILED)
+        if body.starts is None or body.many is None or not len(rows):
+            return
+        some = {key: entries[enclosed] for key, entries in values.items()}
         try:
-            found = self._convergence(variant, start + row)
-            if found.proved:
-                _fill(columns, row, "proved", found.steps, found.rest_state, found.time)
-            else:
-                undecided = str(found.reason or Undecided.NO_REGION)
-                _fill(columns, row, "false" if found.proved is False else undecided, found.steps)
-        except Exception:
-            _fill(columns, row, "failed", 0)
+            centre, error = body.starts.states(some, len(rows))
+            found = body.many.follow_all(centre, error, self.selection.steps)
+        except Exception:  # an error must not stop the sweep: these members are not decided
+            return
+        for row, one in zip(rows, found, strict=True):
+            word = str(one.decision or (Undecided.NO_STEP if one.lost else Undecided.STEP_LIMIT))
+            if isinstance(one.decision, Convergence):
+                word = "proved"
+                columns["proved_rest_state"][row] = one.decision.rest_state
+                columns["proved_time"][row] = one.time
+            columns["motion_proof"][row] = MOTION_PROOFS.index(word)
+            columns["proof_steps"][row] = one.steps
 
-    def _convergence(self, variant: str, member: int) -> Convergence:
-        config = self.plan.config_of(member)
+
+def _body_of(made: Callable[[], Config], keys: tuple[VariedKey, ...]) -> _Body:
+    """Return what members share whose configs differ in the values of some keys of their starts."""
+    try:
+        config = made()
         problem = problem_of(config)
         refused = nothing_proved(problem)
         if refused is not None:
-            # It needs no proof of rest states.
-            return refused
-        shared = self._shared_by(variant)
-        proof = shared.proof if shared is not None else prove(config, problem)
-        steps = self.selection.steps
-        return prove_convergence(config, problem, proof, max_steps=steps).convergence
-
-    def _shared_by(self, variant: str) -> _Shared | None:
-        """Return what the members of a variant share; None if each needs its own proof."""
-        if variant not in self._shared:
-            self._shared[variant] = (
-                self._made(variant) if shares_proof(self.plan, variant) else None
-            )
-        return self._shared[variant]
-
-    def _made(self, variant: str) -> _Shared:
-        base, keys = self.plan.base_of(variant), self.plan.varied_keys_of(variant)
-        try:
-            proof = prove(base, self.plan.initial_value_problems[variant])
-        except Exception as error:
-            # The members can be integrated all the same; none of them is decided.
-            proof = no_proof("", f"{type(error).__name__}: {error}")
-        if not proof.states:
-            return _Shared(proof, None, None)
-        refused = refusal(self.plan.initial_value_problems[variant], proof)
-        many = None
+            return _Body(None, None, str(refused.reason))  # it needs no proof of rest states
+        proof = prove(config, problem)
+        starts = ProvedStarts(config, keys, proof) if proof.states else None
+        refused = refusal(problem, proof)
         if refused is None:
-            with suppress(Exception):  # then each member is enclosed by itself
-                many = Motions(base, proof)
-        return _Shared(proof, ProvedStarts(base, keys, proof), many)
-
-
-def _fill(  # noqa: PLR0913, PLR0917 (the columns)
-    columns: dict[str, Array],
-    row: int,
-    word: str,
-    steps: int,
-    rest_state: int | None = 0,
-    time: float | None = np.nan,
-) -> None:
-    """Fill in how the enclosure of a member ended, in a word of `MOTION_PROOFS`."""
-    columns["motion_proof"][row] = MOTION_PROOFS.index(word)
-    columns["proof_steps"][row] = steps
-    columns["proved_rest_state"][row] = rest_state
-    columns["proved_time"][row] = time
+            return _Body(starts, Motions(config, proof))
+        return _Body(starts, None, "false" if refused.proved is False else str(refused.reason))
+    except Exception:  # the members can be integrated all the same; none of them is decided
+        return _Body(None, None, FAILED)

@@ -13,7 +13,7 @@ from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.robust.sentences import named_body
 from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.proofs.bodies import first_members, named_members, ranges_of
+from rbstab.sweep.proofs.bodies import bodies_of, named_members, ranges_of
 from rbstab.sweep.proofs.columns import NOT_ONE_STATE, ONE_STATE, STATES_UNDECIDED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
 from rbstab.sweep.proofs.variants import members_of_variants
@@ -113,14 +113,14 @@ def one_state_of(proofs: ProvedConvergence, found: MemberConvergence) -> OneStat
         found: What is known of all members, with what proofs of single bodies say.
     """
     count = len(found.one_state)
-    of_bodies = members_of_variants(proofs.plan, proofs.variants_of_bodies)
+    of_bodies = members_of_variants(proofs.plan, proofs.boxes.variants)
     own: Array = np.where(of_bodies, found.one_state, 0)
-    levels, of_boxes = proofs.boxes(0, count)
+    levels, of_boxes = proofs.boxes.of(0, count)
     codes = np.where(of_boxes == STATES_UNDECIDED, own, of_boxes)
-    counterexamples = proofs.counterexamples()
+    counterexamples = proofs.boxes.counterexamples()
     if not codes.any() and not counterexamples:
         return OneState()
-    first = first_members(proofs.plan, proofs.variants_of_bodies)
+    first = bodies_of(proofs.plan, proofs.boxes.variants).first
     levels = levels[first]
     return OneState(
         len(first),

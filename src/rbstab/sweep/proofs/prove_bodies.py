@@ -4,11 +4,10 @@ Each proof is kept in the folder of results. What the budget does not reach is n
 call goes on after the members that were decided before.
 """
 
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, wait
-from concurrent.futures.process import BrokenProcessPool
+import math
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from threading import Event
 from time import monotonic
@@ -21,7 +20,7 @@ from rbstab.config.schema import Config
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
-from rbstab.processes.workers import worker_pool
+from rbstab.processes.workers import worked
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.bodies import Bodies, bodies_of
 from rbstab.sweep.proofs.boxes import BoxProof
@@ -38,9 +37,6 @@ BUDGET = 10.0
 
 ALONE = 2
 """Up to this many bodies are proved in this process: workers take a second to start."""
-
-POLL = 0.1
-"""s between looks at whether an interrupt has come."""
 
 FEW = 64
 """Of more bodies than this, the budget does not reach all: so many are proved at once (`boxes`)."""
@@ -115,9 +111,19 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
     reached, answers = known.copy(), stored.copy()
     count, ended_early = int(known.sum()), 0
     progress(count, len(bodies))
-    end = None if budget is None else begin + budget
-    left = _Left(end, stop or Event())
-    for body, proof in _proofs(plan, bodies, results, waiting, left, processes):
+    end = math.inf if budget is None else begin + budget
+    interrupt = stop or Event()
+    proofs = worked(
+        # Nobody asked for more than the budget: one proof must not use it up.
+        partial(_prove, results, budget is not None),
+        waiting,
+        lambda body: plan.config_of(int(bodies.first[body])),
+        workers=min(processes, len(waiting)) if len(waiting) > ALONE else 1,
+        may_begin=lambda: not interrupt.is_set() and monotonic() < end,
+        is_given_up=interrupt.is_set,
+    )
+    for body, _ in proofs:
+        proof = cached_proof(results, plan.config_of(int(bodies.first[body])))
         if proof is not None:
             _add(plan, bodies.members(body), proof, answers)
             ended_early += proof.goes_on
@@ -148,70 +154,7 @@ def _add(plan: Plan, members: Array, proof: Proof, answers: MemberConvergence) -
         column[members] = entries
 
 
-class _Left(NamedTuple):
-    """What is left of the time: until `end` (None: no limit), and until `stop` is set."""
-
-    end: float | None
-    stop: Event
-
-    @property
-    def any(self) -> bool:
-        """Whether another proof may begin."""
-        return not self.stop.is_set() and (self.end is None or monotonic() < self.end)
-
-
-def _proofs(  # noqa: PLR0913, PLR0917 (all of them are needed)
-    plan: Plan,
-    bodies: Bodies,
-    results: Path,
-    waiting: list[int],
-    left: _Left,
-    processes: int,
-) -> Iterator[tuple[int, Proof | None]]:
-    """Yield bodies in their order, each with its proof, until no time is left."""
-    # Nobody asked for more than the budget: one proof must not use it up.
-    brief, queue = left.end is not None, deque(waiting)
-    if processes > 1 and len(waiting) > ALONE:
-        # If a worker dies (out of memory, say), its pool breaks: this process goes on alone.
-        with (
-            suppress(BrokenProcessPool),
-            worker_pool(min(processes, len(waiting))) as pool,
-        ):
-            running: deque[tuple[int, Config, Future[None]]] = deque()
-            while queue or running:
-                while queue and len(running) <= processes and left.any:
-                    config = plan.config_of(int(bodies.first[queue[0]]))
-                    running.append((queue[0], config, pool.submit(_prove, config, results, brief)))
-                    queue.popleft()
-                if not running:
-                    break
-                body, config, future = running[0]
-                if not _ended(future, left.stop):
-                    # An interrupt: what is not done is given up.
-                    running = deque(one for one in running if one[2].done())
-                    continue
-                try:
-                    future.result()
-                except BrokenProcessPool:
-                    queue.extendleft(reversed([one for one, _, _ in running]))
-                    raise
-                running.popleft()
-                yield body, cached_proof(results, config)
-    while queue and left.any:
-        body = queue.popleft()
-        config = plan.config_of(int(bodies.first[body]))
-        _prove(config, results, brief)
-        yield body, cached_proof(results, config)
-
-
-def _ended(future: "Future[None]", stop: Event) -> bool:
-    """Wait for a future; return whether it has ended, and not the waiting by an interrupt."""
-    while not future.done() and not stop.is_set():
-        wait([future], timeout=POLL)
-    return future.done()
-
-
-def _prove(config: Config, results: Path, brief: bool) -> None:
+def _prove(results: Path, brief: bool, config: Config) -> None:
     """Make the proof of a config and keep it; without a proof, its members are not decided."""
     with suppress(ArithmeticError, ValueError, LookupError, TypeError):
         proof_for(results, config, brief=brief)

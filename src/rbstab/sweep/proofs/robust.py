@@ -1,6 +1,6 @@
 """The members whose body and gains lie inside the box of a stored proof for all such bodies."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path as FilePath
 
@@ -22,15 +22,10 @@ from rbstab.experiment.robust.covering import (
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.stored_proof.starts import OPEN_RANGE
 from rbstab.mechanics.numbers import Array
+from rbstab.store.table import Table
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers
-from rbstab.sweep.proofs.columns import (
-    NO_PROOF,
-    NOT_ONE_STATE,
-    ONE_STATE,
-    PROVED,
-    STATES_UNDECIDED,
-)
+from rbstab.sweep.proofs.variants import rows_of_variants
 
 ROUND_OFF = 1e-9
 """Relative error allowed for v(0), which is in doubles."""
@@ -39,84 +34,81 @@ START_COLUMNS = ("lyapunov_start", "energy_at_rest", "rest_orientation")
 """The columns of a shard that are needed."""
 
 
-class RobustProofs:
-    """The members of a variant that converge by a proof for all bodies within tolerances.
+class BoxProofs:
+    """What stored proofs for all bodies within tolerances say of the members of a plan.
 
     Args:
         plan: The plan.
-        variant: The variant; its members differ in more than their initial state.
+        variants: Variants whose members differ in more than their initial state.
         results: The folder of results, which contains the stored proofs.
     """
 
-    def __init__(self, plan: Plan, variant: str, results: FilePath) -> None:
-        self.plan, self.variant, self.results = plan, variant, results
+    def __init__(self, plan: Plan, variants: Sequence[str], results: FilePath) -> None:
+        self.plan, self.variants, self.results = plan, variants, results
+        self._last: tuple[tuple[int, int], tuple[Array, Array]] | None = None
 
-    def of(self, values: Mapping[str, Array], count: int) -> tuple[Array, Array]:
-        """Return what the proofs say of each member, whatever its start.
-
-        Args:
-            values: The values of the members from `Plan.values`, each of shape (count,).
-            count: The number of members.
+    def of(self, start: int, stop: int) -> tuple[Array, Array]:
+        """Return what they say of the members from number `start` up to `stop`, whatever its start.
 
         Returns:
-            The level of v, J, below which it converges, 0 where no proof covers it; and whether its
-            body has one rest state, by its code in `ONE_STATE_WORDS`; both of shape (count,).
+            The level, J: such a member has one rest state, a minimum, and its motions with v(0)
+            below the level converge to it; 0 where no such proof says anything. And whether its
+            body has one rest state, by its code in `ONE_STATE_WORDS`. Both of shape (members,).
         """
-        levels, signs = known_of(self._records, *self._numbers(values), count)
-        return levels, np.array([STATES_UNDECIDED, ONE_STATE, NOT_ONE_STATE], np.int8)[signs]
+        if self._last is None or self._last[0] != (start, stop):
+            levels, codes = np.zeros(stop - start), np.zeros(stop - start, np.int8)
+            for variant, rows, numbers in self._members(start, stop):
+                levels[rows], codes[rows] = known_of(self._records[variant], *numbers, len(rows))
+            self._last = (start, stop), (levels, codes)
+        return self._last[1]
 
-    @property
-    def has_counterexamples(self) -> bool:
-        """Whether a stored proof names a body with several rest states, or one that is no minimum.
-
-        It may lie outside of the bounds of the plan.
-        """
-        return any(record.proved is False for record in self._records)
-
-    def counterexample(self, values: Mapping[str, Array]) -> BodiesRecord | None:
-        """Return a body between the bounds of the plan that has not one rest state, or None.
-
-        Args:
-            values: The values of all members of the variant.
-        """
-        return counterexample_between(self._records, *self._numbers(values))
-
-    def codes(
-        self, values: Mapping[str, Array], outcome: Mapping[str, Array], levels: Array
-    ) -> Array:
-        """Return what is proved of each member: its code in `CONVERGENCE`, shape (members,).
-
-        It is `PROVED` or `NO_PROOF`: outside of the region of all bodies in the box, the proof of
-        its own body may say more.
+    def proved(self, start: int, stop: int, table: Table) -> Array:
+        """Return which members converge, as they start in the region of all bodies of a box.
 
         A member in the box of a proof has one rest state in the range of eq. 5. So v counts from it
         if the rest state that the member approaches lies in this range.
 
         Args:
-            values: The values of the members from `Plan.values`, each of shape (members,).
-            outcome: The columns of the members in their shard.
-            levels: The levels of the members, from `of`, each of shape (members,).
+            start: The first member.
+            stop: One after the last member, as in `range`.
+            table: Their table, with `START_COLUMNS`.
         """
-        count = len(outcome["lyapunov_start"])
-        nothing = np.full(count, NO_PROOF, dtype=np.int8)
-        if not np.any(levels > 0):  # so without a controller, where nothing is ever proved
-            return nothing
-        start, rest = outcome["lyapunov_start"], outcome["energy_at_rest"]
-        load = _load_energies(*self._numbers(values), count)
-        error = ROUND_OFF * (np.abs(start) + np.abs(rest) + load)
-        in_range = np.all(np.abs(outcome["rest_orientation"]) <= OPEN_RANGE, axis=-1)
-        inside = in_range & (start + error < levels)
-        return np.where(inside, PROVED, nothing)
+        (levels, _), found = self.of(start, stop), np.zeros(stop - start, dtype=bool)
+        if not levels.any():
+            return found
+        for _, rows, numbers in self._members(start, stop):
+            if not levels[rows].any():  # so without a controller, where nothing is ever proved
+                continue
+            v, rest, Theta = (table[name][rows] for name in START_COLUMNS)
+            error = ROUND_OFF * (np.abs(v) + np.abs(rest) + _load_energies(*numbers, len(rows)))
+            in_range = np.all(np.abs(Theta) <= OPEN_RANGE, axis=-1)
+            found[rows] = in_range & (v + error < levels[rows])
+        return found
 
-    def _numbers(self, values: Mapping[str, Array]) -> tuple[Config, dict[Path, Array]]:
-        """Return the base of the members, and the values of its varied numbers by path."""
-        base, keys = self.plan.base_of(self.variant), self.plan.varied_keys_of(self.variant)
-        floats = {varied.key: values[varied.key].astype(float) for varied in keys}
-        return base, varied_numbers(base, keys, floats)
+    def counterexamples(self) -> dict[str, BodiesRecord]:
+        """Return by variant a body between the bounds of the plan that has not one rest state."""
+        found: dict[str, BodiesRecord] = {}
+        if all(record.proved for records in self._records.values() for record in records):
+            return found  # the values of a million members take a while
+        for variant, _, numbers in self._members(0, self.plan.members):
+            record = counterexample_between(self._records[variant], *numbers)
+            if record is not None:
+                found[variant] = record
+        return found
+
+    def _members(
+        self, start: int, stop: int
+    ) -> Iterator[tuple[str, Array, tuple[Config, dict[Path, Array]]]]:
+        """Yield each variant, its rows, its base and the values of its varied numbers by path."""
+        for variant, rows, values in rows_of_variants(self.plan, self.variants, start, stop):
+            base, keys = self.plan.base_of(variant), self.plan.varied_keys_of(variant)
+            floats = {varied.key: values[varied.key].astype(float) for varied in keys}
+            yield variant, rows, (base, varied_numbers(base, keys, floats))
 
     @cached_property
-    def _records(self) -> list[BodiesRecord]:
-        return valid_proofs(self.results, self.plan.base_of(self.variant))
+    def _records(self) -> dict[str, list[BodiesRecord]]:
+        """The proofs and the counterexamples of each variant."""
+        return {v: valid_proofs(self.results, self.plan.base_of(v)) for v in self.variants}
 
 
 def _load_energies(base: Config, varied: Mapping[Path, Array], count: int) -> Array:

@@ -81,7 +81,7 @@ class ProvedStarts:
                     raise
                 # Code of a user may not accept bounded numbers; then nothing is proved.
                 return found
-            found[batch] = reached_states(self.proof, *starts)
+            found[batch], _ = reached_states(self.proof, *starts)
         return found
 
     def starts(self, values: Mapping[str, Array], members: int) -> Starts:

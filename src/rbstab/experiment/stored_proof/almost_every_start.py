@@ -114,10 +114,10 @@ def _failing(proof: ProofData, config: Config | None) -> Iterator[str]:
         yield f"without elements of your own, {undamped}"
     if indefinite:
         yield indefinite
-    yield from _not_smooth(config, unstable)
+    yield from _not_smooth(proof, config, unstable)
 
 
-def _not_smooth(config: Config, unstable: list[ProvedState]) -> Iterator[str]:
+def _not_smooth(proof: ProofData, config: Config, unstable: list[ProvedState]) -> Iterator[str]:
     """Yield why forces may not be Lipschitz, or not smooth near an unstable rest state (A4, A5)."""
     for name in switching_code(config):
         yield f"{name} is an element of your own with switches, or with states of its own"
@@ -126,7 +126,7 @@ def _not_smooth(config: Config, unstable: list[ProvedState]) -> Iterator[str]:
             # Of a ligament, only its damper begins to act with a slope, and that where it is taut.
             first = 1 if isinstance(element, Ligament) else None
             smooth = isinstance(element, Ligament) and not element.damping > 0
-            switches = (may_switch(one, config, element.name, first) for one in unstable)
+            switches = (may_switch(proof, one, config, element.name, first) for one in unstable)
             if not smooth and any(switches):
                 yield f"{element.name} may begin to act just at an unstable rest state"
         elif not _is_smooth(element):

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.leg import leg
 from support.results import with_data
 
 import rbstab
@@ -113,6 +114,14 @@ def test_what_is_said_of_a_start(data, changes, enclose, sureness, words):
         assert "Not proved: " in this_start.sentence
         assert "rbstab run CONFIG --prove" in whole_range.sentence
         assert whole_range.sureness is OPEN
+
+
+def test_no_more_steps_are_advised_where_a_body_stands_upright_on_a_soft_spring():
+    config = rbstab.load_config(leg(5.0, initial={}))
+    result = rbstab.simulate(config, proof=prove(config), enclose=Enclose.BRIEFLY)
+    sentence = answer_of(result, config).this_start.sentence
+    assert "no region surrounds an unstable rest state" in sentence
+    assert "--prove" not in sentence
 
 
 def test_a_proof_that_came_after_the_run_is_used():

@@ -1,13 +1,14 @@
 """The answer of a run: does this start come to rest, and every motion that stays in the range?"""
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.check_words import comparison
-from rbstab.experiment.answers.outcome import Outcome, outcome_of, pushes_of
+from rbstab.experiment.answers.outcome import Outcome, OutcomeKind, outcome_of, pushes_of
 from rbstab.experiment.answers.rounded import rounded_down, rounded_up
 from rbstab.experiment.answers.state_words import (
     ALMOST,
@@ -58,6 +59,9 @@ SETTLED = f"v stays below v(0)/{1 / SETTLED_FRACTION:g}"
 SETTLED_DRIVEN = f"v stays below {SETTLED_FRACTION:g} of its largest value"
 """The same where inputs supply power: v(0) may be zero."""
 
+
+NO_REGION_THERE = "no region surrounds an unstable rest state, so no enclosure can end in one"
+"""Why a motion that comes to rest at an unstable rest state is not proved to do so."""
 
 STARTS_AT_REST = "0: it starts at rest, and v stays at round-off"
 """What a settling time of 0 means: v(0) may be zero."""
@@ -134,8 +138,11 @@ def answer_of(
     pushes = pushes_of(config, proof)
     lines = {line.check: line for line in certificate_lines(result)}
     found = stored_convergence(result.attributes) or undecided(Undecided.NO_REGION, NO_PROOF)
+    outcome = outcome_of(result, config, proof)
+    if outcome.kind is OutcomeKind.UNSTABLE and found.proved is None and found.steps:
+        found = replace(found, why=NO_REGION_THERE)
     return RunAnswer(
-        outcome_of(result, config, proof),
+        outcome,
         _this_start(result, found, lines),
         _whole_range(result, found, lines.get(GLOBAL_STABILITY), proof),
         Answer(Sureness.PROVED, pushes) if pushes else None,

@@ -19,9 +19,9 @@ from rbstab.proof.exact.expr import (
     expr,
     variable,
 )
+from rbstab.proof.exact.matrices import inverse_of_definite
 from rbstab.proof.exact.rewriting import (
     derivative,
-    inverse_of_definite,
     quadratic_in,
     spread,
     substituted,

@@ -19,7 +19,8 @@ from rbstab.proof.enclosures.bounds import UP, BoundedEnergy
 from rbstab.proof.enclosures.intervals import constant
 from rbstab.proof.enclosures.tied import bounds_of
 from rbstab.proof.exact.expr import COS, SIN, VAR, Atom, Expr, variable
-from rbstab.proof.exact.rewriting import Quadratic, inverse_of_definite, quadratic_in
+from rbstab.proof.exact.matrices import inverse_of_definite
+from rbstab.proof.exact.rewriting import Quadratic, quadratic_in
 from rbstab.proof.model import RANGE_END, Energy
 
 OUTER = (0, 2)

@@ -34,9 +34,9 @@ from rbstab.proof.exact.expr import (
     variables,
 )
 from rbstab.proof.exact.lengths import with_lengths_apart, with_squares
+from rbstab.proof.exact.matrices import inverse_of_definite
 from rbstab.proof.exact.rewriting import (
     Quadratic,
-    inverse_of_definite,
     quadratic_in,
     spread,
     substituted,

@@ -22,6 +22,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from rbstab.mechanics.numbers import entrywise
+from rbstab.proof.exact.decimals import as_decimal, meant
 
 VAR, SIN, COS, LET, STEP, POSITIVE = "var", "sin", "cos", "let", "step", "positive"
 OF = "of"
@@ -116,33 +117,6 @@ def variable_of(e: "Expr") -> int | None:
     return None
 
 
-MOST_DENOMINATOR = 1000
-"""A double of code that is the nearest one to such a fraction means it."""
-
-WHOLE = 2.0**53
-"""From here on all doubles are whole numbers, and mean their shortest decimals."""
-
-
-def meant(value: object) -> Fraction:
-    """Return the number that a double of code means: 0.4 is 2/5, and what 1/3 gives is 1/3."""
-    decimal = as_decimal(value)
-    if not isinstance(value, (float, np.floating)) or abs(float(value)) >= WHOLE:
-        return decimal
-    simple = Fraction(float(value)).limit_denominator(MOST_DENOMINATOR)
-    return simple if float(simple) == float(value) else decimal
-
-
-def as_decimal(value: object) -> Fraction:
-    """Return the number that a double of a config means, its shortest decimal: 0.4 is 2/5."""
-    if isinstance(value, Fraction):
-        return value
-    if isinstance(value, (bool, int, np.integer)):
-        return Fraction(int(value))
-    if isinstance(value, (float, np.floating)):
-        return Fraction(repr(float(value)))
-    raise TypeError(f"an expression takes no {type(value).__name__}")
-
-
 def _with_expr(operation: Callable[["Expr", "Expr"], "Expr"]) -> Callable[["Expr", Any], Any]:
     """Return an operation that takes a number too, and leaves an array to that of arrays."""
 
@@ -150,6 +124,25 @@ def _with_expr(operation: Callable[["Expr", "Expr"], "Expr"]) -> Callable[["Expr
         return NotImplemented if isinstance(other, np.ndarray) else operation(self, expr(other))
 
     return of_both
+
+
+def _multiplied(one: "Expr", two: "Expr") -> "Expr":
+    """Return a product; sums with other functions stay as factors."""
+    for factor, left in ((one, two), (two, one)):
+        if factor.constant is not None:
+            return left.scaled(factor.constant)
+    if one.digest == two.digest:
+        return one**2
+    plain = one.is_polynomial and two.is_polynomial
+    plain = plain and len(one.terms) * len(two.terms) <= _most_products.get()
+    if not (plain or one.is_switch or two.is_switch):
+        one, two = as_factor(one), as_factor(two)
+    return product(one, two)
+
+
+def _named(kind: str) -> Callable[["Expr"], "Expr"]:
+    """Return the function of a kind, as numpy calls it on the entries of an array."""
+    return lambda self: self.function(kind)
 
 
 @total_ordering
@@ -230,12 +223,12 @@ class Expr:
 
     # -- arithmetic ---------------------------------------------------------------------------
 
-    @_with_expr
-    def __add__(self, other: "Expr") -> "Expr":
-        """Return the sum with an expression or a number."""
-        return summed((self, other))
-
-    __radd__ = __add__
+    __add__ = __radd__ = _with_expr(lambda one, two: summed((one, two)))
+    __sub__ = _with_expr(lambda one, two: one + -two)
+    __rsub__ = _with_expr(lambda one, two: two + -one)
+    __mul__ = __rmul__ = _with_expr(_multiplied)
+    __truediv__ = _with_expr(lambda one, two: one * two**-1)
+    __rtruediv__ = _with_expr(lambda one, two: two * one**-1)
 
     def scaled(self, factor: Fraction) -> "Expr":
         """Return the product with a number."""
@@ -244,37 +237,6 @@ class Expr:
     def __neg__(self) -> "Expr":
         """Return its negative."""
         return self.scaled(Fraction(-1))
-
-    def __pos__(self) -> "Expr":
-        """Return itself."""
-        return self
-
-    @_with_expr
-    def __sub__(self, other: "Expr") -> "Expr":
-        """Return the difference from an expression or a number."""
-        return self + -other
-
-    @_with_expr
-    def __rsub__(self, other: "Expr") -> "Expr":
-        """Return the difference of a number from it."""
-        return other + -self
-
-    @_with_expr
-    def __mul__(self, other: "Expr") -> "Expr":
-        """Return the product with an expression or a number."""
-        one, two = self, other
-        for factor, left in ((one, two), (two, one)):
-            if factor.constant is not None:
-                return left.scaled(factor.constant)
-        if one.digest == two.digest:
-            return one**2
-        plain = one.is_polynomial and two.is_polynomial
-        plain = plain and len(one.terms) * len(two.terms) <= _most_products.get()
-        if not (plain or one.is_switch or two.is_switch):
-            one, two = as_factor(one), as_factor(two)
-        return product(one, two)
-
-    __rmul__ = __mul__
 
     def __pow__(self, power: Any) -> "Expr":
         """Return a whole power, which may be negative.
@@ -289,21 +251,11 @@ class Expr:
             return expr(1)
         if n < 0 or not self.is_polynomial or len(self.terms) ** 2 > _most_products.get():
             ((m, c),) = as_factor(self).terms.items()
-            return _reduced({tuple((a, p * n) for a, p in m): c**n})
+            return _reduced(Expr({tuple((a, p * n) for a, p in m): c**n}))
         found = self
         for _ in range(n - 1):
             found = product(found, self)
         return found
-
-    @_with_expr
-    def __truediv__(self, other: "Expr") -> "Expr":
-        """Return the quotient by an expression or a number."""
-        return self * other**-1
-
-    @_with_expr
-    def __rtruediv__(self, other: "Expr") -> "Expr":
-        """Return the quotient of a number by it."""
-        return other * self**-1
 
     # -- a number may be compared, an expression of variables may not ---------------------------
 
@@ -342,29 +294,8 @@ class Expr:
             return expr(kind == COS)
         return only(atom(kind, self, extra))
 
-    def sin(self) -> "Expr":
-        """Return its sine."""
-        return self.function(SIN)
-
-    def cos(self) -> "Expr":
-        """Return its cosine."""
-        return self.function(COS)
-
-    def sqrt(self) -> "Expr":
-        """Return its square root."""
-        return self.function("sqrt")
-
-    def exp(self) -> "Expr":
-        """Return its exponential."""
-        return self.function("exp")
-
-    def log(self) -> "Expr":
-        """Return its logarithm."""
-        return self.function("log")
-
-    def atan(self) -> "Expr":
-        """Return its arc tangent."""
-        return self.function("atan")
+    sin, cos = _named(SIN), _named(COS)
+    sqrt, exp, log, atan = _named("sqrt"), _named("exp"), _named("log"), _named("atan")
 
     def tan(self) -> "Expr":
         """Return its tangent."""
@@ -454,13 +385,17 @@ def times(one: Monomial, two: Monomial) -> Monomial:
     return monomial(powers.items())
 
 
+def collected(terms: Iterable[tuple[Monomial, Fraction]]) -> Expr:
+    """Return the sum of some terms."""
+    found: dict[Monomial, Fraction] = {}
+    for m, c in terms:
+        found[m] = found[m] + c if m in found else c
+    return Expr(found)
+
+
 def summed(parts: Iterable[Expr]) -> Expr:
     """Return the sum of some expressions."""
-    terms: dict[Monomial, Fraction] = {}
-    for part in parts:
-        for m, c in part.terms.items():
-            terms[m] = terms[m] + c if m in terms else c
-    return Expr(terms)
+    return collected(term for part in parts for term in part.terms.items())
 
 
 def mapped(
@@ -479,28 +414,24 @@ def same_function(a: Atom, inner: Expr) -> Expr:
 
 def product(one: Expr, two: Expr) -> Expr:
     """Return the product of two sums, multiplied out."""
-    terms: dict[Monomial, Fraction] = {}
-    for m1, c1 in one.terms.items():
-        for m2, c2 in two.terms.items():
-            m, c = times(m1, m2), c1 * c2
-            terms[m] = terms[m] + c if m in terms else c
-    return _reduced(terms)
+    pairs = ((m, n) for m in one.terms.items() for n in two.terms.items())
+    return _reduced(collected((times(m, n), c * d) for (m, c), (n, d) in pairs))
 
 
-def _reduced(terms: Mapping[Monomial, Fraction]) -> Expr:
+def _reduced(e: Expr) -> Expr:
     """Return a sum of products, with sin² = 1 - cos² and step² = step."""
-    found: dict[Monomial, Fraction] = {}
-    pending = [(m, c) for m, c in terms.items() if c]
-    while pending:
-        m, c = pending.pop()
-        square = next(((a, p) for a, p in m if p >= 2 and a.kind in {SIN, STEP}), None)
-        if square is None:
-            found[m] = found[m] + c if m in found else c
-            continue
-        a, p = square
-        if a.kind == STEP:
-            pending.append((times(m, ((a, 1 - p),)), c))
-        else:
-            less = times(m, ((a, -2),))
-            pending += [(less, c), (times(less, ((atom(COS, a.argument), 2),)), -c)]
-    return Expr(found)
+    return collected(term for m, c in e.terms.items() for term in _reduced_terms(m, c))
+
+
+def _reduced_terms(m: Monomial, c: Fraction) -> Iterator[tuple[Monomial, Fraction]]:
+    square = next(((a, p) for a, p in m if p >= 2 and a.kind in {SIN, STEP}), None)
+    if square is None:
+        yield m, c
+        return
+    a, p = square
+    if a.kind == STEP:
+        yield from _reduced_terms(times(m, ((a, 1 - p),)), c)
+    else:
+        less = times(m, ((a, -2),))
+        yield from _reduced_terms(less, c)
+        yield from _reduced_terms(times(less, ((atom(COS, a.argument), 2),)), -c)

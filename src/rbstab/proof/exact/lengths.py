@@ -33,7 +33,8 @@ from rbstab.proof.exact.expr import (
     summed,
     variable,
 )
-from rbstab.proof.exact.rewriting import inverse_of_definite, quadratic_in, spread, substituted
+from rbstab.proof.exact.matrices import inverse_of_definite
+from rbstab.proof.exact.rewriting import quadratic_in, spread, substituted
 from rbstab.proof.passive.signs import is_convex
 
 PLAIN = (VAR, SIN, COS)

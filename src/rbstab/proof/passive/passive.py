@@ -32,7 +32,8 @@ from rbstab.proof.exact.expr import (
     variable,
     variable_of,
 )
-from rbstab.proof.exact.rewriting import derivative, inverse_of_definite, quadratic_in, substituted
+from rbstab.proof.exact.matrices import inverse_of_definite
+from rbstab.proof.exact.rewriting import derivative, quadratic_in, substituted
 from rbstab.proof.passive.expanded import TooLargeError, is_zero, multiplied_out
 from rbstab.proof.passive.signs import (
     PITCH,

@@ -31,7 +31,8 @@ from rbstab.proof.exact.expr import (
     times,
     variable,
 )
-from rbstab.proof.exact.rewriting import derivative, inverse_of_definite, quadratic_in, spread
+from rbstab.proof.exact.matrices import inverse_of_definite
+from rbstab.proof.exact.rewriting import derivative, quadratic_in, spread
 from rbstab.proof.passive.expanded import (
     MOST_TERMS,
     TooLargeError,

@@ -38,9 +38,6 @@ TIGHT = 0.15
 LIMIT = 12_000
 """Boxes of the search for bounds on slopes."""
 
-FIRST = (3, 2, 3)
-"""So often one period is halved along each angle before the search begins."""
-
 PERIOD = RANGE_END[0]
 
 
@@ -125,9 +122,6 @@ def _steepest(energy: Energy, end: float, enough: Array) -> Array:
     p = bounds_of(energy, order=2)
     corner = np.array([PERIOD, end, PERIOD])
     pending, places = one_box(Box(-corner, corner)), list(OUTER)
-    for axis, times in enumerate(FIRST):
-        for _ in range(times):
-            pending = pending.halved(np.full(pending.count, axis))
     reached, settled, examined = np.zeros(2), np.zeros(2), 0
     while pending.count:
         boxes, pending = pending[slice(1024)], pending[slice(1024, None)]
@@ -140,6 +134,5 @@ def _steepest(energy: Energy, end: float, enough: Array) -> Array:
         wanted = np.maximum(enough, reached * (1 + TIGHT) + 1e-12)
         done = np.all(size <= wanted[:, None], axis=0) | late
         settled = np.maximum(settled, size[:, done].max(axis=1, initial=0.0))
-        left = boxes[~done]
-        pending = joined([left.halved((left.hi - left.lo).argmax(axis=0)), pending], 3)
+        pending = joined([boxes[~done].halved(), pending], 3)
     return np.asarray(settled * UP)

@@ -20,19 +20,13 @@ from rbstab.proof.entries import ProvedState
 from rbstab.proof.exact.expr import COS, SIN, VAR
 from rbstab.proof.model import RANGE_END, Energy, ExactSystem, NoMinimumError, energy_of
 from rbstab.proof.passive.passive import first_jump
-from rbstab.proof.pieces import jumps, random_points, rest_zeros
+from rbstab.proof.pieces import rest_zeros
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, reject
 from rbstab.proof.regions.regions import Regions, regions_of
 from rbstab.proof.rest_points import RestStates, SearchOutcome, state_entry
-from rbstab.proof.search import FAMILY_TRIES, SINGULAR, Zeros
-from rbstab.proof.zeros import Zero, newton
+from rbstab.proof.search import SINGULAR, Zeros
+from rbstab.proof.zeros import Zero
 from rbstab.systems.system import System
-
-SAME = 3e-4
-"""rad: results of Newton's method that are closer count as one."""
-
-ARRIVED = 1e-9
-"""rad: the last step of Newton's method at a zero."""
 
 LENGTH_LIMIT = 4_000
 """Boxes that are searched for the least length of a line."""
@@ -145,35 +139,13 @@ class Body:
     def searched(self, seed: int = 0) -> RestStates:
         """Return the rest states in the range that Newton's method reaches; nothing is proved."""
         end = self.within_stop(RANGE_END)
-        box = Box(-end, end)
-        if self.energy.stop is not None or jumps(self.energy):
-            found = rest_zeros(self.energy, self.bounded, box, 0, seed=seed)
-        else:
-            found = self._reached(box, seed)
+        found = rest_zeros(self.energy, self.bounded, Box(-end, end), 0, seed=seed)
         outcome = SearchOutcome.FAMILY if found.family else SearchOutcome.SEARCHED
         singular = () if found.family else found.singular
         points = self._rest_states(found, end, outcome, singular, proved=False)
         # Without an index, no minimum has a region.
         unknown = tuple(replace(zero, index=None) for zero in found.zeros)
         return replace(points, zeros=Zeros(unknown, joined([], 3), 0))
-
-    def _reached(self, box: Box, seed: int) -> Zeros:
-        """Return the zeros that Newton's method reaches, without boxes about them."""
-        points, last = newton(self.bounded, random_points(box, seed))
-        inside = np.all((points > box.lo[:, None]) & (points < box.hi[:, None]), axis=0)
-        different = list[Array]()
-        for x in points[:, inside & (last < ARRIVED)].T:
-            if all(np.abs(x - other).max() > SAME for other in different):
-                different.append(x)
-        singular = [_is_singular(self.bounded, x) for x in different]
-        family = sum(singular) >= FAMILY_TRIES
-        zeros = [
-            Zero(x, Box(x, x), Box(x, x), None, float(self.bounded.at(x[:, None])[0][0]))
-            for x, one in zip(different, singular, strict=True)
-            if not (family and one)
-        ]
-        zeros.sort(key=lambda zero: zero.energy)
-        return Zeros(tuple(zeros), joined([], 3), 0, family)
 
     def _rest_states(
         self,

@@ -258,20 +258,6 @@ class Search:
         if near.any():
             self._try_near(ahead[:, near][:, :8])
         cut = Boxes(np.where(left, low, boxes.lo), np.where(left, high, boxes.hi))
-        left &= self._open(cut)
-        return self._split(cut[left], mean[:, :, left], b.radius[:, left])
-
-    def _split(self, boxes: Boxes, mean: Array, radius: Array) -> tuple[Boxes, Boxes]:
-        """Halve boxes along the axis that spoils Krawczyk's operator most, if it is not narrow."""
-        width = boxes.hi - boxes.lo
-        tiny = width.max(axis=0, initial=0.0) < SMALLEST
-        small, boxes, width = boxes[tiny], boxes[~tiny], width[:, ~tiny]
-        if not boxes.count:
-            return boxes, small
-        with np.errstate(all="ignore"):
-            smear = np.einsum("ijm,jm->jm", np.abs(mean[:, :, ~tiny]), radius[:, ~tiny])
-        widest = width.argmax(axis=0)
-        axis = np.where(np.all(np.isfinite(smear), axis=0), smear.argmax(axis=0), widest)
-        columns = np.arange(boxes.count)
-        axis = np.where(width[axis, columns] < 0.1 * width.max(axis=0), widest, axis)
-        return boxes.halved(axis), small
+        cut = cut[left & self._open(cut)]
+        tiny = (cut.hi - cut.lo).max(axis=0) < SMALLEST
+        return cut[~tiny].halved(), cut[tiny]

@@ -242,9 +242,7 @@ def least_values(
         low = over.lo[boxes.count :]
         done = low >= aim[owner]
         np.fmin.at(settled, owner[done], low[done])
-        rest = some[~done]
-        halves = rest.halved((rest.hi - rest.lo).argmax(axis=0))
-        parts = joined([halves, parts], ranges.n)
+        parts = joined([some[~done].halved(), parts], ranges.n)
         mine = np.concatenate([owner[~done], owner[~done], mine])
     closed = np.ones(boxes.count, dtype=bool)
     if parts.count:

@@ -10,11 +10,10 @@ from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.boxes import Box, Boxes, joined, one_box
+from rbstab.proof.boxes import Box, joined, one_box
 from rbstab.proof.confine import confined, end_of_pitch
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
-from rbstab.proof.enclosures.taylor import value_at
 from rbstab.proof.enclosures.tied import TiedBounds, bounds_of
 from rbstab.proof.entries import ProvedState
 from rbstab.proof.exact.expr import COS, SIN, VAR
@@ -112,23 +111,15 @@ class Body:
             if not shortest.bound[0] > 0:
                 raise NoReducedEnergy(NoEnergyReason.NO_LENGTH)
 
-    def proved(
-        self, limit: int, end: Array = RANGE_END, inner: RestStates | None = None
-    ) -> RestStates:
+    def proved(self, limit: int, end: Array = RANGE_END) -> RestStates:
         """Prove the rest states with -end <= Θ <= end, with at most so many boxes.
 
         Args:
             limit: The number of boxes at which the search stops.
             end: The largest |Θ|, shape (3,), rad; by default that of eq. 5.
-            inner: What `proved` returned for a range inside: it is not searched again if all rest
-                states in it are known.
         """
-        end, begin, known = self.within_stop(end), None, list[Zero]()
-        box = Box(-end, end)
-        if inner is not None and inner.proved:
-            begin = around(box, Box(-inner.end, inner.end))
-            known = [zero for zero in inner.zeros.zeros if not zero.held]
-        zeros = rest_zeros(self.energy, self.bounded, box, limit, begin=begin, known=known)
+        end = self.within_stop(end)
+        zeros = rest_zeros(self.energy, self.bounded, Box(-end, end), limit)
         outcome = SearchOutcome.UNDECIDED if zeros.undecided.count else SearchOutcome.PROVED
         if zeros.undecided.count and (zeros.family or zeros.examined >= limit):
             outcome = SearchOutcome.FAMILY if zeros.family else SearchOutcome.BOX_LIMIT
@@ -193,7 +184,7 @@ class Body:
         if np.array_equal(end, rest.end):
             return rest
         most = self.wide_limit if limit is None else min(self.wide_limit, limit)
-        return self.proved(most, end, rest)
+        return self.proved(most, end)
 
     @property
     def wide_limit(self) -> int:
@@ -211,14 +202,8 @@ class Body:
         """Return q = [Θ, X, own states] with the least energy at Θ, to round-off."""
         q = np.zeros(self.at_rest.size)
         q[:3] = Theta
-        if self.energy.free:
-            z = self.bounded.minimiser(Theta[:, None]).z[:, 0]
-            for k, value in zip(self.energy.free, z, strict=True):
-                shift = self.energy.shift.get(k)
-                q[k] = value + (0.0 if shift is None else value_at(shift, q))
-        for k, place in self.energy.minimiser.items():
-            q[k] = value_at(place, q)
-        return q
+        q[list(self.energy.free)] = self.bounded.minimiser(Theta[:, None]).z[:, 0]
+        return self.energy.completed(q)
 
     def _point(self, zero: Zero, *, proved: bool) -> ProvedState:
         state = rest_state_at(self.at_rest, self.configuration(zero.point))
@@ -233,19 +218,6 @@ class Body:
         index = int(np.sum(self.bounded.curvatures(zero.point) < 0))
         singular = _is_singular(self.bounded, zero.point)
         return state_entry(state, index, **more, degenerate=singular or None)
-
-
-def around(outer: Box, inner: Box) -> Boxes:
-    """Return boxes that cover what is in a box, but not in another one inside it."""
-    low, high, parts = outer.lo.copy(), outer.hi.copy(), list[Boxes]()
-    for axis in range(len(low)):
-        for side, end in ((low, inner.lo[axis]), (high, inner.hi[axis])):
-            if side[axis] != end:
-                lo, hi = low.copy(), high.copy()
-                (hi if side is low else lo)[axis] = end
-                parts.append(one_box(Box(lo, hi)))
-        low[axis], high[axis] = inner.lo[axis], inner.hi[axis]
-    return joined(parts, len(low))
 
 
 def _is_singular(energy: BoundedEnergy, x: Array) -> bool:

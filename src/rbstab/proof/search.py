@@ -5,7 +5,7 @@ or if it lies where a proved zero is the only one. All others are cut down to th
 operator, and halved.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -84,7 +84,6 @@ class Search:
     Args:
         energy: V.
         box: The box.
-        known: Zeros that are proved already.
         also: One more reason why boxes contain no zero.
         across: Whether a zero that may lie on the border counts too, and is not left undecided.
     """
@@ -94,27 +93,21 @@ class Search:
         energy: BoundedEnergy,
         box: Box,
         *,
-        known: Sequence[Zero] = (),
         also: Test | None = None,
         across: bool = False,
     ) -> None:
         self.energy, self.box, self.also, self.across = energy, box, also, across
-        self.zeros: list[Zero] = list(known)
+        self.zeros: list[Zero] = []
         self.failed: list[Array] = []
         self.ambiguous: list[Box] = []
         self.left = one_box(box)
         self.examined = 0
         self.pause, self.waiting = 0, 0
 
-    def run(self, limit: int, begin: Boxes | None = None) -> Zeros:
-        """Search until all boxes are done, or a number of boxes is examined.
-
-        Args:
-            limit: The number of boxes.
-            begin: The parts of the box that are not done yet; by default all of it.
-        """
+    def run(self, limit: int) -> Zeros:
+        """Search until all boxes are done, or a number of boxes is examined."""
         n = len(self.box.lo)
-        pending, left = [one_box(self.box) if begin is None else begin], list[Boxes]()
+        pending, left = [one_box(self.box)], list[Boxes]()
         while pending and self.examined < limit and not self.family:
             boxes = pending.pop()
             if boxes.count < BATCH and pending:

@@ -132,16 +132,6 @@ def test_a_box_too_wide_for_one_minimiser_has_no_bounds(factor, end):
     assert np.isfinite(near.hessian.rad[0, 0, 0])
 
 
-def test_bounds_shrink_with_the_third_power_of_a_box():
-    """Of ∇V by Taylor's theorem: its linear part is exact, the error falls by 100."""
-    errors = []
-    for size in (1e-2, 1e-3):
-        lo = np.array([0.5, 0.4, 0.3])
-        b = check((X * Y).sin() + Z.exp(), lo, lo + size, lo + 0.3 * size)
-        errors.append(float((b.slope.rad[:, :, 0] @ b.radius[:, 0]).max()))
-    assert errors[1] < errors[0] / 80
-
-
 def test_the_known_least_cosine_is_applied():
     """1/cos θ2 over a box that ends at the double above π/2: bounded below, not above."""
     lo, hi = np.array([0.0, 1.5, 0.0]), np.array([0.1, np.nextafter(np.pi / 2, 2), 0.1])

@@ -11,7 +11,8 @@ from support.balls import BITS, ball, contains, reduced
 from support.expressions import COUNTS, RATIONAL, affine, boxes, convex, energies, fuzz, outlined
 
 from rbstab.proof.enclosures.bounds import BoundedEnergy, inverses, preconditioned
-from rbstab.proof.exact.expr import COS, INNER, OF, atom, only, variable
+from rbstab.proof.exact.atoms import COS, INNER, OF
+from rbstab.proof.exact.expr import atom, only, variable
 
 X, Y, Z, W = (variable(k) for k in range(4))
 HALF = Fraction(1, 2)

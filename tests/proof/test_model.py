@@ -14,7 +14,8 @@ from rbstab.config.load import load_config
 from rbstab.config.user_code.permission import without_code
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.taylor import value_at
-from rbstab.proof.exact.expr import COS, atom, variable
+from rbstab.proof.exact.atoms import COS
+from rbstab.proof.exact.expr import atom, variable
 from rbstab.proof.model import (
     NoMinimumError,
     _poles,

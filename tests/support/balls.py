@@ -12,7 +12,8 @@ import numpy as np
 from flint import arb, arb_mat, arb_series, ctx, fmpq
 
 from rbstab.proof.enclosures.intervals import Intervals
-from rbstab.proof.exact.expr import INNER, LET, OF, POSITIVE, STEP, VAR, Atom, Expr
+from rbstab.proof.exact.atoms import INNER, LET, OF, POSITIVE, STEP, VAR, Atom
+from rbstab.proof.exact.expr import Expr
 
 BITS = 300
 

@@ -18,7 +18,8 @@ from rbstab.proof.boxes import Box, joined, one_box
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy
 from rbstab.proof.enclosures.intervals import constant
 from rbstab.proof.enclosures.tied import bounds_of
-from rbstab.proof.exact.expr import COS, SIN, VAR, Atom, Expr, variable
+from rbstab.proof.exact.atoms import COS, SIN, VAR, Atom
+from rbstab.proof.exact.expr import Expr, variable
 from rbstab.proof.exact.matrices import inverse_of_definite
 from rbstab.proof.exact.rewriting import Quadratic, quadratic_in
 from rbstab.proof.model import RANGE_END, Energy

@@ -18,22 +18,8 @@ from rbstab.elements.ligament import Ligament
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.taylor import value_at
-from rbstab.proof.exact.expr import (
-    COS,
-    LET,
-    SIN,
-    STEP,
-    VAR,
-    Atom,
-    Expr,
-    atom,
-    expr,
-    numbers,
-    only,
-    summed,
-    variable,
-    variables,
-)
+from rbstab.proof.exact.atoms import COS, LET, SIN, STEP, VAR, Atom
+from rbstab.proof.exact.expr import Expr, atom, expr, numbers, only, summed, variable, variables
 from rbstab.proof.exact.lengths import with_lengths_apart, with_squares
 from rbstab.proof.exact.matrices import inverse_of_definite
 from rbstab.proof.exact.rewriting import (

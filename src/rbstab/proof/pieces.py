@@ -19,7 +19,8 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds
 from rbstab.proof.enclosures.intervals import Intervals, constant
-from rbstab.proof.exact.expr import STEP, VAR, Atom, atom, expr, variable
+from rbstab.proof.exact.atoms import STEP, VAR, Atom
+from rbstab.proof.exact.expr import atom, expr, variable
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.model import THETA, Energy
 from rbstab.proof.search import Search, Zeros

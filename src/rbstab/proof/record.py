@@ -22,20 +22,8 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from rbstab.proof.exact.expr import (
-    FUNCTIONS,
-    LET,
-    POSITIVE,
-    STEP,
-    VAR,
-    Atom,
-    Expr,
-    Monomial,
-    as_factor,
-    expr,
-    summed,
-    variable,
-)
+from rbstab.proof.exact.atoms import FUNCTIONS, LET, POSITIVE, STEP, VAR, Atom, Monomial
+from rbstab.proof.exact.expr import Expr, as_factor, expr, summed, variable
 from rbstab.proof.exact.rewriting import with_outlined_steps
 from rbstab.proof.model import Energy
 

@@ -16,7 +16,7 @@ from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.enclosures.tied import TiedBounds, bounds_of
 from rbstab.proof.entries import ProvedState
-from rbstab.proof.exact.expr import COS, SIN, VAR
+from rbstab.proof.exact.atoms import COS, SIN, VAR
 from rbstab.proof.model import RANGE_END, Energy, ExactSystem, NoMinimumError, energy_of
 from rbstab.proof.passive.passive import first_jump
 from rbstab.proof.pieces import rest_zeros

@@ -18,7 +18,8 @@ from rbstab.proof.boxes import Boxes, joined
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, times
 from rbstab.proof.enclosures.intervals import TINY, Intervals
 from rbstab.proof.enclosures.tied import bounds_of
-from rbstab.proof.exact.expr import STEP, expr
+from rbstab.proof.exact.atoms import STEP
+from rbstab.proof.exact.expr import expr
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.model import Energy
 

@@ -22,16 +22,8 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from rbstab.mechanics.numbers import entrywise
+from rbstab.proof.exact.atoms import COS, LET, SIN, STEP, VAR, Atom, Monomial, times
 from rbstab.proof.exact.decimals import as_decimal, meant
-
-VAR, SIN, COS, LET, STEP, POSITIVE = "var", "sin", "cos", "let", "step", "positive"
-OF = "of"
-
-FUNCTIONS = frozenset({SIN, COS, "sqrt", "exp", "log", "atan"})
-"""The kinds of atoms that are smooth functions of one argument."""
-
-INNER = -1
-"""The number of the variable of an expression that stands in an atom `OF`."""
 
 _most_products = ContextVar("most products", default=20_000)
 """Products of sums with more pairs of terms are not multiplied out."""
@@ -45,41 +37,6 @@ def factored() -> Iterator[None]:
         yield
     finally:
         _most_products.reset(token)
-
-
-Monomial = tuple[tuple["Atom", int], ...]
-"""A product of atoms with powers, in the order of the atoms."""
-
-
-class Atom:
-    """A variable (its argument is a number), or a function of an expression.
-
-    Args:
-        kind: What it is: `VAR`, `SIN`, `COS`, `LET` (the argument itself), `STEP`, `POSITIVE` (the
-            argument where that is positive, else 0), `OF` (an expression of one variable, of the
-            argument), or the name of a function.
-        argument: Its argument.
-        extra: For a step, the order of the first derivative that may jump of the sum in which it
-            stands; for `OF`, the expression.
-    """
-
-    __slots__ = ("__weakref__", "argument", "extra", "kind", "order", "variables")
-
-    kind: str
-    argument: Union[int, "Expr"]
-    extra: "int | Expr | None"
-    order: tuple[int, str]
-    variables: frozenset[int]
-
-    def __repr__(self) -> str:
-        """Return the atom as a formula."""
-        return f"x{self.argument}" if self.kind == VAR else f"{self.kind}({self.argument!r})"
-
-    @property
-    def inner(self) -> "Expr":
-        """The argument of a function."""
-        assert isinstance(self.argument, Expr)
-        return self.argument
 
 
 _atoms: WeakValueDictionary[tuple[str, Any, Any], Atom] = WeakValueDictionary()
@@ -361,28 +318,15 @@ def numbers(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
     return entrywise(exact, values)
 
 
+def _order(term: tuple[Monomial, Fraction]) -> list[tuple[tuple[int, str], int]]:
+    return [(a.order, p) for a, p in term[0]]
+
+
 def _whole(power: Any) -> int:
     number = power.constant if isinstance(power, Expr) else meant(power)
     if number is None or number.denominator != 1:
         raise TypeError(f"a power {power!r} of an expression is not whole")
     return int(number)
-
-
-def _order(term: tuple[Monomial, Fraction]) -> list[tuple[tuple[int, str], int]]:
-    return [(a.order, p) for a, p in term[0]]
-
-
-def monomial(factors: Iterable[tuple[Atom, int]]) -> Monomial:
-    """Return a product of powers of different atoms, in order."""
-    return tuple(sorted(((a, p) for a, p in factors if p), key=lambda one: one[0].order))
-
-
-def times(one: Monomial, two: Monomial) -> Monomial:
-    """Return the product of two monomials."""
-    powers = dict(one)
-    for a, p in two:
-        powers[a] = powers.get(a, 0) + p
-    return monomial(powers.items())
 
 
 def collected(terms: Iterable[tuple[Monomial, Fraction]]) -> Expr:

@@ -14,16 +14,9 @@ from fractions import Fraction
 
 import numpy as np
 
+from rbstab.proof.exact.atoms import COS, LET, OF, SIN, STEP, VAR, Atom, Monomial
 from rbstab.proof.exact.expr import (
-    COS,
-    LET,
-    OF,
-    SIN,
-    STEP,
-    VAR,
-    Atom,
     Expr,
-    Monomial,
     as_factor,
     atom,
     expr,

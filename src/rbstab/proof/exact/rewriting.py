@@ -5,7 +5,7 @@ from fractions import Fraction
 from functools import cache, reduce
 from typing import NamedTuple
 
-from rbstab.proof.exact.expr import (
+from rbstab.proof.exact.atoms import (
     COS,
     INNER,
     LET,
@@ -15,13 +15,15 @@ from rbstab.proof.exact.expr import (
     STEP,
     VAR,
     Atom,
-    Expr,
     Monomial,
+    monomial,
+)
+from rbstab.proof.exact.expr import (
+    Expr,
     as_factor,
     atom,
     expr,
     mapped,
-    monomial,
     only,
     product,
     same_function,

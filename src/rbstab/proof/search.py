@@ -16,7 +16,7 @@ from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, preconditi
 from rbstab.proof.zeros import Zero, isolated, newton
 
 BATCH = 1024
-"""Boxes that are bounded at once; a quarter of it with free variables, whose series are longer."""
+"""Boxes that are bounded at once."""
 
 SMALLEST = 2e-7
 """The size of a box that is not halved any more."""

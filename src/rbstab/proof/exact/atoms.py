@@ -4,6 +4,7 @@ An atom is a variable, or a function of an expression. A monomial is a product o
 """
 
 from collections.abc import Iterable
+from fractions import Fraction
 from typing import TYPE_CHECKING, Union
 
 if TYPE_CHECKING:
@@ -64,3 +65,8 @@ def times(one: Monomial, two: Monomial) -> Monomial:
     for a, p in two:
         powers[a] = powers.get(a, 0) + p
     return monomial(powers.items())
+
+
+def term_order(term: tuple[Monomial, Fraction]) -> list[tuple[tuple[int, str], int]]:
+    """Return the key by which the terms of an expression are sorted."""
+    return [(a.order, p) for a, p in term[0]]

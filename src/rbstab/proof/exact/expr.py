@@ -22,7 +22,17 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from rbstab.mechanics.numbers import entrywise
-from rbstab.proof.exact.atoms import COS, LET, SIN, STEP, VAR, Atom, Monomial, times
+from rbstab.proof.exact.atoms import (
+    COS,
+    LET,
+    SIN,
+    STEP,
+    VAR,
+    Atom,
+    Monomial,
+    term_order,
+    times,
+)
 from rbstab.proof.exact.decimals import as_decimal, meant
 
 _most_products = ContextVar("most products", default=20_000)
@@ -125,7 +135,7 @@ class Expr:
         if self._digest is None:
             rows = [
                 f"{c} " + " ".join(f"{a.order[1]}^{p}" for a, p in m)
-                for m, c in sorted(self.terms.items(), key=_order)
+                for m, c in sorted(self.terms.items(), key=term_order)
             ]
             self._digest = hashlib.blake2b("\n".join(rows).encode(), digest_size=16).hexdigest()
         return self._digest
@@ -173,7 +183,7 @@ class Expr:
     def __repr__(self) -> str:
         """Return the expression as a formula."""
         shown = []
-        for m, c in sorted(self.terms.items(), key=_order):
+        for m, c in sorted(self.terms.items(), key=term_order):
             factors = [repr(a) if p == 1 else f"{a!r}^{p}" for a, p in m]
             shown.append("*".join([str(c), *factors] if c != 1 or not m else factors))
         return " + ".join(shown) or "0"
@@ -316,10 +326,6 @@ def numbers(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
         return entry if isinstance(entry, Expr) else Expr({(): as_decimal(entry)})
 
     return entrywise(exact, values)
-
-
-def _order(term: tuple[Monomial, Fraction]) -> list[tuple[tuple[int, str], int]]:
-    return [(a.order, p) for a, p in term[0]]
 
 
 def _whole(power: Any) -> int:

@@ -5,10 +5,7 @@ An atom is a variable, or a function of an expression. A monomial is a product o
 
 from collections.abc import Iterable
 from fractions import Fraction
-from typing import TYPE_CHECKING, Union
-
-if TYPE_CHECKING:
-    from rbstab.proof.exact.expr import Expr
+from typing import Any
 
 VAR, SIN, COS, LET, STEP, POSITIVE = "var", "sin", "cos", "let", "step", "positive"
 OF = "of"
@@ -38,8 +35,8 @@ class Atom:
     __slots__ = ("__weakref__", "argument", "extra", "kind", "order", "variables")
 
     kind: str
-    argument: Union[int, "Expr"]
-    extra: "int | Expr | None"
+    argument: Any
+    extra: Any
     order: tuple[int, str]
     variables: frozenset[int]
 
@@ -48,8 +45,8 @@ class Atom:
         return f"x{self.argument}" if self.kind == VAR else f"{self.kind}({self.argument!r})"
 
     @property
-    def inner(self) -> "Expr":
-        """The argument of a function."""
+    def inner(self) -> Any:
+        """The argument of a function, an expression."""
         assert not isinstance(self.argument, int)
         return self.argument
 

@@ -111,15 +111,17 @@ class Body:
             if not shortest.bound[0] > 0:
                 raise NoReducedEnergy(NoEnergyReason.NO_LENGTH)
 
-    def proved(self, limit: int, end: Array = RANGE_END) -> RestStates:
+    def proved(self, limit: int, end: Array = RANGE_END, known: Sequence[Zero] = ()) -> RestStates:
         """Prove the rest states with -end <= Θ <= end, with at most so many boxes.
 
         Args:
             limit: The number of boxes at which the search stops.
             end: The largest |Θ|, shape (3,), rad; by default that of eq. 5.
+            known: Zeros that are proved already, and keep their enclosures.
         """
         end = self.within_stop(end)
         zeros = rest_zeros(self.energy, self.bounded, Box(-end, end), limit)
+        zeros = replace(zeros, zeros=tuple(_as_known(zero, known) for zero in zeros.zeros))
         outcome = SearchOutcome.UNDECIDED if zeros.undecided.count else SearchOutcome.PROVED
         if zeros.undecided.count and (zeros.family or zeros.examined >= limit):
             outcome = SearchOutcome.FAMILY if zeros.family else SearchOutcome.BOX_LIMIT
@@ -184,7 +186,7 @@ class Body:
         if np.array_equal(end, rest.end):
             return rest
         most = self.wide_limit if limit is None else min(self.wide_limit, limit)
-        return self.proved(most, end)
+        return self.proved(most, end, rest.zeros.zeros)
 
     @property
     def wide_limit(self) -> int:
@@ -218,6 +220,12 @@ class Body:
         index = int(np.sum(self.bounded.curvatures(zero.point) < 0))
         singular = _is_singular(self.bounded, zero.point)
         return state_entry(state, index, **more, degenerate=singular or None)
+
+
+def _as_known(zero: Zero, known: Sequence[Zero]) -> Zero:
+    """Return the known zero that a zero is: that in whose domain, which has no other, it lies."""
+    at = one_box(zero.enclosure)
+    return next((one for one in known if at.within(one.domain)[0]), zero)
 
 
 def _is_singular(energy: BoundedEnergy, x: Array) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 from support.proofs import rest_states, unwrapped_rest_states
-from support.rest import HEAVY, inverted_pendulum, paper_system
+from support.rest import HEAVY, paper_system
 
 from rbstab.proof.boxes import Box
 from rbstab.proof.confine import confined, parts_of
@@ -99,18 +99,6 @@ def test_the_ends_of_a_box_that_confines_do_not_end_the_lowest_region():
         assert found.certified.energy_bound == pytest.approx(level, rel=1e-6)
         assert found.minima[0].rest_state == 1
         assert found.minima[0].energy_bound == pytest.approx(level, rel=1e-5)
-
-
-def test_rest_states_of_a_turning_pendulum():
-    """k θ = a sin θ at θ2 = θ3 = 0 has a new pair of roots for each further turn."""
-    found = unwrapped_rest_states(rest_states(inverted_pendulum([12.0, 400.0, 400.0], 100.0)))
-    assert found is not None
-    assert found.proved
-    grid = np.linspace(-20, 20, 400_002)  # not at zero
-    crossings = grid[:-1][np.diff(np.sign(12.0 * grid - 100 * np.sin(grid))) != 0]
-    on_axis = [p.orientation[0] for p in found.states if np.abs(p.orientation[1:]).max() < 1e-9]
-    np.testing.assert_allclose(np.sort(on_axis), crossings, atol=2e-4)
-    assert np.pi < max(crossings) < found.end[0]
 
 
 def test_a_stiff_body_is_not_searched_twice_and_a_very_soft_one_not_at_all():

@@ -12,7 +12,8 @@ from support.balls import value
 from support.expressions import affine, energies
 
 from rbstab.mechanics.attitude import rotation
-from rbstab.proof.exact.expr import expr, meant, numbers, variable
+from rbstab.proof.exact.decimals import meant
+from rbstab.proof.exact.expr import expr, numbers, variable
 
 X, Y, Z = (variable(k) for k in range(3))
 

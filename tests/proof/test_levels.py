@@ -98,7 +98,6 @@ def test_the_least_value_of_a_face():
     hi = np.array([np.pi, np.nextafter(np.pi / 2, 2), np.pi])
     found = least_values(Ranges.of(pendulum(m=3)), Boxes(lo[:, None], hi[:, None]))
     exact = 3 + 0.5 * x * x + 0.5 * np.sin(x)
-    assert found.closed[0]
     assert found.bound[0] <= exact <= found.value[0] + 1e-12
     assert found.value[0] == pytest.approx(exact, rel=1e-12)
     assert found.bound[0] == pytest.approx(exact, abs=1e-7)
@@ -109,5 +108,5 @@ def test_a_search_at_its_limit_has_a_weaker_bound_that_holds():
     """One box is not enough."""
     lo, hi = -np.full((3, 1), 2.0), np.full((3, 1), 2.0)
     found = least_values(Ranges.of(pendulum()), Boxes(lo, hi), limit=1)
-    assert not found.closed[0]
-    assert found.bound[0] <= 0.0 <= found.value[0]
+    assert found.bound[0] < -0.1
+    assert found.value[0] >= 0.0

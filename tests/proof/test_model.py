@@ -14,7 +14,8 @@ from rbstab.config.load import load_config
 from rbstab.config.user_code.permission import without_code
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.taylor import value_at
-from rbstab.proof.exact.expr import COS, atom, variable
+from rbstab.proof.exact.atoms import COS
+from rbstab.proof.exact.expr import atom, variable
 from rbstab.proof.model import (
     NoMinimumError,
     _poles,
@@ -59,11 +60,7 @@ def test_the_energy_is_that_of_the_system(name):
         if energy.stop is not None:
             q[1] *= float(energy.stop)
         U = value_at(energy.U, q)
-        moved = q.copy()
-        for k in energy.free:
-            moved[k] += value_at(energy.shift[k], q) if energy.shift else 0.0
-        for k, place in energy.minimiser.items():
-            moved[k] = value_at(place, moved)
+        moved = energy.completed(q)
         expected = float(at_rest.energy(moved))
         assert pytest.approx(expected, abs=1e-12 * (1 + abs(expected)), rel=1e-11) == U
         slope = np.asarray(at_rest.gradient(moved))

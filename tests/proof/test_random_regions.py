@@ -4,7 +4,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.ndimage import label
 from scipy.optimize import root
 
@@ -14,7 +13,6 @@ from rbstab.proof.exact.expr import variable
 from rbstab.proof.model import Energy
 from rbstab.proof.regions.landscape import is_minimum
 from rbstab.proof.regions.regions import regions_of
-from rbstab.proof.regions.starts import RegionLevel, StartRegions
 from rbstab.proof.search import Search
 
 END = np.array([np.nextafter(np.pi, 4), np.nextafter(np.pi / 2, 2), np.nextafter(np.pi, 4)])
@@ -60,35 +58,6 @@ def found(request):
     zeros = Search(BoundedEnergy(landscape.energy.U), RANGE).run(20_000)
     assert zeros.proved
     return landscape, zeros, regions_of(landscape.energy, zeros, RANGE)
-
-
-def starts_of(landscape, zeros, regions):
-    """Return points inside of regions with the number of the region of each."""
-    levels = [RegionLevel(one.rest_state - 1, one.energy_bound) for one in regions.minima]
-    starts = StartRegions(landscape.energy, zeros, RANGE, levels)
-    rng = np.random.default_rng(7)
-    x = rng.uniform(-END, END, size=(3000, 3))
-    for one in regions.minima:  # near a minimum, for small regions
-        near = rng.normal(0, 0.2, size=(500, 3)) + zeros.zeros[one.rest_state - 1].point
-        x = np.concatenate([x, np.clip(near, -END, END)])
-    which = starts.find(landscape.value(x.T) + 1e-9, x, x)
-    return x, which
-
-
-def test_descents_end_at_the_minimum_of_their_region(found):
-    """Gradient flow from random points of each region, and no point of it is left out."""
-    landscape, zeros, regions = found
-    x, which = starts_of(landscape, zeros, regions)
-    for k, region in enumerate(regions.minima):
-        inside = np.flatnonzero(which == k)
-        assert len(inside)
-        for start in x[inside[:: max(1, len(inside) // 5)]]:
-            flow = solve_ivp(
-                lambda _, at: -landscape.slope(at), (0, 200), start, method="LSODA", rtol=1e-7
-            )
-            np.testing.assert_allclose(
-                flow.y[:, -1], zeros.zeros[region.rest_state - 1].point, atol=1e-3, rtol=0
-            )
 
 
 def test_the_rest_states_are_those_that_many_starts_find(found):

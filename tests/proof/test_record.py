@@ -28,7 +28,7 @@ EXPRESSIONS = [
 
 
 @pytest.mark.parametrize("e", EXPRESSIONS, ids=repr)
-def test_expressions_are_read_as_written(e: Expr) -> None:
+def test_expressions_are_read_as_written(e):
     operations = json.loads(json.dumps(operations_of(e)))
     assert expression_of(operations) == e
 
@@ -45,12 +45,12 @@ def test_expressions_are_read_as_written(e: Expr) -> None:
     ],
     ids=str,
 )
-def test_what_is_no_expression_is_refused(operations: list[list[object]]) -> None:
+def test_what_is_no_expression_is_refused(operations):
     with pytest.raises(WrongRecordError):
         expression_of(operations)
 
 
-def test_each_part_of_an_energy_is_compared() -> None:
+def test_each_part_of_an_energy_is_compared():
     energy = Energy(X**2 + Y.cos() * 3, (3,), stop=Fraction(9, 10), closed=frozenset({1}))
     record = json.loads(json.dumps(energy_record(energy)))
     assert difference_from(record, energy) is None

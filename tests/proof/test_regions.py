@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 from support.hang_guard import within
 from support.proofs import body_of, regions_of, rest_states
-from support.rest import HEAVY, inverted_pendulum, paper_system
+from support.rest import inverted_pendulum
 
 from rbstab.proof.boxes import Box
 from rbstab.proof.regions.regions import regions_of as regions_in
@@ -40,17 +40,6 @@ def test_a_valley_so_shallow_that_round_off_hides_its_pass_ends_the_search():
     assert rest.states[0].energy == pytest.approx(lowest, abs=1e-9)
     for region in regions.minima:
         assert 0 < region.lower_bound <= region.level < 1e-5
-
-
-@pytest.mark.parametrize("variant", ["free", "permanent", "visco-elastic", "embedded"])
-def test_one_minimum_has_the_certified_region(variant):
-    found = regions_of(rest_states(paper_system(variant, weight=HEAVY)))
-    assert found.certified is not None
-    (region,) = found.minima
-    assert region.rest_state == 1
-    assert region.energy_bound == found.certified.energy_bound
-    assert region.lower_bound == found.certified.lower_bound
-    assert region.pass_face == found.certified.face
 
 
 def test_a_state_whose_index_is_not_proved_has_no_region():

@@ -8,20 +8,11 @@ from hypothesis import strategies as st
 from support.balls import BITS, series, value
 from support.expressions import RATIONAL, energies, steps, terms
 
-from rbstab.proof.exact.expr import (
-    INNER,
-    LET,
-    OF,
-    POSITIVE,
-    STEP,
-    VAR,
-    atom,
-    expr,
-    variable,
-)
+from rbstab.proof.exact.atoms import INNER, LET, OF, POSITIVE, STEP, VAR
+from rbstab.proof.exact.expr import atom, expr, variable
+from rbstab.proof.exact.matrices import inverse_of_definite
 from rbstab.proof.exact.rewriting import (
     derivative,
-    inverse_of_definite,
     quadratic_in,
     spread,
     substituted,

@@ -94,21 +94,6 @@ def test_a_pendulum_stands_where_its_one_equation_says(ratio):
     assert {zero.index for zero in found.zeros} == ({0, 1} if ratio < 1 else {0})
 
 
-@pytest.mark.parametrize("gap", ["1e-3", "1e-7", "0", "-1e-9", "-1e-3"])
-def test_a_fold_is_counted_right_or_not_at_all(gap):
-    """∂U/∂θ1 = 1 - gap - cos(θ1 - 1): two zeros for a gap above 0, none below."""
-    c = Fraction(gap)
-    found = proved((1 - c) * X - (X - 1).sin() + HALF * (Y * Y + Z * Z))
-    if not found.proved:
-        assert abs(c) <= Fraction(1, 10**7)
-        return
-    assert c != 0
-    assert len(found.zeros) == (2 if c > 0 else 0)
-    if c > Fraction(1, 10**6):
-        half = np.arccos(1 - float(c))
-        same_points(found, [(1 - half, 0, 0), (1 + half, 0, 0)], 1e-6)
-
-
 @pytest.mark.parametrize("soft", ["0", "1e-7"])
 def test_one_angle_without_stiffness_is_a_family(soft):
     """U = 5 θ1² + 5 θ2² + ½ soft θ3²: without stiffness all (0, 0, θ3) are at rest."""

@@ -10,7 +10,7 @@ from support.balls import BITS, ball, contains
 
 from rbstab.proof.enclosures.intervals import Intervals
 from rbstab.proof.enclosures.univariate import coefficients
-from rbstab.proof.exact.expr import COS, SIN
+from rbstab.proof.exact.atoms import COS, SIN
 
 KINDS: list[tuple[str, int | None]] = [
     (name, None) for name in (SIN, COS, "exp", "sqrt", "log", "atan")

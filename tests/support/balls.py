@@ -12,7 +12,8 @@ import numpy as np
 from flint import arb, arb_mat, arb_series, ctx, fmpq
 
 from rbstab.proof.enclosures.intervals import Intervals
-from rbstab.proof.exact.expr import INNER, LET, OF, POSITIVE, STEP, VAR, Atom, Expr
+from rbstab.proof.exact.atoms import INNER, LET, OF, POSITIVE, STEP, VAR, Atom
+from rbstab.proof.exact.expr import Expr
 
 BITS = 300
 
@@ -48,7 +49,7 @@ def series(e: Expr, given: Mapping[int, Any], length: int) -> Any:
 
 def _atom(a: Atom, given: Mapping[int, Any], length: int) -> Any:
     if a.kind == VAR:
-        return given[a.argument]  # type: ignore[index]
+        return given[a.argument]
     x = series(a.inner, given, length)
     if a.kind == LET:
         return x

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from rbstab.proof.exact.expr import INNER, OF, Expr, atom, expr, only, variable
+from rbstab.proof.exact.atoms import INNER, OF
+from rbstab.proof.exact.expr import Expr, atom, expr, only, variable
 from rbstab.proof.exact.rewriting import with_known_steps, with_outlined_steps
 
 RATIONAL = st.fractions(-3, 3, max_denominator=8)

@@ -52,8 +52,9 @@ class Boxes:
             np.all((self.lo <= other.hi[:, None]) & (self.hi >= other.lo[:, None]), axis=0)
         )
 
-    def halved(self, axis: Array) -> "Boxes":
-        """Return both halves of each, along its axis."""
+    def halved(self, axis: Array | None = None) -> "Boxes":
+        """Return both halves of each, along its axis; by default along the widest."""
+        axis = (self.hi - self.lo).argmax(axis=0) if axis is None else axis
         columns = np.arange(self.count)
         middle = 0.5 * self.lo[axis, columns] + 0.5 * self.hi[axis, columns]
         below, above = self.hi.copy(), self.lo.copy()

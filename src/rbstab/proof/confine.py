@@ -18,8 +18,10 @@ from rbstab.proof.boxes import Box, joined, one_box
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy
 from rbstab.proof.enclosures.intervals import constant
 from rbstab.proof.enclosures.tied import bounds_of
-from rbstab.proof.exact.expr import COS, SIN, VAR, Atom, Expr, variable
-from rbstab.proof.exact.rewriting import Quadratic, inverse_of_definite, quadratic_in
+from rbstab.proof.exact.atoms import COS, SIN, VAR, Atom
+from rbstab.proof.exact.expr import Expr, variable
+from rbstab.proof.exact.matrices import inverse_of_definite
+from rbstab.proof.exact.rewriting import Quadratic, quadratic_in
 from rbstab.proof.model import RANGE_END, Energy
 
 OUTER = (0, 2)
@@ -36,9 +38,6 @@ TIGHT = 0.15
 
 LIMIT = 12_000
 """Boxes of the search for bounds on slopes."""
-
-FIRST = (3, 2, 3)
-"""So often one period is halved along each angle before the search begins."""
 
 PERIOD = RANGE_END[0]
 
@@ -124,9 +123,6 @@ def _steepest(energy: Energy, end: float, enough: Array) -> Array:
     p = bounds_of(energy, order=2)
     corner = np.array([PERIOD, end, PERIOD])
     pending, places = one_box(Box(-corner, corner)), list(OUTER)
-    for axis, times in enumerate(FIRST):
-        for _ in range(times):
-            pending = pending.halved(np.full(pending.count, axis))
     reached, settled, examined = np.zeros(2), np.zeros(2), 0
     while pending.count:
         boxes, pending = pending[slice(1024)], pending[slice(1024, None)]
@@ -139,6 +135,5 @@ def _steepest(energy: Energy, end: float, enough: Array) -> Array:
         wanted = np.maximum(enough, reached * (1 + TIGHT) + 1e-12)
         done = np.all(size <= wanted[:, None], axis=0) | late
         settled = np.maximum(settled, size[:, done].max(axis=1, initial=0.0))
-        left = boxes[~done]
-        pending = joined([left.halved((left.hi - left.lo).argmax(axis=0)), pending], 3)
+        pending = joined([boxes[~done].halved(), pending], 3)
     return np.asarray(settled * UP)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from rbstab.proof.exact.expr import COS, OF, SIN, STEP, VAR
+from rbstab.proof.exact.atoms import COS, OF, SIN, STEP, VAR
 from rbstab.proof.exact.lengths import springs_of
 from rbstab.proof.model import Energy
 

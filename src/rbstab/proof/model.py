@@ -17,26 +17,13 @@ from rbstab.elements.element import Element
 from rbstab.elements.ligament import Ligament
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.exact.expr import (
-    COS,
-    LET,
-    SIN,
-    STEP,
-    VAR,
-    Atom,
-    Expr,
-    atom,
-    expr,
-    numbers,
-    only,
-    summed,
-    variable,
-    variables,
-)
+from rbstab.proof.enclosures.taylor import value_at
+from rbstab.proof.exact.atoms import COS, LET, SIN, STEP, VAR, Atom
+from rbstab.proof.exact.expr import Expr, atom, expr, numbers, only, summed, variable, variables
 from rbstab.proof.exact.lengths import with_lengths_apart, with_squares
+from rbstab.proof.exact.matrices import inverse_of_definite
 from rbstab.proof.exact.rewriting import (
     Quadratic,
-    inverse_of_definite,
     quadratic_in,
     spread,
     substituted,
@@ -95,6 +82,15 @@ class Energy:
     def least(self) -> dict[Atom, float]:
         """Known lower bounds of atoms where |θ2| <= π/2, and where barriers keep a motion."""
         return {COSINE: 0.0} | {HALVES[k]: 0.0 for k in self.closed if k in HALVES}
+
+    def completed(self, q: Array) -> Array:
+        """Return a configuration of known Θ and z with all else where U is least, to round-off."""
+        q = q.copy()
+        for k, shift in self.shift.items():
+            q[k] += value_at(shift, q)
+        for k, place in self.minimiser.items():
+            q[k] = value_at(place, q)
+        return q
 
 
 class Stored(NamedTuple):
@@ -183,11 +179,11 @@ def eliminated(total: Expr, others: range) -> Energy:
     """Minimise over all variables in which the energy is quadratic with constant stiffness."""
     total = with_lengths_apart(total, others)
     inside = {v for a in total.atoms if a.kind != VAR for v in a.variables if v >= others.start}
-    chosen = [k for k in others if k not in inside]
+    parts, chosen = None, [k for k in others if k not in inside]
     # Variables with other powers, or with a stiffness that depends on Θ, stay.
-    while bad := _not_quadratic(total, chosen):
-        chosen = [k for k in chosen if k not in bad]
-    parts = quadratic_in(total, chosen)
+    while parts is None or not parts.rest.variables.isdisjoint(chosen):
+        chosen = [k for k in chosen if parts is None or k not in parts.rest.variables]
+        parts = quadratic_in(total, chosen)
     inverse = inverse_of_definite(parts.H)
     if inverse is None:
         raise NoMinimumError
@@ -197,17 +193,6 @@ def eliminated(total: Expr, others: range) -> Energy:
     U, shift = _shifted(U, free)
     U = with_squares(U, free)
     return Energy(with_outlined_steps(U), free, minimiser, shift, plain=U)
-
-
-def _not_quadratic(total: Expr, chosen: list[int]) -> set[int]:
-    places = {atom(VAR, k): k for k in chosen}
-    bad = set[int]()
-    for m in total.terms:
-        mine = [(a, p) for a, p in m if a in places]
-        degree = sum(p for _, p in mine)
-        if degree > 2 or (degree == 2 and len(m) > len(mine)):
-            bad |= {places[a] for a, _ in mine}
-    return bad
 
 
 def _shifted(U: Expr, free: tuple[int, ...]) -> tuple[Expr, dict[int, Expr]]:

@@ -19,7 +19,8 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds
 from rbstab.proof.enclosures.intervals import Intervals, constant
-from rbstab.proof.exact.expr import STEP, VAR, Atom, atom, expr, variable
+from rbstab.proof.exact.atoms import STEP, VAR, Atom
+from rbstab.proof.exact.expr import atom, expr, variable
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.model import THETA, Energy
 from rbstab.proof.search import Search, Zeros
@@ -63,12 +64,10 @@ class Piece:
     whole: Callable[[Boxes], Boxes] = _same
     state: Callable[[Zero], Zero | None] = lambda zero: zero
 
-    def zeros(
-        self, limit: int, seed: int = 0, begin: Boxes | None = None, known: Sequence[Zero] = ()
-    ) -> Zeros:
+    def zeros(self, limit: int, seed: int = 0) -> Zeros:
         """Return the rest states on it; arguments as for `rest_zeros`."""
-        search = Search(self.V, self.box, known=known, also=self._is_elsewhere)
-        found = search.run(limit, begin=begin)
+        search = Search(self.V, self.box, also=self._is_elsewhere)
+        found = search.run(limit)
         if found.undecided.count and found.examined >= limit:
             found = search.with_zeros_near(random_points(self.box, seed))
         zeros, undecided = list[Zero](), [self.whole(found.undecided)]
@@ -97,16 +96,7 @@ def jumps(energy: Energy) -> list[Atom]:
     return sorted(found, key=lambda a: a.order)
 
 
-def rest_zeros(  # noqa: PLR0913 (three of them are options)
-    energy: Energy,
-    V: BoundedEnergy,
-    box: Box,
-    limit: int,
-    *,
-    begin: Boxes | None = None,
-    known: Sequence[Zero] = (),
-    seed: int = 0,
-) -> Zeros:
+def rest_zeros(energy: Energy, V: BoundedEnergy, box: Box, limit: int, *, seed: int = 0) -> Zeros:
     """Return all rest states in a box of Θ, also those at which a jump or a stop holds the body.
 
     Args:
@@ -114,8 +104,6 @@ def rest_zeros(  # noqa: PLR0913 (three of them are options)
         V: Bounds on it.
         box: The box.
         limit: The number of boxes at which the search stops; 0 to look for zeros alone.
-        begin: The parts of the box in which others than the known ones may be, if no force jumps.
-        known: Rest states that are proved already, not held.
         seed: The seed of random points from which zeros are looked for.
     """
     steps = [] if energy.free else jumps(energy)
@@ -124,8 +112,7 @@ def rest_zeros(  # noqa: PLR0913 (three of them are options)
         pieces += [face_at_stop(energy, box, side) for side in (-1, 1)]
     found, examined = list[Zeros](), 0
     for piece in pieces:
-        inner = (begin, known) if piece.V is V else ()
-        found.append(piece.zeros(max(0, limit - examined), seed, *inner))
+        found.append(piece.zeros(max(0, limit - examined), seed))
         examined += found[-1].examined
     zeros = [zero for one in found for zero in one.zeros]
     zeros.sort(key=lambda zero: zero.energy)

@@ -22,20 +22,8 @@ from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from rbstab.proof.exact.expr import (
-    FUNCTIONS,
-    LET,
-    POSITIVE,
-    STEP,
-    VAR,
-    Atom,
-    Expr,
-    Monomial,
-    as_factor,
-    expr,
-    summed,
-    variable,
-)
+from rbstab.proof.exact.atoms import FUNCTIONS, LET, POSITIVE, STEP, VAR, Atom, Monomial, term_order
+from rbstab.proof.exact.expr import Expr, as_factor, expr, summed, variable
 from rbstab.proof.exact.rewriting import with_outlined_steps
 from rbstab.proof.model import Energy
 
@@ -69,7 +57,7 @@ class _Writer:
     def sum(self, e: Expr) -> int:
         """Write an expression; return its number."""
         entries: list[Any] = [str(e.terms.get((), Fraction(0)))]
-        for m, c in sorted(e.terms.items(), key=_order):
+        for m, c in sorted(e.terms.items(), key=term_order):
             if m:
                 entries += [str(c), self._monomial(m)]
         return self._put("sum", *entries)
@@ -101,10 +89,6 @@ class _Writer:
             if c == 1 and m:
                 return self._monomial(m)
         return self.sum(e)
-
-
-def _order(term: tuple[Monomial, Fraction]) -> list[tuple[tuple[int, str], int]]:
-    return [(a.order, p) for a, p in term[0]]
 
 
 def operations_of(e: Expr) -> list[list[Any]]:

@@ -10,29 +10,22 @@ from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.boxes import Box, Boxes, joined, one_box
+from rbstab.proof.boxes import Box, joined, one_box
 from rbstab.proof.confine import confined, end_of_pitch
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
-from rbstab.proof.enclosures.taylor import value_at
 from rbstab.proof.enclosures.tied import TiedBounds, bounds_of
 from rbstab.proof.entries import ProvedState
-from rbstab.proof.exact.expr import COS, SIN, VAR
+from rbstab.proof.exact.atoms import COS, SIN, VAR
 from rbstab.proof.model import RANGE_END, Energy, ExactSystem, NoMinimumError, energy_of
 from rbstab.proof.passive.passive import first_jump
-from rbstab.proof.pieces import jumps, random_points, rest_zeros
+from rbstab.proof.pieces import rest_zeros
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, reject
 from rbstab.proof.regions.regions import Regions, regions_of
 from rbstab.proof.rest_points import RestStates, SearchOutcome, state_entry
-from rbstab.proof.search import FAMILY_TRIES, SINGULAR, Zeros
-from rbstab.proof.zeros import Zero, newton
+from rbstab.proof.search import SINGULAR, Zeros
+from rbstab.proof.zeros import Zero
 from rbstab.systems.system import System
-
-SAME = 3e-4
-"""rad: results of Newton's method that are closer count as one."""
-
-ARRIVED = 1e-9
-"""rad: the last step of Newton's method at a zero."""
 
 LENGTH_LIMIT = 4_000
 """Boxes that are searched for the least length of a line."""
@@ -118,23 +111,17 @@ class Body:
             if not shortest.bound[0] > 0:
                 raise NoReducedEnergy(NoEnergyReason.NO_LENGTH)
 
-    def proved(
-        self, limit: int, end: Array = RANGE_END, inner: RestStates | None = None
-    ) -> RestStates:
+    def proved(self, limit: int, end: Array = RANGE_END, known: Sequence[Zero] = ()) -> RestStates:
         """Prove the rest states with -end <= Θ <= end, with at most so many boxes.
 
         Args:
             limit: The number of boxes at which the search stops.
             end: The largest |Θ|, shape (3,), rad; by default that of eq. 5.
-            inner: What `proved` returned for a range inside: it is not searched again if all rest
-                states in it are known.
+            known: Zeros that are proved already, and keep their enclosures.
         """
-        end, begin, known = self.within_stop(end), None, list[Zero]()
-        box = Box(-end, end)
-        if inner is not None and inner.proved:
-            begin = around(box, Box(-inner.end, inner.end))
-            known = [zero for zero in inner.zeros.zeros if not zero.held]
-        zeros = rest_zeros(self.energy, self.bounded, box, limit, begin=begin, known=known)
+        end = self.within_stop(end)
+        zeros = rest_zeros(self.energy, self.bounded, Box(-end, end), limit)
+        zeros = replace(zeros, zeros=tuple(_as_known(zero, known) for zero in zeros.zeros))
         outcome = SearchOutcome.UNDECIDED if zeros.undecided.count else SearchOutcome.PROVED
         if zeros.undecided.count and (zeros.family or zeros.examined >= limit):
             outcome = SearchOutcome.FAMILY if zeros.family else SearchOutcome.BOX_LIMIT
@@ -145,35 +132,13 @@ class Body:
     def searched(self, seed: int = 0) -> RestStates:
         """Return the rest states in the range that Newton's method reaches; nothing is proved."""
         end = self.within_stop(RANGE_END)
-        box = Box(-end, end)
-        if self.energy.stop is not None or jumps(self.energy):
-            found = rest_zeros(self.energy, self.bounded, box, 0, seed=seed)
-        else:
-            found = self._reached(box, seed)
+        found = rest_zeros(self.energy, self.bounded, Box(-end, end), 0, seed=seed)
         outcome = SearchOutcome.FAMILY if found.family else SearchOutcome.SEARCHED
         singular = () if found.family else found.singular
         points = self._rest_states(found, end, outcome, singular, proved=False)
         # Without an index, no minimum has a region.
         unknown = tuple(replace(zero, index=None) for zero in found.zeros)
         return replace(points, zeros=Zeros(unknown, joined([], 3), 0))
-
-    def _reached(self, box: Box, seed: int) -> Zeros:
-        """Return the zeros that Newton's method reaches, without boxes about them."""
-        points, last = newton(self.bounded, random_points(box, seed))
-        inside = np.all((points > box.lo[:, None]) & (points < box.hi[:, None]), axis=0)
-        different = list[Array]()
-        for x in points[:, inside & (last < ARRIVED)].T:
-            if all(np.abs(x - other).max() > SAME for other in different):
-                different.append(x)
-        singular = [_is_singular(self.bounded, x) for x in different]
-        family = sum(singular) >= FAMILY_TRIES
-        zeros = [
-            Zero(x, Box(x, x), Box(x, x), None, float(self.bounded.at(x[:, None])[0][0]))
-            for x, one in zip(different, singular, strict=True)
-            if not (family and one)
-        ]
-        zeros.sort(key=lambda zero: zero.energy)
-        return Zeros(tuple(zeros), joined([], 3), 0, family)
 
     def _rest_states(
         self,
@@ -221,7 +186,7 @@ class Body:
         if np.array_equal(end, rest.end):
             return rest
         most = self.wide_limit if limit is None else min(self.wide_limit, limit)
-        return self.proved(most, end, rest)
+        return self.proved(most, end, rest.zeros.zeros)
 
     @property
     def wide_limit(self) -> int:
@@ -239,14 +204,8 @@ class Body:
         """Return q = [Θ, X, own states] with the least energy at Θ, to round-off."""
         q = np.zeros(self.at_rest.size)
         q[:3] = Theta
-        if self.energy.free:
-            z = self.bounded.minimiser(Theta[:, None]).z[:, 0]
-            for k, value in zip(self.energy.free, z, strict=True):
-                shift = self.energy.shift.get(k)
-                q[k] = value + (0.0 if shift is None else value_at(shift, q))
-        for k, place in self.energy.minimiser.items():
-            q[k] = value_at(place, q)
-        return q
+        q[list(self.energy.free)] = self.bounded.minimiser(Theta[:, None]).z[:, 0]
+        return self.energy.completed(q)
 
     def _point(self, zero: Zero, *, proved: bool) -> ProvedState:
         state = rest_state_at(self.at_rest, self.configuration(zero.point))
@@ -263,17 +222,10 @@ class Body:
         return state_entry(state, index, **more, degenerate=singular or None)
 
 
-def around(outer: Box, inner: Box) -> Boxes:
-    """Return boxes that cover what is in a box, but not in another one inside it."""
-    low, high, parts = outer.lo.copy(), outer.hi.copy(), list[Boxes]()
-    for axis in range(len(low)):
-        for side, end in ((low, inner.lo[axis]), (high, inner.hi[axis])):
-            if side[axis] != end:
-                lo, hi = low.copy(), high.copy()
-                (hi if side is low else lo)[axis] = end
-                parts.append(one_box(Box(lo, hi)))
-        low[axis], high[axis] = inner.lo[axis], inner.hi[axis]
-    return joined(parts, len(low))
+def _as_known(zero: Zero, known: Sequence[Zero]) -> Zero:
+    """Return the known zero that a zero is: that in whose domain, which has no other, it lies."""
+    at = one_box(zero.enclosure)
+    return next((one for one in known if at.within(one.domain)[0]), zero)
 
 
 def _is_singular(energy: BoundedEnergy, x: Array) -> bool:

@@ -5,7 +5,7 @@ or if it lies where a proved zero is the only one. All others are cut down to th
 operator, and halved.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, preconditi
 from rbstab.proof.zeros import Zero, isolated, newton
 
 BATCH = 1024
-"""Boxes that are bounded at once; a quarter of it with free variables, whose series are longer."""
+"""Boxes that are bounded at once."""
 
 SMALLEST = 2e-7
 """The size of a box that is not halved any more."""
@@ -84,7 +84,6 @@ class Search:
     Args:
         energy: V.
         box: The box.
-        known: Zeros that are proved already.
         also: One more reason why boxes contain no zero.
         across: Whether a zero that may lie on the border counts too, and is not left undecided.
     """
@@ -94,27 +93,21 @@ class Search:
         energy: BoundedEnergy,
         box: Box,
         *,
-        known: Sequence[Zero] = (),
         also: Test | None = None,
         across: bool = False,
     ) -> None:
         self.energy, self.box, self.also, self.across = energy, box, also, across
-        self.zeros: list[Zero] = list(known)
+        self.zeros: list[Zero] = []
         self.failed: list[Array] = []
         self.ambiguous: list[Box] = []
         self.left = one_box(box)
         self.examined = 0
         self.pause, self.waiting = 0, 0
 
-    def run(self, limit: int, begin: Boxes | None = None) -> Zeros:
-        """Search until all boxes are done, or a number of boxes is examined.
-
-        Args:
-            limit: The number of boxes.
-            begin: The parts of the box that are not done yet; by default all of it.
-        """
+    def run(self, limit: int) -> Zeros:
+        """Search until all boxes are done, or a number of boxes is examined."""
         n = len(self.box.lo)
-        pending, left = [one_box(self.box) if begin is None else begin], list[Boxes]()
+        pending, left = [one_box(self.box)], list[Boxes]()
         while pending and self.examined < limit and not self.family:
             boxes = pending.pop()
             if boxes.count < BATCH and pending:
@@ -258,20 +251,6 @@ class Search:
         if near.any():
             self._try_near(ahead[:, near][:, :8])
         cut = Boxes(np.where(left, low, boxes.lo), np.where(left, high, boxes.hi))
-        left &= self._open(cut)
-        return self._split(cut[left], mean[:, :, left], b.radius[:, left])
-
-    def _split(self, boxes: Boxes, mean: Array, radius: Array) -> tuple[Boxes, Boxes]:
-        """Halve boxes along the axis that spoils Krawczyk's operator most, if it is not narrow."""
-        width = boxes.hi - boxes.lo
-        tiny = width.max(axis=0, initial=0.0) < SMALLEST
-        small, boxes, width = boxes[tiny], boxes[~tiny], width[:, ~tiny]
-        if not boxes.count:
-            return boxes, small
-        with np.errstate(all="ignore"):
-            smear = np.einsum("ijm,jm->jm", np.abs(mean[:, :, ~tiny]), radius[:, ~tiny])
-        widest = width.argmax(axis=0)
-        axis = np.where(np.all(np.isfinite(smear), axis=0), smear.argmax(axis=0), widest)
-        columns = np.arange(boxes.count)
-        axis = np.where(width[axis, columns] < 0.1 * width.max(axis=0), widest, axis)
-        return boxes.halved(axis), small
+        cut = cut[left & self._open(cut)]
+        tiny = (cut.hi - cut.lo).max(axis=0) < SMALLEST
+        return cut[~tiny].halved(), cut[tiny]

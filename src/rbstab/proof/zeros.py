@@ -41,11 +41,6 @@ class Zero:
     normal: Array | None = None
     ridge: bool = False
 
-    @property
-    def held(self) -> bool:
-        """Whether a force that jumps holds the body there."""
-        return self.normal is not None
-
 
 def newton(
     energy: BoundedEnergy,

@@ -37,8 +37,8 @@ def recorded():
     energy, zeros = traced(four_mounts()).energy, list[Zeros]()
 
     class Recording(Search):
-        def run(self, limit, begin=None):
-            zeros.append(super().run(limit, begin))
+        def run(self, limit):
+            zeros.append(super().run(limit))
             return zeros[-1]
 
     with pytest.MonkeyPatch.context() as patched:

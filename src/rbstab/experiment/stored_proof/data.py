@@ -226,7 +226,8 @@ class ProofData(ProvedStates):
         """Whether the quadratic part of the energy, that of K_r, is not positive definite."""
         if self.reduced_energy is None:
             return False
-        from rbstab.proof.exact.rewriting import inverse_of_definite, quadratic_in
+        from rbstab.proof.exact.matrices import inverse_of_definite
+        from rbstab.proof.exact.rewriting import quadratic_in
         from rbstab.proof.model import THETA  # imported late: few proofs end so
 
         K = quadratic_in(self.reduced_energy.energy.U, THETA).H

@@ -57,7 +57,8 @@ def _over(proof: ProofData, box: Array, plain: Config, event: "Expr") -> "Interv
     from rbstab.proof.enclosures.bounds import BoundedEnergy
     from rbstab.proof.enclosures.levels import range_of
     from rbstab.proof.enclosures.tied import bounds_of
-    from rbstab.proof.exact.expr import VAR, atom, variable
+    from rbstab.proof.exact.atoms import VAR
+    from rbstab.proof.exact.expr import atom, variable
     from rbstab.proof.exact.rewriting import substituted
     from rbstab.proof.model import energy_of
 

@@ -21,7 +21,8 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.compiled import Compiled, derivatives
 from rbstab.proof.enclosures.intervals import SIGNS, Intervals, outward
 from rbstab.proof.enclosures.taylor import Values, slopes_of_one
-from rbstab.proof.exact.expr import Atom, Expr
+from rbstab.proof.exact.atoms import Atom
+from rbstab.proof.exact.expr import Expr
 
 UP = 1 + 1e-12
 """Covers the round-off of a sum of some magnitudes."""

@@ -17,19 +17,8 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.intervals import constant
-from rbstab.proof.exact.expr import (
-    COS,
-    INNER,
-    LET,
-    OF,
-    POSITIVE,
-    SIN,
-    STEP,
-    VAR,
-    Atom,
-    Expr,
-    monomial,
-)
+from rbstab.proof.exact.atoms import COS, INNER, LET, OF, POSITIVE, SIN, STEP, VAR, Atom, monomial
+from rbstab.proof.exact.expr import Expr
 
 Exponents = tuple[int, ...]
 

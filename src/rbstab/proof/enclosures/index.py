@@ -1,11 +1,11 @@
 """The index of a symmetric matrix that is known up to an error, in rational numbers."""
 
 from fractions import Fraction
-from itertools import pairwise
 
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
+from rbstab.proof.exact.matrices import negative_eigenvalues
 
 
 def proved_index(matrix: Array, error: Array) -> int | None:
@@ -34,19 +34,3 @@ def proved_index(matrix: Array, error: Array) -> int | None:
         negative_eigenvalues(((M + M.T) / 2 + shift).tolist()) for shift in (-reach, reach)
     )
     return below if below == above else None
-
-
-def negative_eigenvalues(rows: list[list[Fraction]]) -> int | None:
-    """Count the negative eigenvalues of a symmetric matrix; None if it is singular.
-
-    All roots of p(λ) = det(λI - M) are real. By Descartes' rule, the number of its negative roots
-    is then the number of sign changes in the coefficients of p(-λ).
-    """
-    from flint import fmpq, fmpq_mat  # imported late, as in `polynomial`
-
-    matrix = fmpq_mat([[fmpq(x.numerator, x.denominator) for x in row] for row in rows])
-    coefficients = matrix.charpoly().coeffs()
-    if coefficients[0] == 0:
-        return None
-    signs = [(c > 0) == (k % 2 == 0) for k, c in enumerate(coefficients) if c != 0]
-    return sum(one != other for one, other in pairwise(signs))

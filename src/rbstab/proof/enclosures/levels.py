@@ -18,7 +18,8 @@ from rbstab.proof.boxes import Boxes, joined
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, times
 from rbstab.proof.enclosures.intervals import TINY, Intervals
 from rbstab.proof.enclosures.tied import bounds_of
-from rbstab.proof.exact.expr import STEP, expr
+from rbstab.proof.exact.atoms import STEP
+from rbstab.proof.exact.expr import expr
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.model import Energy
 
@@ -39,12 +40,6 @@ MOST_STEPS = 3
 
 SWEEPS = 6
 """Of the coordinates, towards the point at which the tangent plane touches."""
-
-SHARE = 0.1
-"""Of a box, the part about its lowest point that is looked at next."""
-
-SHORTEST = 1e-6
-"""rad: in a shorter box one more step of Newton's method would be round-off."""
 
 
 class Quadratic(NamedTuple):
@@ -176,15 +171,11 @@ class LeastValues(NamedTuple):
         value: An upper bound of V at a point, J, shape (boxes,).
         bound: A proved lower bound, J; far below `value` if the limit of boxes was reached.
         at: The points, shape (n, boxes).
-        closed: Whether bound and value are near each other, shape (boxes,).
-        examined: The number of boxes that were examined.
     """
 
     value: Array
     bound: Array
     at: Array
-    closed: Array
-    examined: int
 
 
 def least_values(
@@ -197,9 +188,6 @@ def least_values(
 ) -> LeastValues:
     """Return the least V in each of some boxes, by branch and bound.
 
-    In each, a box about the lowest known point is looked at too: its lowest point by the quadratic
-    model is the next one, and the box about that one is smaller (Newton's method).
-
     Args:
         ranges: V.
         boxes: The boxes; they may be flat.
@@ -209,48 +197,36 @@ def least_values(
             be as low as this one.
     """
     at = 0.5 * boxes.lo + 0.5 * boxes.hi
-    best, settled = np.full(boxes.count, np.inf), np.full(boxes.count, np.inf)
-    scale, noise = np.zeros(boxes.count), np.zeros(boxes.count)
-    everyone = np.arange(boxes.count)
-    parts, near, mine, examined = boxes, boxes, everyone, 0
-    while (parts.count or (near.hi - near.lo).max(initial=0.0) > SHORTEST) and examined < limit:
+    near, n = at.copy(), boxes.count
+    best, settled, scale, noise = np.full(n, np.inf), np.full(n, np.inf), np.zeros(n), np.zeros(n)
+    parts, mine, examined = boxes, np.arange(n), 0
+    while parts.count and examined < limit:
         some, owner = parts[slice(BATCH)], mine[:BATCH]
         parts, mine = parts[slice(BATCH, None)], mine[BATCH:]
-        examined += some.count + boxes.count
-        # A call for few boxes is not cheap, so the boxes near the lowest points are among them.
-        tried, who = joined([near, some], ranges.n), np.concatenate([everyone, owner])
-        b, over, lowest = ranges.over(tried)
+        examined += some.count
+        b, over, lowest = ranges.over(some)
         value = np.where(np.isfinite(b.value.hi), b.value.hi, np.inf)
-        first = _first_of_each(who, value)
-        lower = value[first] <= best
-        best = np.where(lower, value[first], best)
-        at = np.where(lower, b.centre[:, first], at)
-        gap = (b.value.hi - b.value.lo)[first]
-        noise = np.where(lower & np.isfinite(gap), gap, noise)
-        # Where the step from the lowest point led up, the next one is shorter.
-        middle = np.clip(np.where(lower, lowest[:, first], at), boxes.lo, boxes.hi)
-        from_box = tried[np.where(lower, first, everyone)]
-        reach = 0.5 * SHARE * (from_box.hi - from_box.lo)
-        near = Boxes(middle - reach, middle + reach)
-        seen = np.where(np.isfinite(value), value, -np.inf)[boxes.count :]
-        np.fmax.at(scale, owner, seen - best[owner])
+        first = _first_of_each(owner, value)
+        first = first[value[first] <= best[owner[first]]]
+        k, gap = owner[first], (b.value.hi - b.value.lo)[first]
+        best[k], at[:, k], near[:, k] = value[first], b.centre[:, first], lowest[:, first]
+        noise[k] = np.where(np.isfinite(gap), gap, noise[k])
+        np.fmax.at(scale, owner, np.where(np.isfinite(value), value, -np.inf) - best[owner])
         tolerance = TOLERANCE if examined < limit / 2 else LOOSE
         # Round-off of V itself is the least gap that any box can have.
         aim = best - tolerance * scale - 4 * noise - 1e-14 * np.abs(best)
-        aim = np.minimum(aim, cap)
-        aim = np.full_like(aim, aim.min()) if of_all else aim
-        low = over.lo[boxes.count :]
-        done = low >= aim[owner]
-        np.fmin.at(settled, owner[done], low[done])
-        rest = some[~done]
-        halves = rest.halved((rest.hi - rest.lo).argmax(axis=0))
-        parts = joined([halves, parts], ranges.n)
+        aim = np.minimum(aim.min() if of_all else aim[owner], cap)
+        done = over.lo >= aim
+        np.fmin.at(settled, owner[done], over.lo[done])
+        parts = joined([some[~done].halved(), parts], ranges.n)
         mine = np.concatenate([owner[~done], owner[~done], mine])
-    closed = np.ones(boxes.count, dtype=bool)
     if parts.count:
         np.fmin.at(settled, mine, ranges.values(parts).lo)
-        closed[mine] = False
-    return LeastValues(best, np.minimum(settled, best), at, closed, examined)
+    # Of the smallest box about the lowest point, the quadratic model knows this point better.
+    near = np.clip(near, boxes.lo, boxes.hi)
+    value = ranges.values(Boxes(near, near)).hi
+    at, best = np.where(value < best, near, at), np.minimum(value, best)
+    return LeastValues(best, np.minimum(settled, best), at)
 
 
 def _first_of_each(owner: Array, low: Array) -> Array:

@@ -22,7 +22,8 @@ from rbstab.proof.enclosures.compiled import (
 )
 from rbstab.proof.enclosures.intervals import SIGNS, UNBOUNDED, outward, product
 from rbstab.proof.enclosures.univariate import coefficients
-from rbstab.proof.exact.expr import INNER, OF, POSITIVE, STEP, Expr
+from rbstab.proof.exact.atoms import INNER, OF, POSITIVE, STEP
+from rbstab.proof.exact.expr import Expr
 
 Variables = Mapping[int, Array]
 """Each variable over the boxes: its value and its slopes, shape (1 + slopes, 2 or 1, boxes)."""

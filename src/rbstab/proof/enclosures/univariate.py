@@ -17,7 +17,7 @@ from rbstab.proof.enclosures.intervals import (
     root,
     sin_cos,
 )
-from rbstab.proof.exact.expr import COS, SIN
+from rbstab.proof.exact.atoms import COS, SIN
 
 
 def coefficients(

@@ -22,15 +22,18 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from rbstab.mechanics.numbers import entrywise
-
-VAR, SIN, COS, LET, STEP, POSITIVE = "var", "sin", "cos", "let", "step", "positive"
-OF = "of"
-
-FUNCTIONS = frozenset({SIN, COS, "sqrt", "exp", "log", "atan"})
-"""The kinds of atoms that are smooth functions of one argument."""
-
-INNER = -1
-"""The number of the variable of an expression that stands in an atom `OF`."""
+from rbstab.proof.exact.atoms import (
+    COS,
+    LET,
+    SIN,
+    STEP,
+    VAR,
+    Atom,
+    Monomial,
+    term_order,
+    times,
+)
+from rbstab.proof.exact.decimals import as_decimal, meant
 
 _most_products = ContextVar("most products", default=20_000)
 """Products of sums with more pairs of terms are not multiplied out."""
@@ -44,41 +47,6 @@ def factored() -> Iterator[None]:
         yield
     finally:
         _most_products.reset(token)
-
-
-Monomial = tuple[tuple["Atom", int], ...]
-"""A product of atoms with powers, in the order of the atoms."""
-
-
-class Atom:
-    """A variable (its argument is a number), or a function of an expression.
-
-    Args:
-        kind: What it is: `VAR`, `SIN`, `COS`, `LET` (the argument itself), `STEP`, `POSITIVE` (the
-            argument where that is positive, else 0), `OF` (an expression of one variable, of the
-            argument), or the name of a function.
-        argument: Its argument.
-        extra: For a step, the order of the first derivative that may jump of the sum in which it
-            stands; for `OF`, the expression.
-    """
-
-    __slots__ = ("__weakref__", "argument", "extra", "kind", "order", "variables")
-
-    kind: str
-    argument: Union[int, "Expr"]
-    extra: "int | Expr | None"
-    order: tuple[int, str]
-    variables: frozenset[int]
-
-    def __repr__(self) -> str:
-        """Return the atom as a formula."""
-        return f"x{self.argument}" if self.kind == VAR else f"{self.kind}({self.argument!r})"
-
-    @property
-    def inner(self) -> "Expr":
-        """The argument of a function."""
-        assert isinstance(self.argument, Expr)
-        return self.argument
 
 
 _atoms: WeakValueDictionary[tuple[str, Any, Any], Atom] = WeakValueDictionary()
@@ -116,33 +84,6 @@ def variable_of(e: "Expr") -> int | None:
     return None
 
 
-MOST_DENOMINATOR = 1000
-"""A double of code that is the nearest one to such a fraction means it."""
-
-WHOLE = 2.0**53
-"""From here on all doubles are whole numbers, and mean their shortest decimals."""
-
-
-def meant(value: object) -> Fraction:
-    """Return the number that a double of code means: 0.4 is 2/5, and what 1/3 gives is 1/3."""
-    decimal = as_decimal(value)
-    if not isinstance(value, (float, np.floating)) or abs(float(value)) >= WHOLE:
-        return decimal
-    simple = Fraction(float(value)).limit_denominator(MOST_DENOMINATOR)
-    return simple if float(simple) == float(value) else decimal
-
-
-def as_decimal(value: object) -> Fraction:
-    """Return the number that a double of a config means, its shortest decimal: 0.4 is 2/5."""
-    if isinstance(value, Fraction):
-        return value
-    if isinstance(value, (bool, int, np.integer)):
-        return Fraction(int(value))
-    if isinstance(value, (float, np.floating)):
-        return Fraction(repr(float(value)))
-    raise TypeError(f"an expression takes no {type(value).__name__}")
-
-
 def _with_expr(operation: Callable[["Expr", "Expr"], "Expr"]) -> Callable[["Expr", Any], Any]:
     """Return an operation that takes a number too, and leaves an array to that of arrays."""
 
@@ -150,6 +91,25 @@ def _with_expr(operation: Callable[["Expr", "Expr"], "Expr"]) -> Callable[["Expr
         return NotImplemented if isinstance(other, np.ndarray) else operation(self, expr(other))
 
     return of_both
+
+
+def _multiplied(one: "Expr", two: "Expr") -> "Expr":
+    """Return a product; sums with other functions stay as factors."""
+    for factor, left in ((one, two), (two, one)):
+        if factor.constant is not None:
+            return left.scaled(factor.constant)
+    if one.digest == two.digest:
+        return one**2
+    plain = one.is_polynomial and two.is_polynomial
+    plain = plain and len(one.terms) * len(two.terms) <= _most_products.get()
+    if not (plain or one.is_switch or two.is_switch):
+        one, two = as_factor(one), as_factor(two)
+    return product(one, two)
+
+
+def _named(kind: str) -> Callable[["Expr"], "Expr"]:
+    """Return the function of a kind, as numpy calls it on the entries of an array."""
+    return lambda self: self.function(kind)
 
 
 @total_ordering
@@ -175,7 +135,7 @@ class Expr:
         if self._digest is None:
             rows = [
                 f"{c} " + " ".join(f"{a.order[1]}^{p}" for a, p in m)
-                for m, c in sorted(self.terms.items(), key=_order)
+                for m, c in sorted(self.terms.items(), key=term_order)
             ]
             self._digest = hashlib.blake2b("\n".join(rows).encode(), digest_size=16).hexdigest()
         return self._digest
@@ -223,19 +183,19 @@ class Expr:
     def __repr__(self) -> str:
         """Return the expression as a formula."""
         shown = []
-        for m, c in sorted(self.terms.items(), key=_order):
+        for m, c in sorted(self.terms.items(), key=term_order):
             factors = [repr(a) if p == 1 else f"{a!r}^{p}" for a, p in m]
             shown.append("*".join([str(c), *factors] if c != 1 or not m else factors))
         return " + ".join(shown) or "0"
 
     # -- arithmetic ---------------------------------------------------------------------------
 
-    @_with_expr
-    def __add__(self, other: "Expr") -> "Expr":
-        """Return the sum with an expression or a number."""
-        return summed((self, other))
-
-    __radd__ = __add__
+    __add__ = __radd__ = _with_expr(lambda one, two: summed((one, two)))
+    __sub__ = _with_expr(lambda one, two: one + -two)
+    __rsub__ = _with_expr(lambda one, two: two + -one)
+    __mul__ = __rmul__ = _with_expr(_multiplied)
+    __truediv__ = _with_expr(lambda one, two: one * two**-1)
+    __rtruediv__ = _with_expr(lambda one, two: two * one**-1)
 
     def scaled(self, factor: Fraction) -> "Expr":
         """Return the product with a number."""
@@ -244,37 +204,6 @@ class Expr:
     def __neg__(self) -> "Expr":
         """Return its negative."""
         return self.scaled(Fraction(-1))
-
-    def __pos__(self) -> "Expr":
-        """Return itself."""
-        return self
-
-    @_with_expr
-    def __sub__(self, other: "Expr") -> "Expr":
-        """Return the difference from an expression or a number."""
-        return self + -other
-
-    @_with_expr
-    def __rsub__(self, other: "Expr") -> "Expr":
-        """Return the difference of a number from it."""
-        return other + -self
-
-    @_with_expr
-    def __mul__(self, other: "Expr") -> "Expr":
-        """Return the product with an expression or a number."""
-        one, two = self, other
-        for factor, left in ((one, two), (two, one)):
-            if factor.constant is not None:
-                return left.scaled(factor.constant)
-        if one.digest == two.digest:
-            return one**2
-        plain = one.is_polynomial and two.is_polynomial
-        plain = plain and len(one.terms) * len(two.terms) <= _most_products.get()
-        if not (plain or one.is_switch or two.is_switch):
-            one, two = as_factor(one), as_factor(two)
-        return product(one, two)
-
-    __rmul__ = __mul__
 
     def __pow__(self, power: Any) -> "Expr":
         """Return a whole power, which may be negative.
@@ -289,21 +218,11 @@ class Expr:
             return expr(1)
         if n < 0 or not self.is_polynomial or len(self.terms) ** 2 > _most_products.get():
             ((m, c),) = as_factor(self).terms.items()
-            return _reduced({tuple((a, p * n) for a, p in m): c**n})
+            return _reduced(Expr({tuple((a, p * n) for a, p in m): c**n}))
         found = self
         for _ in range(n - 1):
             found = product(found, self)
         return found
-
-    @_with_expr
-    def __truediv__(self, other: "Expr") -> "Expr":
-        """Return the quotient by an expression or a number."""
-        return self * other**-1
-
-    @_with_expr
-    def __rtruediv__(self, other: "Expr") -> "Expr":
-        """Return the quotient of a number by it."""
-        return other * self**-1
 
     # -- a number may be compared, an expression of variables may not ---------------------------
 
@@ -342,29 +261,8 @@ class Expr:
             return expr(kind == COS)
         return only(atom(kind, self, extra))
 
-    def sin(self) -> "Expr":
-        """Return its sine."""
-        return self.function(SIN)
-
-    def cos(self) -> "Expr":
-        """Return its cosine."""
-        return self.function(COS)
-
-    def sqrt(self) -> "Expr":
-        """Return its square root."""
-        return self.function("sqrt")
-
-    def exp(self) -> "Expr":
-        """Return its exponential."""
-        return self.function("exp")
-
-    def log(self) -> "Expr":
-        """Return its logarithm."""
-        return self.function("log")
-
-    def atan(self) -> "Expr":
-        """Return its arc tangent."""
-        return self.function("atan")
+    sin, cos = _named(SIN), _named(COS)
+    sqrt, exp, log, atan = _named("sqrt"), _named("exp"), _named("log"), _named("atan")
 
     def tan(self) -> "Expr":
         """Return its tangent."""
@@ -437,30 +335,17 @@ def _whole(power: Any) -> int:
     return int(number)
 
 
-def _order(term: tuple[Monomial, Fraction]) -> list[tuple[tuple[int, str], int]]:
-    return [(a.order, p) for a, p in term[0]]
-
-
-def monomial(factors: Iterable[tuple[Atom, int]]) -> Monomial:
-    """Return a product of powers of different atoms, in order."""
-    return tuple(sorted(((a, p) for a, p in factors if p), key=lambda one: one[0].order))
-
-
-def times(one: Monomial, two: Monomial) -> Monomial:
-    """Return the product of two monomials."""
-    powers = dict(one)
-    for a, p in two:
-        powers[a] = powers.get(a, 0) + p
-    return monomial(powers.items())
+def collected(terms: Iterable[tuple[Monomial, Fraction]]) -> Expr:
+    """Return the sum of some terms."""
+    found: dict[Monomial, Fraction] = {}
+    for m, c in terms:
+        found[m] = found[m] + c if m in found else c
+    return Expr(found)
 
 
 def summed(parts: Iterable[Expr]) -> Expr:
     """Return the sum of some expressions."""
-    terms: dict[Monomial, Fraction] = {}
-    for part in parts:
-        for m, c in part.terms.items():
-            terms[m] = terms[m] + c if m in terms else c
-    return Expr(terms)
+    return collected(term for part in parts for term in part.terms.items())
 
 
 def mapped(
@@ -479,28 +364,24 @@ def same_function(a: Atom, inner: Expr) -> Expr:
 
 def product(one: Expr, two: Expr) -> Expr:
     """Return the product of two sums, multiplied out."""
-    terms: dict[Monomial, Fraction] = {}
-    for m1, c1 in one.terms.items():
-        for m2, c2 in two.terms.items():
-            m, c = times(m1, m2), c1 * c2
-            terms[m] = terms[m] + c if m in terms else c
-    return _reduced(terms)
+    pairs = ((m, n) for m in one.terms.items() for n in two.terms.items())
+    return _reduced(collected((times(m, n), c * d) for (m, c), (n, d) in pairs))
 
 
-def _reduced(terms: Mapping[Monomial, Fraction]) -> Expr:
+def _reduced(e: Expr) -> Expr:
     """Return a sum of products, with sin² = 1 - cos² and step² = step."""
-    found: dict[Monomial, Fraction] = {}
-    pending = [(m, c) for m, c in terms.items() if c]
-    while pending:
-        m, c = pending.pop()
-        square = next(((a, p) for a, p in m if p >= 2 and a.kind in {SIN, STEP}), None)
-        if square is None:
-            found[m] = found[m] + c if m in found else c
-            continue
-        a, p = square
-        if a.kind == STEP:
-            pending.append((times(m, ((a, 1 - p),)), c))
-        else:
-            less = times(m, ((a, -2),))
-            pending += [(less, c), (times(less, ((atom(COS, a.argument), 2),)), -c)]
-    return Expr(found)
+    return collected(term for m, c in e.terms.items() for term in _reduced_terms(m, c))
+
+
+def _reduced_terms(m: Monomial, c: Fraction) -> Iterator[tuple[Monomial, Fraction]]:
+    square = next(((a, p) for a, p in m if p >= 2 and a.kind in {SIN, STEP}), None)
+    if square is None:
+        yield m, c
+        return
+    a, p = square
+    if a.kind == STEP:
+        yield from _reduced_terms(times(m, ((a, 1 - p),)), c)
+    else:
+        less = times(m, ((a, -2),))
+        yield from _reduced_terms(less, c)
+        yield from _reduced_terms(times(less, ((atom(COS, a.argument), 2),)), -c)

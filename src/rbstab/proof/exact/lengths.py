@@ -14,16 +14,9 @@ from fractions import Fraction
 
 import numpy as np
 
+from rbstab.proof.exact.atoms import COS, LET, OF, SIN, STEP, VAR, Atom, Monomial
 from rbstab.proof.exact.expr import (
-    COS,
-    LET,
-    OF,
-    SIN,
-    STEP,
-    VAR,
-    Atom,
     Expr,
-    Monomial,
     as_factor,
     atom,
     expr,
@@ -33,7 +26,8 @@ from rbstab.proof.exact.expr import (
     summed,
     variable,
 )
-from rbstab.proof.exact.rewriting import inverse_of_definite, quadratic_in, spread, substituted
+from rbstab.proof.exact.matrices import inverse_of_definite
+from rbstab.proof.exact.rewriting import quadratic_in, spread, substituted
 from rbstab.proof.passive.signs import is_convex
 
 PLAIN = (VAR, SIN, COS)

@@ -5,7 +5,7 @@ from fractions import Fraction
 from functools import cache, reduce
 from typing import NamedTuple
 
-from rbstab.proof.exact.expr import (
+from rbstab.proof.exact.atoms import (
     COS,
     INNER,
     LET,
@@ -15,16 +15,19 @@ from rbstab.proof.exact.expr import (
     STEP,
     VAR,
     Atom,
-    Expr,
     Monomial,
+    monomial,
+)
+from rbstab.proof.exact.expr import (
+    Expr,
     as_factor,
     atom,
     expr,
     mapped,
-    monomial,
     only,
     product,
     same_function,
+    summed,
     variable,
     variable_of,
 )
@@ -172,28 +175,11 @@ def quadratic_in(
             b[k] = b[k] + Expr({monomial(others): c})
         elif degree == 2 and not others:
             i, j = mine[0][0], mine[-1][0]
-            H[i][j] += c if i != j else 2 * c
-            if i != j:
-                H[j][i] += c
+            H[i][j] += c
+            H[j][i] += c
         else:
             rest[m] = c
     return Quadratic(H, b, Expr(rest))
-
-
-def inverse_of_definite(H: Sequence[Sequence[Fraction]]) -> list[list[Fraction]] | None:
-    """Return the inverse of a symmetric matrix; None if it is not positive definite."""
-    n = len(H)
-    rows = [[*row, *(Fraction(int(i == j)) for j in range(n))] for i, row in enumerate(H)]
-    for k in range(n):
-        if rows[k][k] <= 0:
-            return None
-        pivot = rows[k][k]
-        rows[k] = [x / pivot for x in rows[k]]
-        for i in range(n):
-            factor = rows[i][k]
-            if i != k and factor:
-                rows[i] = [x - factor * y for x, y in zip(rows[i], rows[k], strict=True)]
-    return [row[n:] for row in rows]
 
 
 def derivative(e: Expr, rates: Mapping[int, Expr], known: dict[Atom, Expr] | None = None) -> Expr:
@@ -206,8 +192,7 @@ def derivative(e: Expr, rates: Mapping[int, Expr], known: dict[Atom, Expr] | Non
         rates: The rates of some variables; those of the others are zero.
         known: The rates of atoms that are known for these rates; others are put into it.
     """
-    known = {} if known is None else known
-    total: dict[Monomial, Fraction] = {}
+    known, parts = {} if known is None else known, list[Expr]()
     for m, c in e.terms.items():
         for a, p in m:
             if a.kind == STEP or a.variables.isdisjoint(rates):
@@ -215,9 +200,8 @@ def derivative(e: Expr, rates: Mapping[int, Expr], known: dict[Atom, Expr] | Non
             if a not in known:
                 known[a] = _rate(a, rates, known)
             rest = Expr({monomial((b, n - (b is a)) for b, n in m): c * p})
-            for one, number in (rest * known[a]).terms.items():
-                total[one] = total.get(one, Fraction(0)) + number
-    return Expr(total)
+            parts.append(rest * known[a])
+    return summed(parts)
 
 
 def _rate(a: Atom, rates: Mapping[int, Expr], known: dict[Atom, Expr]) -> Expr:

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.exact.expr import Atom, Expr, expr, factored, numbers, variables
+from rbstab.proof.exact.atoms import Atom
+from rbstab.proof.exact.expr import Expr, expr, factored, numbers, variables
 from rbstab.proof.exact.rewriting import derivative
 from rbstab.proof.motion.models import Models, evaluated
 from rbstab.proof.motion.motion_set import MotionSet

@@ -15,7 +15,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.intervals import values_of
-from rbstab.proof.exact.expr import COS, SIN
+from rbstab.proof.exact.atoms import COS, SIN
 from rbstab.proof.motion.monomials import Monomials
 from rbstab.proof.motion.program import (
     BY_SLOPE,

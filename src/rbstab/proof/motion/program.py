@@ -13,7 +13,8 @@ from itertools import groupby
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.exact.expr import COS, LET, SIN, VAR, Atom, Expr, Monomial
+from rbstab.proof.exact.atoms import COS, LET, SIN, VAR, Atom, Monomial
+from rbstab.proof.exact.expr import Expr
 from rbstab.proof.exact.rewriting import slope
 from rbstab.proof.motion.rounding import UNDERFLOW, UNIT
 

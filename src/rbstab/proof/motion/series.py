@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.exact.expr import COS, SIN
+from rbstab.proof.exact.atoms import COS, SIN
 from rbstab.proof.motion.monomials import Monomials
 from rbstab.proof.motion.program import INVERSE, PRODUCT, ROOT, Program, Sums
 

@@ -14,18 +14,8 @@ from math import gcd, lcm
 from operator import mul
 from typing import Any
 
-from rbstab.proof.exact.expr import (
-    COS,
-    LET,
-    SIN,
-    STEP,
-    Atom,
-    Expr,
-    Monomial,
-    as_factor,
-    atom,
-    monomial,
-)
+from rbstab.proof.exact.atoms import COS, LET, SIN, STEP, Atom, Monomial, monomial
+from rbstab.proof.exact.expr import Expr, as_factor, atom
 from rbstab.proof.exact.rewriting import substituted
 
 MOST_TERMS = 20_000

@@ -19,20 +19,10 @@ from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.elements.element import Element
 from rbstab.proof.boxes import Box, one_box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
-from rbstab.proof.exact.expr import (
-    COS,
-    SIN,
-    VAR,
-    Expr,
-    as_factor,
-    atom,
-    expr,
-    only,
-    summed,
-    variable,
-    variable_of,
-)
-from rbstab.proof.exact.rewriting import derivative, inverse_of_definite, quadratic_in, substituted
+from rbstab.proof.exact.atoms import COS, SIN, VAR
+from rbstab.proof.exact.expr import Expr, as_factor, atom, expr, only, summed, variable, variable_of
+from rbstab.proof.exact.matrices import inverse_of_definite
+from rbstab.proof.exact.rewriting import derivative, quadratic_in, substituted
 from rbstab.proof.passive.expanded import TooLargeError, is_zero, multiplied_out
 from rbstab.proof.passive.signs import (
     PITCH,

@@ -15,23 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.exact import kernel
-from rbstab.proof.exact.expr import (
-    COS,
-    LET,
-    POSITIVE,
-    SIN,
-    STEP,
-    Atom,
-    Expr,
-    Monomial,
-    atom,
-    expr,
-    only,
-    product,
-    times,
-    variable,
-)
-from rbstab.proof.exact.rewriting import derivative, inverse_of_definite, quadratic_in, spread
+from rbstab.proof.exact.atoms import COS, LET, POSITIVE, SIN, STEP, Atom, Monomial, times
+from rbstab.proof.exact.expr import Expr, atom, expr, only, product, variable
+from rbstab.proof.exact.matrices import inverse_of_definite
+from rbstab.proof.exact.rewriting import derivative, quadratic_in, spread
 from rbstab.proof.passive.expanded import (
     MOST_TERMS,
     TooLargeError,

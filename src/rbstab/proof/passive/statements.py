@@ -14,7 +14,8 @@ import numpy as np
 from rbstab.analysis.configuration import Configurations
 from rbstab.elements.element import Element
 from rbstab.mechanics.motion import Motion, motion_from_centre
-from rbstab.proof.exact.expr import Atom, Expr, expr, numbers, variable, variables
+from rbstab.proof.exact.atoms import Atom
+from rbstab.proof.exact.expr import Expr, expr, numbers, variable, variables
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.systems.parameters import map_parameters
 

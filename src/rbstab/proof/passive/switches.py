@@ -9,17 +9,8 @@ zero, the force pulls back to the surface, and E has a valley there; if never ab
 from collections.abc import Sequence
 from itertools import product
 
-from rbstab.proof.exact.expr import (
-    LET,
-    VAR,
-    Atom,
-    Expr,
-    expr,
-    mapped,
-    only,
-    same_function,
-    summed,
-)
+from rbstab.proof.exact.atoms import LET, VAR, Atom
+from rbstab.proof.exact.expr import Expr, expr, mapped, only, same_function, summed
 from rbstab.proof.exact.rewriting import derivative, substituted
 from rbstab.proof.passive.expanded import is_zero
 from rbstab.proof.passive.signs import never_negative

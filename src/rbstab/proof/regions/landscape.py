@@ -115,14 +115,9 @@ class Landscape:
     @cached_property
     def face_levels(self) -> list[Level]:
         """The level of each open face; for one minimum, of those at which its region may end."""
-        one_region = len(self.minima) < 2
-        faces = [
-            (face, boxes)
-            for face, boxes in open_faces(self.box, self.open_axes)
-            if not one_region or self._ends_lowest(face)
-        ]
-        if not faces:
-            return []
+        faces, one_region = open_faces(self.box, self.open_axes), len(self.minima) < 2
+        if one_region:
+            faces = [one for one in faces if self._ends_lowest(one[0])]
         least = least_values(self.V, joined([one for _, one in faces], 3), of_all=one_region)
         rows = zip(faces, least.bound, least.value, least.at.T, strict=True)
         return [Level(float(b), float(v), at, face=face) for (face, _), b, v, at in rows]

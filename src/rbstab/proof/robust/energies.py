@@ -25,18 +25,8 @@ import numpy as np
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.bounds import UP
-from rbstab.proof.exact.expr import (
-    STEP,
-    VAR,
-    Expr,
-    Monomial,
-    as_factor,
-    atom,
-    expr,
-    monomial,
-    numbers,
-    product,
-)
+from rbstab.proof.exact.atoms import STEP, VAR, Monomial, monomial
+from rbstab.proof.exact.expr import Expr, as_factor, atom, expr, numbers, product
 from rbstab.proof.exact.rewriting import quadratic_in
 from rbstab.proof.model import stored_energy
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy, without_potential

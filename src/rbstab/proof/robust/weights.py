@@ -12,22 +12,8 @@ from typing import Any
 
 from numpy.polynomial.chebyshev import poly2cheb
 
-from rbstab.proof.exact.expr import (
-    LET,
-    POSITIVE,
-    STEP,
-    VAR,
-    Atom,
-    Expr,
-    Monomial,
-    as_factor,
-    expr,
-    only,
-    product,
-    summed,
-    times,
-    variable,
-)
+from rbstab.proof.exact.atoms import LET, POSITIVE, STEP, VAR, Atom, Monomial, times
+from rbstab.proof.exact.expr import Expr, as_factor, expr, only, product, summed, variable
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy
 from rbstab.proof.robust.numbers import FIRST
 

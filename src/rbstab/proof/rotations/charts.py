@@ -7,8 +7,10 @@ zero, or lies where a proved zero, which may be beyond the border, is the only o
 
 import numpy as np
 
-from rbstab.proof.boxes import Box
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.boxes import Box, one_box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.enclosures.intervals import Intervals, power, product
 from rbstab.proof.rotations.energy import RotationEnergy
 from rbstab.proof.rotations.forms import in_chart
 from rbstab.proof.rotations.states import FAMILY, RestRotation, Rotations, against_morse
@@ -75,42 +77,27 @@ def _state(V: BoundedEnergy, zero: Zero, k: int) -> RestRotation | None:
 def same(one: RestRotation, two: RestRotation) -> bool | None:
     """Return whether two zeros of charts are the same rest state, if that is proved; else None.
 
-    They are the same if the enclosure of one, seen in the chart of the other, lies where the other
-    is the only zero; and different if it has no point in common with its enclosure. They are also
-    different if (q_j/q_k)(q_k/q_j) = 1 cannot hold, with their charts k and j.
+    With a_k = 1 and b_j = 1 they are the same only if a b_k = b. They are the same if the enclosure
+    of one, seen in the chart of the other, lies where the other is the only zero.
     """
-    for a, b in ((one, two), (two, one)):
-        box, zero = _mapped(a, b), b.zero
-        if box is None or zero is None:
-            continue
-        if np.all(box.lo >= zero.domain.lo) and np.all(box.hi <= zero.domain.hi):
+    a, b = _corners(one), _corners(two)
+    scaled, exact = Intervals.of(product(a, b[one.chart])), Intervals.of(b)
+    if np.any((scaled.hi < exact.lo) | (scaled.lo > exact.hi)):
+        return False
+    for q, other in ((a, two), (b, one)):
+        seen = product(q, power(q[other.chart], -1))  # without ends if the divisor may be zero
+        lo, hi = np.delete(seen[..., 0], other.chart, 0).T
+        if one_box(Box(lo, hi)).within(_zero_of(other).domain)[0]:
             return True
-        if np.any(box.hi < zero.enclosure.lo) or np.any(box.lo > zero.enclosure.hi):
-            return False
-    (a_lo, a_hi), (b_lo, b_hi) = _ratio(one, two), _ratio(two, one)
-    products = np.array([a_lo * b_lo, a_lo * b_hi, a_hi * b_lo, a_hi * b_hi])
-    one_is_product = products.min() * (1 + 1e-12) <= 1 <= products.max() * (1 + 1e-12)
-    return None if one_is_product else False
+    return None
 
 
-def _ratio(a: RestRotation, b: RestRotation) -> tuple[float, float]:
-    """Return bounds on q_j/q_k of a zero, with k its chart and j that of another."""
-    box = _corners(a)
-    return float(box.lo[b.chart]), float(box.hi[b.chart])
+def _corners(state: RestRotation) -> Array:
+    """Return the enclosure of a zero as intervals of q, shape (4, 2, 1)."""
+    ends = np.stack(_zero_of(state).enclosure, 1)[..., None]
+    return np.insert(ends, state.chart, 1.0, axis=0)
 
 
-def _mapped(a: RestRotation, b: RestRotation) -> Box | None:
-    """Return the enclosure of one zero in the chart of another; None where it may be infinite."""
-    j, (lo, hi) = b.chart, _corners(a)
-    if lo[j] <= 0 <= hi[j]:
-        return None
-    ends = np.array([lo / lo[j], lo / hi[j], hi / lo[j], hi / hi[j]])
-    low, high = np.nextafter(ends.min(axis=0), -np.inf), np.nextafter(ends.max(axis=0), np.inf)
-    return Box(np.delete(low, j), np.delete(high, j))
-
-
-def _corners(a: RestRotation) -> Box:
-    """Return the enclosure of a zero as a box of q."""
-    assert a.zero is not None
-    low, high = a.zero.enclosure
-    return Box(np.insert(low, a.chart, 1.0), np.insert(high, a.chart, 1.0))
+def _zero_of(state: RestRotation) -> Zero:
+    assert state.zero is not None
+    return state.zero

@@ -5,12 +5,13 @@ eigenvectors of Q, their energies its eigenvalues, and the index of one is the n
 eigenvalues. How many of these are different is exact.
 """
 
-from fractions import Fraction
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from rbstab.proof.exact.matrices import Rows, rational_matrix
 from rbstab.proof.exact.rewriting import quadratic_in
 from rbstab.proof.rotations.forms import Form
 from rbstab.proof.rotations.states import Family, RestRotation, Rotations
@@ -20,8 +21,6 @@ BITS = 256
 
 MOST_BITS = 1 << 14
 """That up to which it is doubled for eigenvalues that are near each other."""
-
-Rows = list[list[Fraction]]
 
 
 def matrix_of(form: Form) -> Rows:
@@ -39,7 +38,7 @@ def eigen_states(Q: Rows) -> Rotations:
 
     The eigenvalues are the roots of the characteristic polynomial p. 4 - deg gcd(p, p') of them are
     different, each of which python-flint encloses with its multiplicity. Where one is simple, each
-    column of the adjugate of λI - Q is a multiple of the eigenvector.
+    column of the product of Q - μI for all others μ is a multiple of the eigenvector.
     """
     from flint import ctx
 
@@ -55,9 +54,7 @@ def eigen_states(Q: Rows) -> Rotations:
 
 def _states(Q: Rows) -> Rotations | None:
     """Return the rest states; None if more bits are needed."""
-    from flint import fmpq, fmpq_mat
-
-    p = fmpq_mat([[fmpq(x.numerator, x.denominator) for x in row] for row in Q]).charpoly()
+    p = rational_matrix(Q).charpoly()
     different = 4 - p.gcd(p.derivative()).degree()
     enclosed: Any = p.numer().complex_roots()
     roots = sorted(
@@ -72,7 +69,8 @@ def _states(Q: Rows) -> Rotations | None:
         if count > 1:
             families.append(Family(*_ends(value), below, count - 1))
         else:
-            state = _state(Q, value, below)
+            others = [other for other, _ in roots if other is not value]
+            state = _state(Q, value, others, below)
             if state is None:
                 return None
             states.append(state)
@@ -80,22 +78,15 @@ def _states(Q: Rows) -> Rotations | None:
     return Rotations(tuple(states), 0, families=tuple(families))
 
 
-def _state(Q: Rows, value: Any, index: int) -> RestRotation | None:
+def _state(Q: Rows, value: Any, others: Sequence[Any], index: int) -> RestRotation | None:
     """Return the rest state of a simple eigenvalue; None if more bits are needed."""
-    from flint import arb, arb_mat, fmpq
+    from flint import arb, arb_mat
 
-    M = [
-        [value * (i == j) - arb(fmpq(x.numerator, x.denominator)) for j, x in enumerate(row)]
-        for i, row in enumerate(Q)
-    ]
-
-    def minor(i: int, j: int) -> Any:
-        rows = [[x for k, x in enumerate(row) if k != j] for m, row in enumerate(M) if m != i]
-        return arb_mat(rows).det() * (-1) ** (i + j)
-
-    diagonal = [minor(k, k) for k in range(4)]
-    k = max(range(4), key=lambda k: abs(float(diagonal[k].mid())))
-    column = [minor(k, j) for j in range(4)]
+    M, P = arb_mat(rational_matrix(Q)), arb_mat(4, 4, 1)
+    for other in others:
+        P = P * (M - arb_mat(4, 4, 1) * other)
+    k = max(range(4), key=lambda k: abs(float(P[k, k].mid())))
+    column = [P[j, k] for j in range(4)]
     norm = sum((x * x for x in column), arb(0)).sqrt()
     if not norm > 0:
         return None

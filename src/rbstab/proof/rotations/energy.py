@@ -4,7 +4,6 @@ The nine entries of A are variables. Θ, B and the time are None, with which no 
 so an element that depends on Euler angles is noticed where it does.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
@@ -22,7 +21,7 @@ from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.exact.expr import Expr, expr, numbers, variables
 from rbstab.proof.exact.rewriting import with_known_steps
-from rbstab.proof.model import ExactSystem, NoMinimumError, eliminated, with_steps
+from rbstab.proof.model import Energy, ExactSystem, NoMinimumError, eliminated, with_steps
 from rbstab.proof.passive.statements import own_numbers
 from rbstab.systems.system import System
 
@@ -39,26 +38,16 @@ class NotOnRotationsError(Exception):
     """The energy is no function of the rotation alone; the message says why."""
 
 
-@dataclass(frozen=True, eq=False)
-class RotationEnergy:
-    """The stored energy U(A, z), J, least over all of the position and own states but z.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RotationEnergy(Energy):
+    """The stored energy U(A, z), J: A_ij is the variable `ENTRIES` + 3i + j, in place of Θ.
 
     Args:
-        U: The energy; A_ij is the variable `ENTRIES` + 3i + j.
-        free: The numbers of the variables z, in which U is convex.
-        system: The system in exact numbers.
         just_taut: For each ligament with a damper ½((ℓ/ℓ₀)² - 1) as a function of A; None where
             the position is not a function of A.
-        minimiser: Each other entry of a configuration where U is least, as an expression of A.
-        shift: For each z the place from where it is counted.
     """
 
-    U: Expr
-    free: tuple[int, ...]
-    system: System
     just_taut: dict[str, Expr | None]
-    minimiser: Mapping[int, Expr]
-    shift: Mapping[int, Expr]
 
 
 def rotation_energy(system: System, exact_system: ExactSystem) -> RotationEnergy:
@@ -101,7 +90,13 @@ def rotation_energy(system: System, exact_system: ExactSystem) -> RotationEnergy
         raise NotOnRotationsError(NO_POSITION) from error
     if found.free and not found.shift:
         raise NotOnRotationsError(NO_POSITION)
-    return RotationEnergy(found.U, found.free, exact, taut, found.minimiser, found.shift)
+    return RotationEnergy(
+        U=found.U,
+        free=found.free,
+        minimiser=found.minimiser,
+        shift=found.shift,
+        just_taut=taut,
+    )
 
 
 def _without_angles(element: Element) -> Element:

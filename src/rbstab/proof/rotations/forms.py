@@ -10,20 +10,8 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import NamedTuple
 
-from rbstab.proof.exact.expr import (
-    LET,
-    VAR,
-    Atom,
-    Expr,
-    Monomial,
-    as_factor,
-    atom,
-    expr,
-    monomial,
-    only,
-    same_function,
-    variable,
-)
+from rbstab.proof.exact.atoms import LET, VAR, Atom, Monomial, monomial
+from rbstab.proof.exact.expr import Expr, as_factor, atom, expr, only, same_function, variable
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.rotations.energy import ENTRIES
 

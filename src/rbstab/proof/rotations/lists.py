@@ -3,7 +3,6 @@
 import numpy as np
 
 from rbstab.proof.enclosures.bounds import BoundedEnergy
-from rbstab.proof.enclosures.taylor import value_at
 from rbstab.proof.rotations.charts import searched_states
 from rbstab.proof.rotations.davenport import eigen_states, matrix_of
 from rbstab.proof.rotations.energy import ENTRIES, RotationEnergy
@@ -54,11 +53,8 @@ def configuration_at(energy: RotationEnergy, state: RestRotation) -> dict[int, f
     if energy.free:
         assert state.zero is not None
         V = BoundedEnergy(in_chart(energy.U, state.chart), free=energy.free)
-        z = V.minimiser(state.zero.point[:, None]).z[:, 0]
-        for k, own in zip(energy.free, z, strict=True):
-            values[k] = own + (value_at(energy.shift[k], values) if energy.shift else 0.0)
-    for k, place in energy.minimiser.items():
-        values[k] = value_at(place, values)
+        values[list(energy.free)] = V.minimiser(state.zero.point[:, None]).z[:, 0]
+    values = energy.completed(values)
     return {k: float(values[k]) for k in (*energy.free, *energy.minimiser)}
 
 

@@ -11,7 +11,8 @@ import numpy as np
 
 from rbstab.analysis.exact import kernel
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.exact.expr import VAR, Expr, Monomial, expr
+from rbstab.proof.exact.atoms import VAR, Monomial
+from rbstab.proof.exact.expr import Expr, expr
 from rbstab.proof.exact.rewriting import derivative
 from rbstab.proof.rotations.forms import Q, parts
 

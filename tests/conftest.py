@@ -1,6 +1,5 @@
 """Settings and fixtures of all tests."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -14,19 +13,19 @@ settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
 
 
-def pytest_addoption(parser: pytest.Parser) -> None:
+def pytest_addoption(parser):
     """Add the options for the time of a test run and for its order."""
     time_left.add_option(parser)
     parser.addoption(SHORTEST_FIRST, action="store_true", help="begin with the quickest files")
 
 
-def pytest_configure(config: pytest.Config) -> None:
+def pytest_configure(config):
     """Set the end of a test run."""
     time_left.set_end(config)
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_setup() -> Iterator[None]:
+def pytest_runtest_setup():
     """Skip a test, before its fixtures are made, if the time of the test run is over.
 
     Skip it too if its fixtures need heyoka where that is not installed.
@@ -37,16 +36,14 @@ def pytest_runtest_setup() -> Iterator[None]:
 
 
 @pytest.hookimpl(wrapper=True, trylast=True)
-def pytest_runtest_call() -> Iterator[None]:
+def pytest_runtest_call():
     """Skip a test that needs heyoka where it is not installed."""
     with missing_heyoka.skipped():
         yield
 
 
 @pytest.hookimpl(wrapper=True, tryfirst=True)
-def pytest_collection_modifyitems(
-    config: pytest.Config, items: list[pytest.Item]
-) -> Iterator[None]:
+def pytest_collection_modifyitems(config, items):
     """Mark tests before pytest selects them by their markers, and order those that it selects."""
     seconds = read_seconds()
     mark_by_time(items, seconds)

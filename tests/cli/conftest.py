@@ -6,14 +6,13 @@ import pkgutil
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
 from typing import Any
 
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import CliRunner
 from support.sweeps import FakeEngine
 
 from rbstab_cli import work
@@ -40,19 +39,19 @@ STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch) -> Path:
+def folder(tmp_path, monkeypatch):
     """An empty working folder with one valid config, `good.yaml`."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "good.yaml").write_text(GOOD)
     return tmp_path
 
 
-def rbstab(*arguments: str) -> Result:
+def rbstab(*arguments):
     """Call the command line in this process."""
     return CliRunner().invoke(cli, list(arguments), prog_name="rbstab")
 
 
-def ended(code: int, *arguments: str) -> Result:
+def ended(code, *arguments):
     """Call the command line in this process; fail the test if it does not end with the code."""
     done = rbstab(*arguments)
     assert done.exit_code == code, done.output
@@ -62,14 +61,12 @@ def ended(code: int, *arguments: str) -> Result:
 success = functools.partial(ended, 0)
 
 
-def json_of(*arguments: str) -> Any:
+def json_of(*arguments):
     """Call the command line in this process, and return what it prints as JSON."""
     return json.loads(rbstab(*arguments, "--json").stdout)
 
 
-def replace_everywhere(
-    monkeypatch: pytest.MonkeyPatch, name: str, new: Callable[..., object]
-) -> None:
+def replace_everywhere(monkeypatch, name, new):
     """Replace a function in its module, and in the modules of the commands that import it."""
     for found in walk_packages(work.__path__, f"{work.__name__}."):
         import_module(found.name)
@@ -82,7 +79,7 @@ def replace_everywhere(
 
 
 @pytest.fixture
-def refuse(monkeypatch) -> Callable[..., None]:
+def refuse(monkeypatch):
     """A function that lets calls of a function, or of several of rbstab, fail."""
 
     def use(*names: str, error: Exception | None = None) -> None:
@@ -96,7 +93,7 @@ def refuse(monkeypatch) -> Callable[..., None]:
 
 
 @pytest.fixture
-def no_runs(refuse) -> None:
+def no_runs(refuse):
     """Let every run, sweep and proof fail the test."""
     refuse(
         "experiment.run_to_file.simulate_problem",
@@ -107,7 +104,7 @@ def no_runs(refuse) -> None:
 
 
 @pytest.fixture
-def no_work(no_runs, refuse) -> None:
+def no_work(no_runs, refuse):
     """Let every computation fail the test."""
     refuse(
         "experiment.tuning.tune.tune",
@@ -119,7 +116,7 @@ def no_work(no_runs, refuse) -> None:
 
 
 @pytest.fixture
-def statuses(monkeypatch) -> list[str]:
+def statuses(monkeypatch):
     """What long work says of itself from now on, without waiting for its lines."""
     said: list[str] = []
     monkeypatch.setattr(sweep_progress, "UPDATE_INTERVAL", 0.0)
@@ -128,7 +125,7 @@ def statuses(monkeypatch) -> list[str]:
 
 
 @pytest.fixture
-def plan(folder, request) -> Path:
+def plan(folder, request):
     """The plan `plan.yaml` in the working folder, with the text PLAN of the test module."""
     path = folder / "plan.yaml"
     path.write_text(request.module.PLAN)
@@ -136,7 +133,7 @@ def plan(folder, request) -> Path:
 
 
 @pytest.fixture
-def use_fake_engine(monkeypatch, plan) -> Callable[..., None]:
+def use_fake_engine(monkeypatch, plan):
     """A function that replaces the engine of sweeps by a fake one; called once without failures."""
 
     def use(**arguments: Any) -> None:
@@ -147,12 +144,12 @@ def use_fake_engine(monkeypatch, plan) -> Callable[..., None]:
     return use
 
 
-def restore_interrupts() -> None:
+def restore_interrupts():
     """React to interrupts: the background processes of a shell ignore them."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def start(*arguments: str) -> "subprocess.Popen[str]":
+def start(*arguments):
     """Start the command line in its own process, which reacts to interrupts."""
     return subprocess.Popen(
         [sys.executable, "-m", "rbstab_cli", *arguments],

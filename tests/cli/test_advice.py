@@ -5,7 +5,6 @@ Frequencies are those of the matrices of mass and stiffness, computed here.
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +18,7 @@ INERTIA = [0.4166666667, 0.75, 0.8666666667]
 K_C, L_C = [2000, 3000, 8000], [2, 3, 8]
 
 
-def machine(elements: list[dict[str, Any]], **changes: Any) -> dict[str, Any]:
+def machine(elements, **changes):
     return {
         "schema_version": 2,
         "title": "Machine on four mounts",
@@ -29,7 +28,7 @@ def machine(elements: list[dict[str, Any]], **changes: Any) -> dict[str, Any]:
     } | changes
 
 
-def mount(p: list[float]) -> dict[str, Any]:
+def mount(p):
     return {"kind": "visco-elastic", "point": p, "anchor": p, "K_c": K_C, "L_c": L_C}
 
 
@@ -52,20 +51,20 @@ integration: {duration: 10}
 
 
 @pytest.fixture(autouse=True)
-def _folder(tmp_path, monkeypatch) -> None:
+def _folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for name, data in {"mounts": MOUNTS, "leg": LEG}.items():
         Path(f"{name}.yaml").write_text(json.dumps(data))
     Path("knock.yaml").write_text(KNOCK)
 
 
-def printed(*arguments: str) -> str:
+def printed(*arguments):
     done = CliRunner().invoke(cli, list(arguments), env={"COLUMNS": "1000"})
     assert done.exit_code == 0, done.output
     return done.stdout
 
 
-def frequencies(stiffness: list[int]) -> list[float]:
+def frequencies(stiffness):
     """Return the square roots of the eigenvalues of M⁻¹K of the upright machine, rad/s."""
     K = np.zeros((6, 6))
     for x, y, z in POINTS:

@@ -13,13 +13,13 @@ FILES = ["README.md", "experiment.yaml", "sweep.yaml"]
 
 
 @pytest.fixture(autouse=True)
-def working_folder(tmp_path, monkeypatch) -> Path:
+def working_folder(tmp_path, monkeypatch):
     """An empty working folder."""
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def contents(folder: str) -> dict[str, str]:
+def contents(folder):
     return {p.as_posix(): p.read_text() for p in sorted(Path(folder).rglob("*")) if p.is_file()}
 
 

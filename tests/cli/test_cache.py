@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -19,7 +18,7 @@ for number in range(40):
 """
 
 
-def called(*arguments: str, folder: Path | str) -> subprocess.CompletedProcess[str]:
+def called(*arguments, folder):
     """Call Python in a process of its own, with the cache in a folder."""
     return subprocess.run(
         [sys.executable, *arguments],
@@ -30,7 +29,7 @@ def called(*arguments: str, folder: Path | str) -> subprocess.CompletedProcess[s
     )
 
 
-def cache(*options: str, folder: Path | str) -> subprocess.CompletedProcess[str]:
+def cache(*options, folder):
     """Call `rbstab cache`."""
     return called("-m", "rbstab_cli", "cache", *options, folder=folder)
 

@@ -5,7 +5,6 @@ import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import click
@@ -54,13 +53,13 @@ UNUSED_MODULES = (
 )
 
 
-def printed_by(code: str) -> set[str]:
+def printed_by(code):
     """Return the words that a program of its own process prints last, on a line."""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return set(done.stdout.splitlines()[-1].split())
 
 
-def imported_by(*words: str) -> set[str]:
+def imported_by(*words):
     """Return the names of all modules that a process has after a command."""
     return printed_by(
         "import sys\n"
@@ -181,7 +180,7 @@ def test_the_docs_and_the_help_list_every_code():
     assert {int(code) for code in re.findall(r"(?:^|; ) ?(\d+) ", told)} == codes
 
 
-def code_of(monkeypatch: pytest.MonkeyPatch, *words: str) -> object:
+def code_of(monkeypatch, *words):
     """Return the exit code of the program in this process."""
     monkeypatch.setattr(sys, "argv", ["rbstab", *words])
     for name in ("prepare_streams", "handle_interrupts", "stop_handling"):
@@ -213,7 +212,7 @@ def test_an_unexpected_error_is_not_hidden(folder, monkeypatch):
         code_of(monkeypatch, "check", "good.yaml")
 
 
-def options_with_one_value() -> Iterator[tuple[str, str]]:
+def options_with_one_value():
     """Yield the name of each command with each of its options that takes one value."""
     context = click.Context(cli)
     for name in COMMANDS:

@@ -27,14 +27,14 @@ FORMS = ("csv", "parquet", "mat")
 
 
 @pytest.fixture
-def sweep(folder) -> Path:
+def sweep(folder):
     """The folder of a sweep of 12 members with traces, of which two diverged."""
     plan = plan_with_traces(12)
     run_sweep(folder / "swept", plan, factory=lambda plan: FakeEngine(plan, failing=(1, 7)))
     return folder / "swept"
 
 
-def read_back(path: Path, expected: FlatColumns) -> dict[str, np.ndarray]:
+def read_back(path, expected):
     """Return the columns of a file, read by another program, with the types that are expected."""
     if path.suffix == ".csv":
         with path.open(newline="", encoding="utf-8") as file:
@@ -56,7 +56,7 @@ def read_back(path: Path, expected: FlatColumns) -> dict[str, np.ndarray]:
     }
 
 
-def assert_same(path: Path, expected: FlatColumns) -> None:
+def assert_same(path, expected):
     found = read_back(path, expected)
     assert list(found) == list(expected.arrays)
     for name, data in expected.arrays.items():

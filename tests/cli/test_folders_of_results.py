@@ -13,7 +13,7 @@ from rbstab_cli.results import results_among
 
 
 @pytest.fixture
-def mixed(folder) -> Path:
+def mixed(folder):
     """A folder with two runs, two sweeps of which one is not finished, and two proofs."""
     Path("mixed").mkdir()
     for name in ("embedded.h5", "range_left.h5"):
@@ -80,7 +80,7 @@ BESIDE = (
 
 
 @pytest.fixture
-def beside(folder) -> Path:
+def beside(folder):
     """A folder with two runs, a sweep, and files that stand beside them."""
     for name in (*BESIDE, "light.h5", "heavy.h5", "plan/manifest.json", "plan/members.h5"):
         path = folder / "mixed" / name
@@ -89,7 +89,7 @@ def beside(folder) -> Path:
     return Path("mixed")
 
 
-def named(folder: Path) -> list[Path]:
+def named(folder):
     """Return everything in a folder, as the shell names it for `folder/*`."""
     return sorted(folder.iterdir())
 

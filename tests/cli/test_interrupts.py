@@ -79,14 +79,14 @@ CASES = [
 
 
 @pytest.fixture
-def files(folder) -> Path:
+def files(folder):
     """The working folder with configs and plans."""
     for name, text in FILES.items():
         (folder / name).write_text(text)
     return folder
 
 
-def interrupted(place: str, count: int, number: int, words: str) -> "tuple[int, str, str]":
+def interrupted(place, count, number, words):
     """Run a command that gets a signal as it calls a function for the `count`-th time."""
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM, place, str(count), str(int(number)), *words.split()],

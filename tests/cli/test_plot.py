@@ -15,7 +15,7 @@ from rbstab.store.result import open_result
 
 
 @pytest.fixture
-def run(folder) -> Path:
+def run(folder):
     """The file of a run in the working folder."""
     return made_file(folder / "made.h5")
 

@@ -9,7 +9,7 @@ from rbstab_cli.output import progress as progress_module
 from rbstab_cli.output.progress import working
 
 
-def use_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+def use_terminal(monkeypatch):
     """Let the captured stderr be a terminal of 100 columns."""
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     monkeypatch.setenv("TTY_COMPATIBLE", "1")

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 from cli.conftest import GOOD, json_of, rbstab, success
-from click.testing import Result
 
 OUTSIDE = (
     *("--set", "controller.variant=permanent", "--set", "body.inertia=[10,8,0.4]"),
@@ -16,7 +15,7 @@ OUTSIDE = (
 
 
 @pytest.fixture(scope="module")
-def once(tmp_path_factory) -> tuple[Path, Result]:
+def once(tmp_path_factory):
     """The folder of a proved run, and what the command printed."""
     path = tmp_path_factory.mktemp("once")
     (path / "good.yaml").write_text(GOOD)
@@ -27,7 +26,7 @@ def once(tmp_path_factory) -> tuple[Path, Result]:
 
 
 @pytest.fixture
-def proved(folder, once) -> Result:
+def proved(folder, once):
     """What the command printed. Its results are in the working folder, as if it had run there."""
     results, done = once
     assert done.exit_code == 0, done.output
@@ -89,12 +88,12 @@ def test_a_printed_value_that_does_not_follow(folder):
     assert "does not follow" not in rbstab("show", "other/good.h5").stdout
 
 
-def words(text: str) -> str:
+def words(text):
     return " ".join(text.split())
 
 
 @pytest.fixture
-def proved_later(folder) -> Path:
+def proved_later(folder):
     """A run without a proof, beside the proof of its rest states."""
     success("run", "good.yaml", "--no-prove", "-q")
     success("stability", "good.yaml", "--results", "results")

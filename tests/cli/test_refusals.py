@@ -346,7 +346,7 @@ def test_a_status_has_no_use_for_the_options_of_a_sweep(option):
 
 
 @pytest.fixture(scope="module")
-def place(tmp_path_factory) -> Path:
+def place(tmp_path_factory):
     """A folder with files of every kind, right and wrong."""
     folder = tmp_path_factory.mktemp("place")
     for name, text in FILES.items():
@@ -361,7 +361,7 @@ def place(tmp_path_factory) -> Path:
     return folder
 
 
-def contents(folder: Path) -> dict[Path, bytes]:
+def contents(folder):
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 

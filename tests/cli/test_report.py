@@ -3,7 +3,6 @@
 import json
 import shutil
 from pathlib import Path
-from typing import Any
 
 import pytest
 from cli.conftest import ended, rbstab, success
@@ -13,7 +12,7 @@ from support.results import flip
 
 
 @pytest.fixture
-def runs(folder) -> list[str]:
+def runs(folder):
     """The results of two runs, in the working folder."""
     return [
         str(made_file(Path(f"{name}.h5"), made_config(f"body.mass={mass}")))
@@ -21,7 +20,7 @@ def runs(folder) -> list[str]:
     ]
 
 
-def tables(data: dict[str, Any]) -> dict[str, dict[str, Any]]:
+def tables(data):
     """Return the tables of a JSON report by name."""
     return {
         block["name"]: block

@@ -128,7 +128,7 @@ WARNING = "the motion is not reproducible after t = 0.05 s (trusted_until)"
 
 
 @pytest.fixture
-def warned(folder, monkeypatch) -> list[str]:
+def warned(folder, monkeypatch):
     """Two configs with a warning each, `a.yaml` and `b.yaml`; results of runs have another one."""
     names = ["a.yaml", "b.yaml"]
     for name in names:

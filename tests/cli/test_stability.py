@@ -174,7 +174,7 @@ integration: {duration: 0.01, samples: 3}
 
 
 @pytest.fixture
-def falls(folder) -> str:
+def falls(folder):
     (folder / "falls.yaml").write_text(FALLS)
     return "falls.yaml"
 

@@ -15,7 +15,7 @@ from rbstab_cli.work.stored.list import age
 
 
 @pytest.fixture(autouse=True)
-def results(folder) -> Path:
+def results(folder):
     """A copy of stored results in the working folder."""
     shutil.copytree(STORED, "results")
     for path in Path("results/runs").iterdir():

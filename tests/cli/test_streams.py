@@ -8,7 +8,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -34,7 +34,7 @@ Run = Callable[..., Ended]
 
 
 @pytest.fixture
-def handlers() -> Iterator[None]:
+def handlers():
     """Put the handler of SIGTERM back, which the entry point replaces."""
     before = signal.getsignal(signal.SIGTERM)
     yield
@@ -42,7 +42,7 @@ def handlers() -> Iterator[None]:
 
 
 @pytest.fixture
-def run_with(monkeypatch, handlers) -> Run:
+def run_with(monkeypatch, handlers):
     """A function that calls the entry point with streams of an encoding that refuse the rest."""
 
     def run(encoding: str, *arguments: str) -> Ended:
@@ -62,7 +62,7 @@ def run_with(monkeypatch, handlers) -> Run:
 
 
 @pytest.fixture
-def unicode_run(folder) -> Path:
+def unicode_run(folder):
     """A working folder with a config and a result whose title is not ASCII."""
     (folder / "unicode.yaml").write_text(UNICODE, encoding="utf-8")
     success("run", "--no-prove", "unicode.yaml", "-q")
@@ -106,7 +106,7 @@ def test_json_and_yaml_keep_every_character(encoding, unicode_run, run_with):
     assert json.loads(shown.stdout)[0]["title"] == TITLE
 
 
-def program(*arguments: str) -> list[str]:
+def program(*arguments):
     return [sys.executable, "-m", "rbstab_cli", *arguments]
 
 

@@ -92,7 +92,7 @@ def test_counts_of_many_members_have_separators(capsys):
     assert counts_of(found) == "9999 proved, 12,000 seen, 8001 not decided"
 
 
-def words(text: str) -> str:
+def words(text):
     return " ".join(text.split())
 
 

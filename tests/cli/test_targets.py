@@ -7,7 +7,6 @@ import shlex
 import socket
 import stat
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -61,7 +60,7 @@ TARGETS = {
 
 
 @pytest.fixture
-def special(folder) -> Iterator[None]:
+def special(folder):
     """In the working folder: files of every kind, with every ending that commands need."""
     (folder / "held.yaml").write_text(GOOD.replace("variant: free", "variant: permanent"))
     (folder / "plan.yaml").write_text(PLAN_OF_MASSES)
@@ -96,7 +95,7 @@ def test_what_is_no_file_is_not_read(special, command, kind):
         assert ("it is a " in done.stderr) == (kind != "folder")
 
 
-def identity(path: Path) -> tuple[int, int, bytes]:
+def identity(path):
     """Return what tells whether a file was replaced or changed."""
     found = path.lstat()
     content = path.read_bytes() if stat.S_ISREG(found.st_mode) else b""

@@ -73,7 +73,7 @@ STICKING = GOOD.replace(
 
 
 @pytest.fixture
-def settling_config(folder) -> Path:
+def settling_config(folder):
     """The working folder, where `good.yaml` runs until it has settled."""
     text = GOOD.replace("duration: 0.1", "duration: 2")
     Path("good.yaml").write_text(text)
@@ -121,12 +121,12 @@ STRUT = {
 }
 
 
-def with_elements(**elements: Any) -> dict[str, Any]:
+def with_elements(**elements):
     return {**paper_config("permanent", **SHORT), "schema_version": 2, "elements": elements}
 
 
 @pytest.fixture
-def case1(tmp_path, monkeypatch) -> Path:
+def case1(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "case1.yaml"
     path.write_text(as_yaml(paper_config("permanent", **SHORT)))

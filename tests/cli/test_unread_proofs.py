@@ -18,7 +18,7 @@ WARNING = (
 
 
 @pytest.fixture
-def results(folder, monkeypatch) -> Path:
+def results(folder, monkeypatch):
     """A folder of results with a run, a sweep, and proofs that cannot be read."""
     PROOFS.mkdir(parents=True)
     (PROOFS / f"{'0' * 32}.json").write_text("{}")

@@ -11,7 +11,7 @@ from rbstab.store.document import read_document, write_document
 
 
 @pytest.fixture
-def proof(folder) -> Path:
+def proof(folder):
     success("stability", "good.yaml", "--no-run")
     (path,) = (folder / "results" / "proofs").iterdir()
     return path

@@ -10,7 +10,7 @@ HELD = GOOD.replace("A short run", "A held body").replace("variant: free", "vari
 
 
 @pytest.fixture
-def held(folder) -> Path:
+def held(folder):
     """The config `held.yaml` in the working folder."""
     (folder / "held.yaml").write_text(HELD)
     return folder

@@ -23,24 +23,24 @@ SLURM = "sbatch "
 """A command of clusters, which have a bash."""
 
 
-def unlike(command: str) -> list[str]:
+def unlike(command):
     """Return the characters of a command that the shells do not read alike."""
     return SPECIAL.findall(SHARED.sub("", command))
 
 
-def shown_commands(text: str) -> list[str]:
+def shown_commands(text):
     found = [block for block in blocks(text) if block.language == "console"]
     return [command.words for block in found for command in commands(block)]
 
 
 @pytest.mark.parametrize("page", pages())
-def test_commands_of_pages(page: str) -> None:
+def test_commands_of_pages(page):
     for command in shown_commands((ROOT / page).read_text(encoding="utf-8")):
         assert SLURM in command or not unlike(command)
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_commands_of_the_first_page(variant: str) -> None:
+def test_commands_of_the_first_page(variant):
     shown = shown_commands(first_files(variant)["README.md"])
     assert len(shown) > 10
     for command in shown:

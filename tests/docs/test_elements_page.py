@@ -6,7 +6,6 @@ import re
 import sys
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -33,13 +32,13 @@ EXAMPLES = ("elements", "joint", "mounts", "sliding_ties")
 """The examples that together have all kinds."""
 
 
-def section(heading: str) -> str:
+def section(heading):
     """Return the text below a heading of the page."""
     return PAGE.split(f"\n## {heading}\n")[1].split("\n## ")[0]
 
 
 @pytest.fixture(scope="module")
-def drawings() -> ModuleType:
+def drawings():
     """The program that makes the drawings."""
     spec = spec_from_file_location("elements_figures", FIGURES / "elements.py")
     assert spec is not None
@@ -51,14 +50,14 @@ def drawings() -> ModuleType:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path, monkeypatch):
     """A working folder with the configs of the repository."""
     (tmp_path / "configs").symlink_to(ROOT / "configs")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
-def test_the_example_is_the_file() -> None:
+def test_the_example_is_the_file():
     (block,) = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.DOTALL)
     path = ROOT / "configs/examples/elements.yaml"
     assert block == path.read_text(encoding="utf-8")
@@ -70,7 +69,7 @@ def test_the_example_is_the_file() -> None:
 @pytest.mark.parametrize(
     ("kind", "method"), [(k, m) for k, methods in KINDS.items() for m in methods]
 )
-def test_each_gain_has_its_row_with_its_unit(kind: str, method: str | None) -> None:
+def test_each_gain_has_its_row_with_its_unit(kind, method):
     text = section(SECTIONS.get(kind, kind.title()))
     if method is not None:
         text = text.split(f"\n### Method {method}\n")[1].split("\n### ")[0]
@@ -83,12 +82,12 @@ def test_each_gain_has_its_row_with_its_unit(kind: str, method: str | None) -> N
     assert f"| [`{kind}`](#" in PAGE
 
 
-def test_each_reserved_name_is_listed() -> None:
+def test_each_reserved_name_is_listed():
     for name in RESERVED_NAMES:
         assert f"`{name}`" in section("The schema")
 
 
-def test_the_drawings_are_those_of_the_program(drawings: ModuleType) -> None:
+def test_the_drawings_are_those_of_the_program(drawings):
     made = drawings.drawings()
     used = re.findall(r"!\[([^\]]+)\]\(figures/(elements_\w+\.svg)\)", PAGE)
     assert {name for _, name in used} == set(made)
@@ -100,15 +99,15 @@ def test_the_drawings_are_those_of_the_program(drawings: ModuleType) -> None:
         assert numbers(stored) == pytest.approx(numbers(text), abs=0.2)
 
 
-def without_numbers(text: str) -> str:
+def without_numbers(text):
     return re.sub(r"-?\d+\.\d+", "#", text)
 
 
-def numbers(text: str) -> list[float]:
+def numbers(text):
     return [float(number) for number in re.findall(r"-?\d+\.\d+", text)]
 
 
-def test_the_curves_are_the_energies_of_the_page(drawings: ModuleType) -> None:
+def test_the_curves_are_the_energies_of_the_page(drawings):
     """The energies of the drawings have the closed forms that the page prints."""
     from rbstab.elements.attitude_spring import AttitudeSpring
     from rbstab.elements.guards.barrier import Barrier
@@ -123,7 +122,7 @@ def test_the_curves_are_the_energies_of_the_page(drawings: ModuleType) -> None:
     assert drawings.energies(guard, angles, 0) == pytest.approx(np.tan(angles / 2) ** 2)
 
 
-def test_small_rotations_have_the_stiffness_that_the_page_says(drawings: ModuleType) -> None:
+def test_small_rotations_have_the_stiffness_that_the_page_says(drawings):
     from rbstab.elements.attitude_spring import AttitudeSpring
 
     element = AttitudeSpring(name="", K=np.diag([60.0, 60.0, 40.0]), L=np.eye(3))
@@ -136,7 +135,7 @@ def test_small_rotations_have_the_stiffness_that_the_page_says(drawings: ModuleT
 
 
 @pytest.mark.slow
-def test_the_example_settles_when_the_page_says() -> None:
+def test_the_example_settles_when_the_page_says():
     result = rbstab.simulate(ROOT / "configs/examples/elements.yaml")
     v, t = result["lyapunov"], result["time"]
     assert t[v > v[0] / 1000].max() == pytest.approx(0.8, abs=0.05)
@@ -146,7 +145,7 @@ def test_the_example_settles_when_the_page_says() -> None:
 
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize("kind", KINDS)
-def test_which_kinds_are_proved(kind: str) -> None:
+def test_which_kinds_are_proved(kind):
     config = "configs/examples/elements_proved.yaml"
     examples = [rbstab.load_config(f"configs/examples/{n}.yaml") for n in EXAMPLES]
     elements = [element for example in examples for element in example.elements.values()]

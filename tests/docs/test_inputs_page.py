@@ -14,7 +14,7 @@ PAGE = (ROOT / "docs" / "inputs.md").read_text(encoding="utf-8")
 EXAMPLE = ROOT / "configs/examples/driven.yaml"
 
 
-def rows(heading: str) -> dict[str, str]:
+def rows(heading):
     """Return the rows of the tables below a heading, by the name in their first column."""
     text = PAGE.split(f"\n## {heading}\n")[1].split("\n## ")[0]
     lines = [line for line in text.splitlines() if line.startswith("| `")]
@@ -23,14 +23,14 @@ def rows(heading: str) -> dict[str, str]:
     return {name: line for name, line in found.items() if name not in {"quantity", "kind"}}
 
 
-def test_the_example_is_in_the_file() -> None:
+def test_the_example_is_in_the_file():
     (block,) = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.DOTALL)
     assert block in EXAMPLE.read_text(encoding="utf-8")
     inputs = [e for e in rbstab.load_config(EXAMPLE).elements.values() if e.kind == "input"]
     assert block.count("kind: input") == len(inputs) == 3
 
 
-def test_each_quantity_has_its_row_with_its_unit_and_keys() -> None:
+def test_each_quantity_has_its_row_with_its_unit_and_keys():
     table = rows("The load")
     for quantity, element in KINDS["input"].items():
         units = {gain.name: gain.unit for gain in element.gains}
@@ -41,7 +41,7 @@ def test_each_quantity_has_its_row_with_its_unit_and_keys() -> None:
     assert set(table) == {"point", "direction", "amplitude", "signal"}
 
 
-def test_each_signal_has_its_row_with_its_keys() -> None:
+def test_each_signal_has_its_row_with_its_keys():
     table = rows("The signal")
     assert set(table) == set(SIGNALS)
     for kind, model in SIGNALS.items():
@@ -51,7 +51,7 @@ def test_each_signal_has_its_row_with_its_keys() -> None:
             assert unit in {None, "1"} or str(unit) in table[kind]
 
 
-def test_the_table_of_the_page_can_be_read(tmp_path: Path) -> None:
+def test_the_table_of_the_page_can_be_read(tmp_path):
     (text,) = re.findall(r"\n((?:    [-\d.a-z]+, [-\d.a-z]+\n)+)", PAGE)
     text = text.replace("    ", "")
     (tmp_path / "t.csv").write_text(text, encoding="utf-8")

@@ -4,7 +4,7 @@ import ast
 from collections import Counter
 
 import pytest
-from support.mutants import FOLDER, ROOT, Mutant, mutants
+from support.mutants import FOLDER, ROOT, mutants
 
 ALL = list(mutants())
 
@@ -13,12 +13,12 @@ ROOMS = sorted({mutant.room for mutant in ALL})
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_each_mutant_of_a_room_changes_one_place_of_the_code(room: str) -> None:
+def test_each_mutant_of_a_room_changes_one_place_of_the_code(room):
     for mutant in (one for one in ALL if one.room == room):
         assert fits(mutant), mutant.what
 
 
-def fits(mutant: Mutant) -> bool:
+def fits(mutant):
     """Return whether a mutant is a program, and its tests are there."""
     ast.parse(mutant.changed())
     for test in (*mutant.first, *mutant.tests):

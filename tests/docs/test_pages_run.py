@@ -2,8 +2,6 @@
 pages show.
 """
 
-from pathlib import Path
-
 import pytest
 from support.page_sessions import (
     NOT_EXECUTED,
@@ -19,7 +17,7 @@ from support.page_sessions import (
 from support.printed_lines import agrees
 
 
-def programs(page: str) -> list[str]:
+def programs(page):
     """Return the commands of a page and the first lines of its other blocks."""
     found = []
     for block in blocks((ROOT / page).read_text(encoding="utf-8")):
@@ -30,14 +28,14 @@ def programs(page: str) -> list[str]:
     return found
 
 
-def marks(page: str) -> tuple[pytest.MarkDecorator, ...]:
+def marks(page):
     """Return the marks of a page: most runs and proofs take seconds."""
     is_heavy = any(not skipped(page, text) for text in programs(page))
     return (pytest.mark.heavy,) if is_heavy else ()
 
 
 @pytest.mark.parametrize("page", [pytest.param(name, marks=marks(name)) for name in pages()])
-def test_the_page_shows_what_is_printed(page: str, tmp_path: Path) -> None:
+def test_the_page_shows_what_is_printed(page, tmp_path):
     differences = differences_of(page, tmp_path)
     text = "\n".join(
         "\n".join([f"line {one.start + 1}: shown", *one.shown, "printed", *one.printed])
@@ -47,7 +45,7 @@ def test_the_page_shows_what_is_printed(page: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("page", NOT_EXECUTED)
-def test_what_is_not_executed_is_on_its_page(page: str) -> None:
+def test_what_is_not_executed_is_on_its_page(page):
     where = pages() if page == "*" else [page]
     for beginning, reason in NOT_EXECUTED[page].items():
         texts = [text for name in where for text in programs(name)]
@@ -55,11 +53,11 @@ def test_what_is_not_executed_is_on_its_page(page: str) -> None:
         assert len(reason) > 10
 
 
-def test_each_prepared_page_is_there() -> None:
+def test_each_prepared_page_is_there():
     assert set(PREPARED) <= set(pages())
 
 
-def test_most_of_what_is_shown_runs() -> None:
+def test_most_of_what_is_shown_runs():
     """The list of exceptions must not grow unseen."""
     texts = [(page, text) for page in pages() for text in programs(page)]
     left_out = [text for page, text in texts if skipped(page, text)]
@@ -81,11 +79,11 @@ def test_most_of_what_is_shown_runs() -> None:
         ("a", "a\nb", False),
     ],
 )
-def test_what_counts_as_the_same(shown: str, printed: str, expected: bool) -> None:
+def test_what_counts_as_the_same(shown, printed, expected):
     assert agrees(shown.splitlines(), printed.splitlines()) is expected
 
 
-def test_new_outputs_are_written_in_their_place(tmp_path: Path) -> None:
+def test_new_outputs_are_written_in_their_place(tmp_path):
     page = "# A page\n\n```pycon\n>>> 1 + 1\n3\n>>> 'a'\n'a'\n```\n\nend\n"
     from support.page_sessions import Session
 

@@ -48,7 +48,7 @@ def reference(peers):
     return peers.problem.reference_of(MEMBERS)
 
 
-def test_the_plain_equations_are_those_of_rbstab(peers, problem) -> None:
+def test_the_plain_equations_are_those_of_rbstab(peers, problem):
     system = problem_of(peers.swept.plan_of(1).config_of(0)).system
     rates = peers.equations.make_rates(np, problem)
     random = np.random.default_rng(1)
@@ -58,12 +58,12 @@ def test_the_plain_equations_are_those_of_rbstab(peers, problem) -> None:
         assert rates(0.0, state) == pytest.approx(expected, rel=1e-11, abs=1e-9)
 
 
-def test_the_plain_script_leads_to_the_same_motion(peers, problem, reference) -> None:
+def test_the_plain_script_leads_to_the_same_motion(peers, problem, reference):
     states = peers.scipy_numpy.peer("DOP853", problem)(1e-11, MEMBERS)(True)
     assert peers.problem.largest_error(states, reference) < 1e-8
 
 
-def test_each_peer_gets_the_members_of_the_sweep(peers, problem) -> None:
+def test_each_peer_gets_the_members_of_the_sweep(peers, problem):
     plan = peers.swept.plan_of(MEMBERS)
     for member, start in enumerate(problem["starts"]):
         assert start == problem_of(plan.config_of(member)).start.tolist()
@@ -72,7 +72,7 @@ def test_each_peer_gets_the_members_of_the_sweep(peers, problem) -> None:
     assert larger["starts"][:MEMBERS] == problem["starts"]
 
 
-def test_the_error_is_relative_to_the_largest_length_of_each_vector(peers) -> None:
+def test_the_error_is_relative_to_the_largest_length_of_each_vector(peers):
     reference = np.zeros((2, 5, 12))
     reference[:, 0, ::3] = [2.0, 40.0, 0.1, 4.0]
     states = reference.copy()
@@ -103,7 +103,7 @@ class FakeProcess:
         ((1.0, 5e-5, 2e-6), [5e-5, None]),
     ],
 )
-def test_the_loosest_setting_within_the_limit_is_chosen(peers, ladder, settings) -> None:
+def test_the_loosest_setting_within_the_limit_is_chosen(peers, ladder, settings):
     reference = np.ones((peers.rows.CHECKED, 5, 12))
     peer = SimpleNamespace(ladder=ladder, largest_batch=512)
     found = list(peers.rows._settings(FakeProcess(reference), peer, reference))
@@ -116,9 +116,7 @@ def test_the_loosest_setting_within_the_limit_is_chosen(peers, ladder, settings)
         assert one.members == (0 if one.setting is None else 512)
 
 
-def test_a_peer_runs_as_a_process_of_its_own(
-    peers, problem, reference, tmp_path, monkeypatch
-) -> None:
+def test_a_peer_runs_as_a_process_of_its_own(peers, problem, reference, tmp_path, monkeypatch):
     monkeypatch.setattr(peers.process, "FOLDER", tmp_path / "peers")
     # Without packages it runs in this environment.
     peer = peers.catalogue.Peer("numpy", "scipy_numpy.py", argument="LSODA")
@@ -135,7 +133,7 @@ def test_a_peer_runs_as_a_process_of_its_own(
     assert peers.problem.largest_error(states, reference) < 1e-8
 
 
-def table_rows(text: str) -> list[list[list[str]]]:
+def table_rows(text):
     """Return the cells of each table, by row, without the line below the head."""
     blocks = re.findall(r"(?:^\|.*\|\n)+", text, flags=re.MULTILINE)
     split = r"(?<!\\)\|"
@@ -145,7 +143,7 @@ def table_rows(text: str) -> list[list[list[str]]]:
     ]
 
 
-def test_the_page_has_the_tables_of_all_peers(peers) -> None:
+def test_the_page_has_the_tables_of_all_peers(peers):
     found = peers.page.PLACE.search(PAGE)
     assert found is not None
     rates, settings = table_rows(found[0])

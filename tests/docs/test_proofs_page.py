@@ -2,7 +2,6 @@
 
 import ast
 import re
-from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -20,7 +19,7 @@ NAMED = re.compile(r"`([A-Za-z_][\w.]*)`")
 PATH = re.compile(r"`([\w/]+\.py)`")
 
 
-def rows(*header: str) -> list[list[str]]:
+def rows(*header):
     """Return the cells of all tables with these columns."""
     names = r"\s*\|\s*".join(re.escape(name) for name in header)
     tables = re.findall(rf"^\|\s*{names}\s*\|\n\|[-|]+\n((?:\|.*\n)+)", PAGE, re.MULTILINE)
@@ -28,7 +27,7 @@ def rows(*header: str) -> list[list[str]]:
     return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)] for line in lines]
 
 
-def defined(tree: ast.Module) -> Iterator[str]:
+def defined(tree):
     """Yield the names of functions, classes and their members in a module."""
     for node in ast.walk(tree):
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
@@ -41,7 +40,7 @@ def defined(tree: ast.Module) -> Iterator[str]:
                     yield f"{node.name}.{member.target.id}"
 
 
-def printed_by(folder: Path, *arguments: str) -> str:
+def printed_by(folder, *arguments):
     """Return what a command prints; proofs are made, and stored in a folder."""
     done = CliRunner().invoke(cli, [*arguments, "--results", str(folder)], prog_name="rbstab")
     assert done.exit_code == 0, done.output
@@ -49,12 +48,12 @@ def printed_by(folder: Path, *arguments: str) -> str:
 
 
 @cache
-def names_in(path: Path) -> frozenset[str]:
+def names_in(path):
     return frozenset(defined(ast.parse(path.read_text(encoding="utf-8"))))
 
 
 @cache
-def all_names() -> frozenset[str]:
+def all_names():
     return frozenset().union(*(names_in(path) for path in SOURCE.rglob("*.py")))
 
 

@@ -1,7 +1,5 @@
 """A release is made of a tag only if everything that states a version agrees with it."""
 
-from pathlib import Path
-
 import pytest
 from support.release import notes, problems
 
@@ -25,7 +23,7 @@ CHANGES = """# Changelog
 
 
 @pytest.fixture
-def root(tmp_path: Path) -> Path:
+def root(tmp_path):
     (tmp_path / "pyproject.toml").write_text(PROJECT, encoding="utf-8")
     (tmp_path / "CITATION.cff").write_text(CITATION, encoding="utf-8")
     (tmp_path / "CHANGELOG.md").write_text(CHANGES, encoding="utf-8")

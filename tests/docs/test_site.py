@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 import yaml
@@ -20,7 +19,7 @@ DOCS = ROOT / "docs"
 BUILT_WITH = ("sphinx", "myst_parser", "furo", "sphinx_copybutton")
 
 
-def loaded(path: Path) -> ModuleType:
+def loaded(path):
     """Return a script of the documentation as a module."""
     spec = importlib.util.spec_from_file_location(f"docs_{path.stem}", path)
     assert spec is not None
@@ -31,7 +30,7 @@ def loaded(path: Path) -> ModuleType:
 
 
 @pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def site(tmp_path_factory):
     """The site, built as by `make docs`."""
     for name in BUILT_WITH:
         pytest.importorskip(name)
@@ -48,7 +47,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.heavy
-def test_links_inside_the_site_lead_somewhere(site: Path) -> None:
+def test_links_inside_the_site_lead_somewhere(site):
     links = loaded(DOCS / "site_links.py")
     assert links.broken(site) == []
     page = site / "new.html"
@@ -57,7 +56,7 @@ def test_links_inside_the_site_lead_somewhere(site: Path) -> None:
 
 
 @pytest.mark.heavy
-def test_each_page_is_on_the_site(site: Path) -> None:
+def test_each_page_is_on_the_site(site):
     built = {path.stem for path in site.glob("*.html")}
     assert {path.stem for path in DOCS.glob("*.md")} <= built
     text = (site / "commands.html").read_text(encoding="utf-8")
@@ -66,18 +65,18 @@ def test_each_page_is_on_the_site(site: Path) -> None:
     assert "--prove" in text  # not a dash
 
 
-def test_each_public_name_is_in_the_api_once() -> None:
+def test_each_public_name_is_in_the_api_once():
     page = (DOCS / "api.md").read_text(encoding="utf-8")
     found = re.findall(r"\.\. auto(?:function|class|exception):: rbstab\.(\w+)$", page, re.M)
     assert sorted(found) == sorted(rbstab.__all__)
 
 
 @pytest.mark.parametrize("name", rbstab.__all__)
-def test_each_public_name_has_a_docstring(name: str) -> None:
+def test_each_public_name_has_a_docstring(name):
     assert len(getattr(rbstab, name).__doc__ or "") > 20
 
 
-def test_the_gallery_has_each_config_with_its_picture() -> None:
+def test_the_gallery_has_each_config_with_its_picture():
     gallery = loaded(DOCS / "figures" / "gallery.py")
     page = (DOCS / "gallery.md").read_text(encoding="utf-8")
     assert gallery.filled(page) == page, "run docs/figures/gallery.py with the names of new configs"
@@ -85,12 +84,12 @@ def test_the_gallery_has_each_config_with_its_picture() -> None:
     assert {path.stem for path in (DOCS / "pictures/gallery").glob("*.png")} == shown
 
 
-def test_pictures_are_small() -> None:
+def test_pictures_are_small():
     for path in (DOCS / "pictures").rglob("*.*"):
         assert path.stat().st_size < 60_000, path
 
 
-def test_the_gallery_counts_the_members_of_each_plan() -> None:
+def test_the_gallery_counts_the_members_of_each_plan():
     page = (DOCS / "gallery.md").read_text(encoding="utf-8")
     rows = re.findall(
         r"^\| \[(\w+)\]\(\.\./configs/sweeps/\1\.yaml\) .*\| ([\d,]+) \|$", page, re.M
@@ -102,7 +101,7 @@ def test_the_gallery_counts_the_members_of_each_plan() -> None:
         assert plan.members == int(members.replace(",", "")), name
 
 
-def test_the_drawing_is_that_of_the_program() -> None:
+def test_the_drawing_is_that_of_the_program():
     done = subprocess.run(
         [sys.executable, str(DOCS / "figures" / "system.py"), "-"],
         capture_output=True,
@@ -116,13 +115,13 @@ def test_the_drawing_is_that_of_the_program() -> None:
     assert found[0] == pytest.approx(found[1], abs=0.2)
 
 
-def test_the_citation_has_the_version() -> None:
+def test_the_citation_has_the_version():
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert f'version = "{citation["version"]}"' in (ROOT / "pyproject.toml").read_text()
     assert citation["license"] in (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_the_tutorials_use_one_box() -> None:
+def test_the_tutorials_use_one_box():
     """Numbers of one tutorial are used in the others."""
     pages = ["tutorial_first", "tutorial_stable", "tutorial_sweep", "choosing"]
     texts = [(DOCS / f"{page}.md").read_text(encoding="utf-8") for page in pages]
@@ -132,7 +131,7 @@ def test_the_tutorials_use_one_box() -> None:
     assert all(config == configs[0] for config in configs)
 
 
-def test_each_fenced_block_is_closed_and_not_indented() -> None:
+def test_each_fenced_block_is_closed_and_not_indented():
     """Others are not executed: see `support/page_sessions.py`."""
     for path in [*DOCS.glob("*.md"), ROOT / "README.md", ROOT / "results/README.md"]:
         text = path.read_text(encoding="utf-8")
@@ -140,7 +139,7 @@ def test_each_fenced_block_is_closed_and_not_indented() -> None:
         assert len(re.findall(r"^```", text, re.M)) % 2 == 0, path
 
 
-def test_the_workflow_tests_each_system_and_the_oldest_dependencies() -> None:
+def test_the_workflow_tests_each_system_and_the_oldest_dependencies():
     workflow = yaml.safe_load((ROOT / ".github/workflows/tests.yml").read_text(encoding="utf-8"))
     systems = workflow["jobs"]["systems"]["strategy"]["matrix"]
     assert {name.split("-")[0] for name in systems["os"]} == {"ubuntu", "macos", "windows"}

@@ -1,7 +1,6 @@
 """Undisturbed commands, which tests of kills and full disks compare with, and started processes."""
 
 import functools
-from collections.abc import Callable, Iterator
 
 import pytest
 from faults.hostile.reader import Reader
@@ -10,7 +9,7 @@ from support.forked_commands import CommandServer
 
 
 @pytest.fixture(scope="session")
-def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Undisturbed]]:
+def undisturbed(tmp_path_factory):
     """A function that returns the undisturbed run of a case; each case runs once."""
     with CommandServer(tmp_path_factory.mktemp("server")) as server:
 
@@ -22,14 +21,14 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[
 
 
 @pytest.fixture(scope="module")
-def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[CommandServer]:
+def server(tmp_path_factory):
     """A server that starts commands."""
     with CommandServer(tmp_path_factory.mktemp("server")) as found:
         yield found
 
 
 @pytest.fixture(scope="module")
-def reader() -> Iterator[Reader]:
+def reader():
     """A process that reads hostile files."""
     started = Reader()
     try:

@@ -8,7 +8,6 @@ import shutil
 from pathlib import Path
 
 import pytest
-from faults.hostile.attempts import Attempt
 from faults.hostile.damage import (
     DAMAGES,
     SEALS,
@@ -50,7 +49,7 @@ def seeds_of(count):
     return range(count) if count >= len(DAMAGES) * len(SEALS) else range(0, 5 * count, 5)
 
 
-def check(attempt: Attempt, path: Path, context: object) -> None:
+def check(attempt, path, context):
     """Check the outcome, the time and the memory of an attempt to read a file."""
     assert attempt.outcome in ("read", *ERRORS), (context, attempt)
     assert attempt.seconds < TIME_LIMIT, (context, attempt)

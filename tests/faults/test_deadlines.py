@@ -43,7 +43,7 @@ LAWS: dict[str, dict[str, Any]] = {
 }
 
 
-def sliding(law: dict[str, Any], K_s: float = 20000.0) -> dict[str, Any]:
+def sliding(law, K_s=20000.0):
     config = plain(BY_VARIANT["free"])
     config["controller"] |= {"variant": "sliding", "K_s": [K_s, K_s, K_s], **law}
     return config
@@ -62,7 +62,7 @@ HARD = {
 }
 
 
-def config_of(variant: str, engine: str, *changes: str, limit: float = 1.0) -> Any:
+def config_of(variant, engine, *changes, limit=1.0):
     common = [f"integration.engine={engine}", f"integration.time_limit={limit}"]
     return load_config(VARIANTS[variant], [*common, "integration.step_limit=1000000000", *changes])
 
@@ -111,7 +111,7 @@ class WorkClock:
 
 
 @pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> WorkClock:
+def clock(monkeypatch):
     """Return a counting clock, which `simulate` uses too; recording a sample is one unit."""
     counting = WorkClock(monkeypatch)
     monkeypatch.setattr(simulate, "Deadline", partial(Deadline, clock=counting))
@@ -140,7 +140,7 @@ def test_the_motion_ends_at_the_deadline(clock, variant, engine, hard):
         assert run.trusted_until is None or np.isnan(run.trusted_until)
 
 
-def compile_first(problem, engine: str) -> None:
+def compile_first(problem, engine):
     """Compile before the clock counts; compilations evaluate systems, too."""
     if engine == "heyoka":
         few = replace(problem, times=np.array([problem.times[0], problem.times[0] + 1e-6]))

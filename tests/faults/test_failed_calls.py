@@ -8,13 +8,11 @@ run, array by array. Then the command is repeated undisturbed. The command may n
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from faults.library.cases import CASES, INPUTS
 from faults.library.control import CAN_BUILD, SHORT, Control, Fault, build
-from faults.library.harness import Harness, problems_of, running
+from faults.library.harness import problems_of, running
 
 pytestmark = pytest.mark.skipif(not CAN_BUILD, reason="no C compiler")
 
@@ -50,12 +48,12 @@ READS = 40
 
 
 @pytest.fixture(scope="module")
-def harness(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Harness]:
+def harness(tmp_path_factory):
     with running(tmp_path_factory.mktemp("faults")) as found:
         yield found
 
 
-def name_of(fault: object) -> str:
+def name_of(fault):
     """Return a name of a fault, or of a case, for the name of a test."""
     if isinstance(fault, tuple):
         operation, error, lasting = fault
@@ -66,7 +64,7 @@ def name_of(fault: object) -> str:
 @pytest.mark.parametrize(
     "case", ["run", "sweep after its parts", pytest.param("report text", marks=pytest.mark.slow)]
 )
-def test_some_failed_calls(harness: Harness, case: str) -> None:
+def test_some_failed_calls(harness, case):
     for operation, error, lasting in SOME[case]:
         trials = harness.series(case, operation, error, lasting=lasting, sample=3)
         assert any(trial["faults"] for trial in trials), f"{operation} never failed"
@@ -76,21 +74,21 @@ def test_some_failed_calls(harness: Harness, case: str) -> None:
 @pytest.mark.long
 @pytest.mark.parametrize("fault", ALL, ids=name_of)
 @pytest.mark.parametrize("case", CASES, ids=name_of)
-def test_every_failed_call(harness: Harness, case: str, fault: tuple[str, str, bool]) -> None:
+def test_every_failed_call(harness, case, fault):
     operation, error, lasting = fault
     sample = READS if operation == "read" and case.startswith("report") else None
     trials = harness.series(case, operation, error, lasting=lasting, sample=sample)
     assert problems_of(trials) == ""
 
 
-def test_no_command_writes_through_hdf5(harness: Harness) -> None:
+def test_no_command_writes_through_hdf5(harness):
     """HDF5 writes by `pwrite` and sizes files by `ftruncate`; it loses errors of both."""
     for case in ("run replacing", "sweep", "sweep after its parts"):
         for operation in ("pwrite", "ftruncate"):
             assert harness.series(case, operation) == []
 
 
-def test_a_process_of_its_own_ends_in_the_same_way(tmp_path: Path, harness: Harness) -> None:
+def test_a_process_of_its_own_ends_in_the_same_way(tmp_path, harness):
     """The commands of the other tests run in forks of one process."""
     (trial,) = harness.series("run", "write", sample=1)
     variables = build(tmp_path)

@@ -9,7 +9,6 @@ import json
 import random
 import re
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -42,11 +41,11 @@ VALUES = (*WORDS.split(), *(text.strip() for text in DISTRIBUTIONS.split("|")))
 LINE = re.compile(r"(?P<source>.+?):(?P<line>\d+):(?P<column>\d+): .+")
 
 
-def _new_value(rng: random.Random, line: str) -> str:
+def _new_value(rng, line):
     return f"{line.split(':', maxsplit=1)[0]}: {rng.choice(VALUES)}"
 
 
-def _new_entry(rng: random.Random, line: str) -> str:
+def _new_entry(rng, line):
     """Replace one number or word within a line."""
     words = list(re.finditer(r"[^\s\[\]{},:]+", line))
     if not words:
@@ -55,22 +54,22 @@ def _new_entry(rng: random.Random, line: str) -> str:
     return line[: word.start()] + rng.choice(VALUES) + line[word.end() :]
 
 
-def _indent(rng: random.Random, line: str) -> str:
+def _indent(rng, line):
     return rng.choice(["", " ", "  ", "    ", "\t", "- ", "? ", "# "]) + line.lstrip()
 
 
-def _insert(rng: random.Random, line: str) -> str:
+def _insert(rng, line):
     place = rng.randrange(len(line) + 1)
     piece = rng.choice([*VALUES, " ", "\t", "\0", "\x1b", "\ufeff", "\u2028", "\x85", "x" * 3000])
     return line[:place] + piece + line[place:]
 
 
-def _cut(rng: random.Random, line: str) -> str:
+def _cut(rng, line):
     start = rng.randrange(len(line) + 1)
     return line[:start] + line[start + rng.randrange(1, 9) :]
 
 
-def _nest(rng: random.Random, line: str) -> str:
+def _nest(rng, line):
     depth = rng.choice([2, 15, 16, 17, 500])
     return f"{line.split(':', maxsplit=1)[0]}: {'[' * depth}1{']' * depth}"
 
@@ -79,7 +78,7 @@ EDITS = (_new_value, _new_entry, _new_entry, _indent, _insert, _cut, _nest)
 """What may be done with one line; with two lines, there are four changes more."""
 
 
-def _change(rng: random.Random, lines: list[str]) -> None:
+def _change(rng, lines):
     """Change some lines at random."""
     i, k = (rng.randrange(len(lines)) for _ in range(2))
     kind = rng.randrange(len(EDITS) + 4) - len(EDITS)
@@ -96,7 +95,7 @@ def _change(rng: random.Random, lines: list[str]) -> None:
         lines[k] = f"{lines[k].split(':')[0]}: *one"
 
 
-def _encoded(rng: random.Random, lines: list[str]) -> bytes:
+def _encoded(rng, lines):
     """Join lines and encode them, mostly as UTF-8 with line feeds."""
     text = rng.choice(["\n"] * 6 + ["\r\n", "\r"]).join(lines) + "\n"
     encoding = rng.choice(["utf-8"] * 7 + ["utf-8-sig", "utf-16", "utf-32", "latin-1", "cp500"])
@@ -107,7 +106,7 @@ def _encoded(rng: random.Random, lines: list[str]) -> bytes:
     return raw[: rng.randrange(len(raw))] if rng.random() < 0.03 else raw
 
 
-def _case(number: int) -> tuple[Path, bytes]:
+def _case(number):
     """Return the ready file of a case, and its damaged bytes."""
     rng = random.Random(number)  # noqa: S311 (no secret)
     path = READY[number % len(READY)]
@@ -119,14 +118,14 @@ def _case(number: int) -> tuple[Path, bytes]:
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """A copy of the ready configs, so that plans find their bases."""
     copy = tmp_path_factory.mktemp("fuzz") / "configs"
     shutil.copytree(CONFIGS, copy)
     return copy
 
 
-def _load(path: Path) -> None:
+def _load(path):
     """Load a config or a plan, and check what it gives.
 
     Raises:
@@ -146,7 +145,7 @@ def _load(path: Path) -> None:
         assert run_id(load_config(copy)) == run_id(config)
 
 
-def _is_valid(path: Path) -> bool:
+def _is_valid(path):
     """Load a config or a plan; if it is not valid, check the messages of its error."""
     try:
         _load(path)
@@ -164,14 +163,14 @@ def _is_valid(path: Path) -> bool:
     return False
 
 
-def _written(folder: Path, number: int) -> Path:
+def _written(folder, number):
     ready, raw = _case(number)
     path = folder / ready.parent.relative_to(CONFIGS) / "case.yaml"
     path.write_bytes(raw)
     return path
 
 
-def _outcomes(folder: Path, numbers: range) -> Iterator[bool]:
+def _outcomes(folder, numbers):
     for number in numbers:
         path = _written(folder, number)
         try:
@@ -180,19 +179,19 @@ def _outcomes(folder: Path, numbers: range) -> Iterator[bool]:
             pytest.fail(f"case {number}: {type(error).__name__}: {error}")
 
 
-def test_every_case_is_valid_or_refused_by_its_problems(folder: Path) -> None:
+def test_every_case_is_valid_or_refused_by_its_problems(folder):
     outcomes = list(_outcomes(folder, range(300)))
     # Both occur, so the cases test both.
     assert 15 < sum(outcomes) < 285
 
 
 @pytest.mark.slow
-def test_many_cases(folder: Path) -> None:
+def test_many_cases(folder):
     outcomes = list(_outcomes(folder, range(1_000, 6_000)))
     assert 250 < sum(outcomes) < 4_750
 
 
-def test_the_command_line_prints_the_same_lines(folder: Path) -> None:
+def test_the_command_line_prints_the_same_lines(folder):
     for number in range(10_000, 10_040):
         path = _written(folder, number)
         done = CliRunner().invoke(cli, ["check", str(path)], prog_name="rbstab")

@@ -54,7 +54,7 @@ integration:
 TEXTS = BY_VARIANT | {"sliding": SLIDING}
 
 
-def run(variant: str, engine: str, changes: dict[str, Any]) -> Any:
+def run(variant, engine, changes):
     """Return the result of a config of this variant with changes; fail if it takes 30 s."""
     settings = {"integration.step_limit": 1500, "integration.time_limit": 5.0} | changes
     settings |= {"integration.engine": engine, "title": "hard"}
@@ -62,18 +62,18 @@ def run(variant: str, engine: str, changes: dict[str, Any]) -> Any:
     return within(30, simulate, config)
 
 
-def lines_of(result: Any) -> dict[str, Any]:
+def lines_of(result):
     """Return the checks of the certificate by name."""
     return {line.check: line for line in certificate_lines(result)}
 
 
-def says_so(result: Any) -> bool:
+def says_so(result):
     """Return whether a result says that its numbers are not accurate to 1e-9."""
     warned = "guarantees" in str(result.attributes["warnings"])
     return warned or lines_of(result)["audit"].verdict == "violated"
 
 
-def assert_truthful(result: Any) -> None:
+def assert_truthful(result):
     """Assert what holds for every result: its residual and its verdict follow from its arrays."""
     v, energy = result["lyapunov"], result["energy"]
     np.testing.assert_allclose(v, energy.sum(axis=1) - result["energy_at_rest"], rtol=1e-15)
@@ -99,7 +99,7 @@ def assert_truthful(result: Any) -> None:
     assert result.attributes["verdict"] == worst([line.verdict for line in lines.values()][:5])
 
 
-def worst(verdicts: list[str]) -> str:
+def worst(verdicts):
     """Return the worst of some verdicts."""
     return max(verdicts, key=["consistent", "unknown", "violated"].index)
 
@@ -125,7 +125,7 @@ LONG_CASES = {
 """These are completed, but not in a second."""
 
 
-def marked(case: str) -> Any:
+def marked(case):
     """Return a case with the mark of a slow one, if it is slow."""
     slow = case in SLOW_CASES | LONG_CASES | {"mass 1e12", "1e4 s"}
     return pytest.param(case, marks=pytest.mark.slow) if slow else case
@@ -157,11 +157,11 @@ class Axis(NamedTuple):
         return np.array(positions), np.array(speeds)
 
 
-def diagonal(value: float) -> list[float]:
+def diagonal(value):
     return [value, value, value]
 
 
-def gains(K_t: float, L_t: float, K_r: float, L_r: float) -> dict[str, Any]:
+def gains(K_t, L_t, K_r, L_r):
     """Return equal gains for all axes."""
     values = {"K_t": K_t, "L_t": L_t, "K_r": K_r, "L_r": L_r}
     return {f"controller.{name}": diagonal(value) for name, value in values.items()}
@@ -228,7 +228,7 @@ KNOWN = {
 }
 
 
-def exact_motion(changes: dict[str, Any], t: Any) -> dict[str, Any]:
+def exact_motion(changes, t):
     """Return the motion of a free body that turns about its first axis, by the theory."""
     values: dict[str, Any] = {f"initial.{name}": diagonal(0.0) for name in ("position", "velocity")}
     values |= {"gravity": diagonal(0.0), "initial.angular_velocity": diagonal(0.0)}
@@ -263,7 +263,7 @@ def exact_motion(changes: dict[str, Any], t: Any) -> dict[str, Any]:
     }
 
 
-def largest_difference(result: Any, expected: Any, count: int) -> float:
+def largest_difference(result, expected, count):
     """Return the largest difference of the first samples, relative to the largest value."""
     differences = []
     for name in QUANTITIES:
@@ -288,7 +288,7 @@ def test_oscillators_of_any_size_follow_the_theory(case, engine):
         assert result.attributes["verdict"] == "consistent"
 
 
-def turned(values: list[float], seed: int = 1) -> list[list[float]]:
+def turned(values, seed=1):
     """Return a symmetric matrix with these eigenvalues and arbitrary eigenvectors."""
     Q, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
     matrix = Q @ np.diag(values) @ Q.T

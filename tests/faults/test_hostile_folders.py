@@ -151,7 +151,7 @@ def test_pipes_in_place_of_files(reader, folder):
         assert str(path) in found.text
 
 
-def change_index(path: Path, change: Callable[[dict[str, Any]], object]) -> None:
+def change_index(path, change):
     """Change the index of a file; its seal is right again."""
     content = path.read_bytes()[:-SEAL_SIZE]
     arrays, _, line = content.rpartition(b"\n")
@@ -160,12 +160,12 @@ def change_index(path: Path, change: Callable[[dict[str, Any]], object]) -> None
     path.write_bytes(sealed(arrays + b"\n" + json.dumps(index).encode()))
 
 
-def entry(name: str, **changes: Any) -> Callable[[dict[str, Any]], object]:
+def entry(name, **changes):
     """Return a change of what an index says of an array."""
     return lambda index: index["arrays"][name].update(changes)
 
 
-def attribute(**changes: Any) -> Callable[[dict[str, Any]], object]:
+def attribute(**changes):
     """Return a change of the attributes in an index."""
     return lambda index: index["attributes"].update(changes)
 
@@ -229,7 +229,7 @@ def test_shard_with_wrong_values(folder, column, values):
     assert_damaged(folder)
 
 
-def rewrite(folder: Path, change: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
+def rewrite(folder, change):
     """Write a stored shard again, with other values."""
     sweep = read_folder(folder)
     number = min(shard_inventory(sweep).done)

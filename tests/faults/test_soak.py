@@ -1,7 +1,5 @@
 """Protects the soak, and with it sweeps on a cluster whose workers are killed all the time."""
 
-from typing import Any
-
 import pytest
 from support.soak import MAX_FINISHING, MAX_GROWTH, Soaked, soak
 
@@ -15,7 +13,7 @@ def test_a_small_soak(tmp_path):
     assert lines[0].endswith("30000 members without kills")
 
 
-def soaked(**changes: Any) -> Soaked:
+def soaked(**changes):
     """Return a soak without problems, changed."""
     good = {"kills": 1, "growth": {"sweep": 0}, "finishing": {"sweep": 0}, "equal": True}
     return Soaked(seconds=1.0, file_size=2_000_000, **{**good, **changes})

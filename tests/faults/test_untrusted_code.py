@@ -40,7 +40,7 @@ keep: traces
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(tmp_path_factory):
     """A folder with a result, a proof and a sweep of traitors, made with permission."""
     folder = tmp_path_factory.mktemp("made")
     (folder / "mine.py").write_text(traitor(folder / "ran"))
@@ -56,7 +56,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def marker(made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def marker(made, tmp_path, monkeypatch):
     """The marker, which is not there; a copy of the folder is the working folder."""
     shutil.copytree(made, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
@@ -82,7 +82,7 @@ READING = [
 
 
 @pytest.mark.parametrize("arguments", READING, ids=" ".join)
-def test_reading_runs_no_code(marker: Path, arguments: tuple[str, ...]) -> None:
+def test_reading_runs_no_code(marker, arguments):
     success(*arguments)
     assert not marker.exists()
 
@@ -103,7 +103,7 @@ RUNNING = [
 
 
 @pytest.mark.parametrize("arguments", RUNNING, ids=" ".join)
-def test_running_needs_the_option(marker: Path, arguments: tuple[str, ...]) -> None:
+def test_running_needs_the_option(marker, arguments):
     done = rbstab(*arguments)
     assert done.exit_code == 2
     assert "--allow-python" in done.stderr
@@ -111,7 +111,7 @@ def test_running_needs_the_option(marker: Path, arguments: tuple[str, ...]) -> N
     assert not marker.exists()
 
 
-def test_verify_runs_no_code(marker: Path) -> None:
+def test_verify_runs_no_code(marker):
     """One of the proofs is that of the config. What would need its code is not checked."""
     proofs = list(Path("results/proofs").glob("*.json"))
     assert len(proofs) > 1  # those of the run and of the members
@@ -125,7 +125,7 @@ def test_verify_runs_no_code(marker: Path) -> None:
     assert "may not run without --allow-python" in found[0]
 
 
-def test_the_stored_config_as_a_config(marker: Path) -> None:
+def test_the_stored_config_as_a_config(marker):
     """It has the text of the file in it, and needs permission all the same."""
     text = rbstab("show", "results/traitor.h5", "--config").stdout
     Path("stored.yaml").write_text(text)
@@ -138,7 +138,7 @@ def test_the_stored_config_as_a_config(marker: Path) -> None:
     assert marker.exists()
 
 
-def test_python(marker: Path) -> None:
+def test_python(marker):
     result = package.open_result("results/traitor.h5")
     summary_of(result)
     config = stored_config(result).config
@@ -161,7 +161,7 @@ def test_python(marker: Path) -> None:
     assert marker.exists()
 
 
-def test_a_sweep_is_resumed_with_permission_only(marker: Path) -> None:
+def test_a_sweep_is_resumed_with_permission_only(marker):
     for shard in Path("results/plan/shards").iterdir():
         shard.unlink()
     Path("results/plan/members.h5").unlink()
@@ -171,7 +171,7 @@ def test_a_sweep_is_resumed_with_permission_only(marker: Path) -> None:
     assert marker.exists()
 
 
-def test_a_report_elsewhere(marker: Path) -> None:
+def test_a_report_elsewhere(marker):
     """Without the file and without the config, as somebody else gets a result."""
     Path("else").mkdir()
     shutil.copy("results/traitor.h5", "else/theirs.h5")
@@ -185,7 +185,7 @@ def test_a_report_elsewhere(marker: Path) -> None:
     assert not marker.exists()
 
 
-def test_every_command_that_builds_equations_has_the_option() -> None:
+def test_every_command_that_builds_equations_has_the_option():
     commands = (check_command, guard, run, sensitivities, stability, sweep, tune)
     for command in commands:
         assert "--allow-python" in [name for p in command.params for name in p.opts]

@@ -28,7 +28,7 @@ LOST = ("shards/00000001.h5", "shards/00000003.h5", "members.h5")
 """What a sweep lacks that was only begun."""
 
 
-def remake(name: str, temporary: Path) -> None:
+def remake(name, temporary):
     """Run the plan of a stored sweep again in its folder."""
     folder, plan = STORED / "sweeps" / name, temporary / f"{name}.yaml"
     shutil.copy(folder / "plan.yaml", plan)
@@ -42,7 +42,7 @@ def remake(name: str, temporary: Path) -> None:
     (folder / ".lock").unlink()
 
 
-def digest() -> str:
+def digest():
     """Return the digest of all stored files."""
     found = hashlib.sha256()
     for path in sorted(STORED.rglob("*")):

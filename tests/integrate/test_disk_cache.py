@@ -21,7 +21,7 @@ def compile_code(number):
 """
 
 
-def asked(code: str, **variables: str) -> list[str]:
+def asked(code, **variables):
     """Return the lines that a new process prints; of the variables of places only these are set."""
     others = {"HOME", "XDG_CACHE_HOME", "HEYOKA_CACHE_DIR", "LOCALAPPDATA"}
     kept = {name: value for name, value in os.environ.items() if name not in others}
@@ -38,7 +38,7 @@ def asked(code: str, **variables: str) -> list[str]:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the cache folder of Linux")
 @pytest.mark.parametrize("variable", ["HOME", "XDG_CACHE_HOME", "HEYOKA_CACHE_DIR"])
-def test_the_code_is_kept_in_a_folder_of_its_own(variable: str, tmp_path: Path) -> None:
+def test_the_code_is_kept_in_a_folder_of_its_own(variable, tmp_path):
     code = f"import rbstab.integrate.heyoka\n{COMPILE}\ncompile_code(1)"
     assert asked(code, **{variable: str(tmp_path)}) == []
     inside = {"HOME": ".cache/heyoka", "XDG_CACHE_HOME": "heyoka", "HEYOKA_CACHE_DIR": "."}
@@ -46,7 +46,7 @@ def test_the_code_is_kept_in_a_folder_of_its_own(variable: str, tmp_path: Path) 
     assert found == [Path(inside[variable]) / "rbstab/cache.db"]
 
 
-def test_the_limit_is_200_mb(tmp_path: Path) -> None:
+def test_the_limit_is_200_mb(tmp_path):
     code = (
         "import heyoka as hy\nimport rbstab.integrate.heyoka\n"
         "print(hy.llvm_state.get_diskcache_limit())"
@@ -54,7 +54,7 @@ def test_the_limit_is_200_mb(tmp_path: Path) -> None:
     assert asked(code, HEYOKA_CACHE_DIR=str(tmp_path)) == ["200000000"]
 
 
-def test_a_smaller_limit_of_the_user_stays(tmp_path: Path) -> None:
+def test_a_smaller_limit_of_the_user_stays(tmp_path):
     code = (
         "import heyoka as hy\nimport rbstab.integrate.heyoka\n"
         "print(hy.llvm_state.get_diskcache_limit())\nhy.llvm_state.set_diskcache_limit(1000)"
@@ -63,7 +63,7 @@ def test_a_smaller_limit_of_the_user_stays(tmp_path: Path) -> None:
     assert asked(code, HEYOKA_CACHE_DIR=str(tmp_path)) == ["1000"]
 
 
-def test_the_cache_never_grows_above_its_limit(tmp_path: Path) -> None:
+def test_the_cache_never_grows_above_its_limit(tmp_path):
     code = (
         "import rbstab.integrate.heyoka.disk_cache as cache\n"
         f"{COMPILE}\n"
@@ -81,13 +81,13 @@ def test_the_cache_never_grows_above_its_limit(tmp_path: Path) -> None:
     assert asked(code, HEYOKA_CACHE_DIR=str(tmp_path)) == ["True"]
 
 
-def test_a_folder_that_cannot_be_used_means_no_cache_and_no_warnings() -> None:
+def test_a_folder_that_cannot_be_used_means_no_cache_and_no_warnings():
     code = f"import rbstab.integrate.heyoka\n{COMPILE}\nprint(compile_code(2)([0.0, 3.0]))"
     assert asked(code, HEYOKA_CACHE_DIR=f"{os.devnull}/cache") == ["[6.]"]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the variables of Linux")
-def test_without_a_home_nothing_is_cached(tmp_path: Path) -> None:
+def test_without_a_home_nothing_is_cached(tmp_path):
     code = (
         f"import os\nos.chdir({str(tmp_path)!r})\n"
         f"import rbstab.integrate.heyoka\n{COMPILE}\nprint(compile_code(2)([0.0, 3.0]))"

@@ -89,7 +89,7 @@ ATTITUDE_COUNT = (
 )
 
 
-def case(*elements: dict[str, Any]) -> Problem:
+def case(*elements):
     """Return a spinning body with a visco-elastic controller and some elements."""
     named = {f"element_{number}": element for number, element in enumerate(elements)}
     controller = CONTROLLER | {
@@ -109,7 +109,7 @@ def case(*elements: dict[str, Any]) -> Problem:
     return replace(found, rtol=RTOL)
 
 
-def operations(given: Problem) -> Counter[str]:
+def operations(given):
     """Return how many operations of each kind the compiled equations have."""
     integrator = compiled_equations(given.system, LOOSE).integrator
     states = len(integrator.state)
@@ -118,7 +118,7 @@ def operations(given: Problem) -> Counter[str]:
     return Counter(kinds)
 
 
-def added(*elements: dict[str, Any]) -> Counter[str]:
+def added(*elements):
     """Return what the last of some elements adds to the operations."""
     more, fewer = operations(case(*elements)), operations(case(*elements[:-1]))
     more.subtract(fewer)
@@ -168,7 +168,7 @@ def test_systems_with_other_zeros_are_compiled_again_and_are_right():
     assert compiled_equations(full.system, RTOL) is not compiled_equations(diagonal.system, RTOL)
 
 
-def _stiffer(element: Any) -> Any:
+def _stiffer(element):
     """Return a tie of other gains with the same zeros; any other element as it is."""
     tied = isinstance(element, ViscoElasticTie)
     return replace(element, K_c=2.0 * element.K_c) if tied else element

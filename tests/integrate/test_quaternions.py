@@ -15,7 +15,6 @@ from rbstab.config.load import load_config
 from rbstab.integrate import step_ends
 from rbstab.integrate.engines import engine
 from rbstab.integrate.in_quaternions import NEVER, in_quaternions
-from rbstab.integrate.problem import Problem
 from rbstab.mechanics.attitude import rotation, rotations
 
 BODY = {"mass": 2.0, "inertia": [0.2, 0.2, 0.5], "contact_point": [0, 0, -0.4]}
@@ -85,7 +84,7 @@ SLIDING: dict[str, Any] = {
 }
 
 
-def problem(config: dict[str, Any], coordinates: str | None = None, **changes: Any) -> Problem:
+def problem(config, coordinates=None, **changes):
     """Return the problem of a config with changed sections."""
     data = copy.deepcopy(config)
     for name, section in changes.items():
@@ -94,7 +93,7 @@ def problem(config: dict[str, Any], coordinates: str | None = None, **changes: A
     return problem_of(load_config(data))
 
 
-def solved(name: str, given: Problem) -> Any:
+def solved(name, given):
     found = engine(name)(given)
     assert found.status == "completed"
     return found

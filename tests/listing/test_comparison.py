@@ -26,19 +26,19 @@ STORED = Path(__file__).parents[1] / "formats/data/format_1"
 SHORT = ("integration.duration=0.02", "integration.samples=5", "initial.angular_velocity=[1,2,3]")
 
 
-def run_file(folder: Path, name: str, *changes: str) -> Path:
+def run_file(folder, name, *changes):
     result = simulate(load_config(plain(VISCO_ELASTIC), (*SHORT, *changes)))
     write_result(folder / f"{name}.h5", result)
     return folder / f"{name}.h5"
 
 
 @pytest.fixture
-def usual(tmp_path) -> Path:
+def usual(tmp_path):
     """A short run."""
     return run_file(tmp_path, "usual")
 
 
-def named(rows: list[Row]) -> dict[str, Row]:
+def named(rows):
     return {row.name: row for row in rows}
 
 

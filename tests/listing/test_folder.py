@@ -12,7 +12,7 @@ import pytest
 from support.results import flip, sealed
 from support.stored_proofs import say_proved, store_proof_of
 
-from rbstab.listing.folder import Entry, entries_of, proofs_in
+from rbstab.listing.folder import entries_of, proofs_in
 from rbstab.listing.kinds import Kind
 from rbstab.store.disk.seal import SEAL_SIZE
 from rbstab.store.result import open_result, write_result
@@ -21,7 +21,7 @@ STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
 
 @pytest.fixture
-def folder(tmp_path) -> Path:
+def folder(tmp_path):
     """A folder with two runs, two sweeps, proofs, and files that are no results."""
     for name in ("embedded", "range_left"):
         shutil.copy(STORED / f"runs/{name}.h5", tmp_path)
@@ -37,7 +37,7 @@ def folder(tmp_path) -> Path:
     return tmp_path
 
 
-def by_name(folder: Path) -> dict[str, Entry]:
+def by_name(folder):
     return {entry.path.name: entry for entry in entries_of(folder)}
 
 
@@ -99,7 +99,7 @@ def test_an_attribute_that_is_missing_is_named(folder):
     assert by_name(folder)["poor.h5"].problem.endswith("is damaged: engine is missing")
 
 
-def changed(file: Path, column: str, value: int) -> None:
+def changed(file, column, value):
     """Change the first byte of a column, and seal the file again."""
     content = bytearray(file.read_bytes()[:-SEAL_SIZE])
     with h5py.File(file) as opened:

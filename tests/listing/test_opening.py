@@ -26,7 +26,7 @@ PLAN = "base: a.yaml\nvary: {body.mass: {values: [40, 41]}}\n"
 
 
 @pytest.fixture
-def place(tmp_path, monkeypatch) -> Path:
+def place(tmp_path, monkeypatch):
     """A working folder with a file of each kind."""
     monkeypatch.chdir(tmp_path)
     shutil.copytree(SWEEP, "sweep")
@@ -54,13 +54,13 @@ OTHERS = [
 ]
 
 
-def proof_in(place: Path) -> Path:
+def proof_in(place):
     """Return the only stored proof, as named from the working folder."""
     (file,) = (place / "proofs").glob("*.json")
     return file.relative_to(place)
 
 
-def check_no_run(name: str, what: str, hint: str) -> None:
+def check_no_run(name, what, hint):
     with pytest.raises(NotAResultError) as caught:
         rbstab.open_result(name)
     assert str(caught.value).startswith(f"{Path(name)} is {what}, not the result of a run. ")

@@ -20,7 +20,7 @@ from rbstab_cli.main import cli
 
 
 @pytest.fixture(params=VARIANTS)
-def folder(request, tmp_path, monkeypatch) -> Path:
+def folder(request, tmp_path, monkeypatch):
     """The files of a variant, in the working folder."""
     for name, text in first_files(request.param).items():
         (tmp_path / name).write_text(text)

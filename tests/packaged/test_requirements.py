@@ -14,7 +14,7 @@ USED_BY_USERS = ("cluster", "report", "second", "table", "xarray")
 """The extras that are tested with their oldest versions; the others are tools of developers."""
 
 
-def bounds() -> dict[str, str]:
+def bounds():
     """Return the lower bound of each requirement of users."""
     extras = PROJECT["optional-dependencies"]
     wanted = [*PROJECT["dependencies"], *(line for name in USED_BY_USERS for line in extras[name])]
@@ -23,19 +23,19 @@ def bounds() -> dict[str, str]:
     return {match[1].lower(): match[2] for match in found if match}
 
 
-def exact() -> dict[str, str]:
+def exact():
     """Return the exact versions of the constraints."""
     lines = (ROOT / ".github" / "oldest.txt").read_text(encoding="utf-8").splitlines()
     return dict(line.split("==") for line in lines if "==" in line)
 
 
-def padded(version: str) -> tuple[int, ...]:
+def padded(version):
     """Return a version as numbers; 2.0 is 2.0.0."""
     parts = [int(part) for part in version.split(".")]
     return (*parts, *[0] * (3 - len(parts)))
 
 
-def workflow_versions() -> list[str]:
+def workflow_versions():
     """Return the versions of Python in the workflow, such as `3.11`, the oldest first."""
     text = (ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8")
     versions: list[str] = yaml.safe_load(text)["jobs"]["systems"]["strategy"]["matrix"]["python"]

@@ -9,7 +9,6 @@ import subprocess
 import sys
 import sysconfig
 import zipfile
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -25,7 +24,7 @@ NO_HEYOKA = 'raise ImportError("this machine has no heyoka")\n'
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory) -> Path:
+def wheel(tmp_path_factory):
     """The wheel of the project, built by its build backend."""
     folder = tmp_path_factory.mktemp("wheel")
     here = importlib.util.find_spec("hatchling") is not None
@@ -84,7 +83,7 @@ class Installation:
 
 
 @pytest.fixture(scope="module")
-def environment(wheel, tmp_path_factory) -> Installation:
+def environment(wheel, tmp_path_factory):
     """A new environment with the wheel. The workflow tests it with each version of Python."""
     made = Installation(tmp_path_factory.mktemp("environment"))
     made.install(wheel)
@@ -96,7 +95,7 @@ def installed(
     request,
     environment,
     tmp_path_factory,
-) -> Iterator[Installation]:
+):
     """The environment and an empty folder, with heyoka if this system has it, and without."""
     environment.folder = tmp_path_factory.mktemp("work")
     stub = environment.packages / "heyoka" / "__init__.py"

@@ -5,8 +5,6 @@ energy just below the bound of a region. Their motions are integrated by heyoka,
 nothing with the proofs but the equations.
 """
 
-from typing import Any
-
 import numpy as np
 import pytest
 from support.sweeping import run_sweep
@@ -28,7 +26,7 @@ VARIANTS = ("permanent", "visco-elastic", "free", "embedded")
 KINDS = ("soft", "stiff", "heavy", "nearly degenerate", "several minima")
 
 
-def random_base(seed: int) -> dict[str, Any]:
+def random_base(seed):
     """Return a random config of one of `KINDS`, with its motion until it has come to rest."""
     rng = np.random.default_rng(seed)
     kind = KINDS[seed % len(KINDS)]
@@ -71,7 +69,7 @@ def random_base(seed: int) -> dict[str, Any]:
     }
 
 
-def valleys(rng: np.random.Generator) -> dict[str, Any]:
+def valleys(rng):
     """Return a random config with two minima."""
     gravity = np.array(TWO_VALLEYS["gravity"]) * rng.uniform(0.9, 1.1, 3)
     K_r = np.array(TWO_VALLEYS["controller"]["K_r"]) * rng.uniform(0.95, 1.05, 3)
@@ -81,7 +79,7 @@ def valleys(rng: np.random.Generator) -> dict[str, Any]:
     return TWO_VALLEYS | changes
 
 
-def starts_near_the_bounds(config, proof, rng) -> dict[str, list[float]]:
+def starts_near_the_bounds(config, proof, rng):
     """Return columns of a plan: starts with energies at and below the bounds of the regions."""
     system = problem_of(config).system
     states = [np.array(state.orientation) for state in proof.states]
@@ -107,7 +105,7 @@ def starts_near_the_bounds(config, proof, rng) -> dict[str, list[float]]:
     return dict(zip(keys, np.transpose(rows).tolist(), strict=True))
 
 
-def _energy(system, config, Theta, Omega) -> float:
+def _energy(system, config, Theta, Omega):
     initial = config.initial.model_copy(
         update={"orientation": tuple(Theta), "angular_velocity": tuple(Omega)}
     )

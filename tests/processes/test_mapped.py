@@ -16,18 +16,18 @@ def two_processors(monkeypatch):
     monkeypatch.setattr(module, "PER_WORKER", COUNT // 2)
 
 
-def with_process(number: int) -> tuple[int, int]:
+def with_process(number):
     return number, os.getpid()
 
 
-def killed_in_a_worker(item: tuple[int, int, int]) -> int:
+def killed_in_a_worker(item):
     number, parent, last = item
     if os.getpid() != parent and number == last:
         os._exit(1)
     return number
 
 
-def refused(number: int) -> int:
+def refused(number):
     if number == COUNT - 1:
         raise ZeroDivisionError(number)
     return number

@@ -53,11 +53,11 @@ def test_the_error_of_a_task_is_raised(workers_):
         next(found)
 
 
-def remember(word: str) -> None:
+def remember(word):
     os.environ["RBSTAB_REMEMBERED"] = word
 
 
-def state_of_worker() -> tuple[str | None, list[object]]:
+def state_of_worker():
     handlers: list[object] = [
         signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)
     ]

@@ -19,7 +19,6 @@ from rbstab.config.load import load_config, plain_data
 from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
 from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.kept_range import (
-    Border,
     border_of_pitch,
     energy_at_most,
     energy_bound,
@@ -38,7 +37,7 @@ def case(name="case1_permanent", soft=1.0):
     return load_config(data)
 
 
-def border_of(energy) -> Border:
+def border_of(energy):
     border = border_of_pitch(energy)
     assert border is not None
     return border

@@ -23,20 +23,20 @@ GRAVITY = [3.0, -5.0, -9.81]
 MOTION = ("orientation", "angular_velocity", "contact_displacement", "contact_velocity")
 
 
-def example(name: str, elements: Any = None, **integration: Any) -> dict[str, Any]:
+def example(name, elements=None, **integration):
     """Return an example, with elements."""
     config: dict[str, Any] = yaml.safe_load((EXAMPLES / f"{name}.yaml").read_text(encoding="utf-8"))
     config["integration"] |= {"duration": 0.25, "samples": 26} | integration
     return config | ({"schema_version": 2, "elements": elements} if elements else {})
 
 
-def push(signal: dict[str, Any], amplitude: float, direction: Any = (1, 1, 1)) -> dict[str, Any]:
+def push(signal, amplitude, direction=(1, 1, 1)):
     """Return a force at the centre of gravity."""
     ends = {"quantity": "force", "point": [0, 0, 0], "direction": list(direction)}
     return {"kind": "input", **ends, "amplitude": amplitude, "signal": signal}
 
 
-def transitions(run: Any) -> list[tuple[int, str]]:
+def transitions(run):
     return [
         (int(axis), str(kind))
         for axis, kind in zip(run["transition_axis"], run["transition_kind"], strict=True)
@@ -77,7 +77,7 @@ def test_an_impact_throws_the_axes_off_and_they_arrive_again(engine_name):
     assert (np.abs(run["contact_force"]) <= 20000.0 * (1 + 1e-9)).all()
 
 
-def weighed(config: dict[str, Any], size: float) -> tuple[Any, Any]:
+def weighed(config, size):
     """Return two results: of a controller alone, and with its weight as an input."""
     g = size * np.array(GRAVITY)
     force = config["body"]["mass"] * float(np.linalg.norm(g))
@@ -86,7 +86,7 @@ def weighed(config: dict[str, Any], size: float) -> tuple[Any, Any]:
     return rbstab.simulate(config | {"gravity": g.tolist()}), rbstab.simulate(given)
 
 
-def history(run: Any, first: float = 0.0) -> tuple[Any, Any]:
+def history(run, first=0.0):
     """Return the times and the kinds of the transitions after a time."""
     later = run["transition_time"] > first
     return run["transition_time"][later], [

@@ -32,7 +32,7 @@ NUMBERS = np.array([*AWKWARD, 2.5, -7.0, 1e-9]).reshape(4, 3)
 TRACKED = h5py.h5p.CRT_ORDER_TRACKED | h5py.h5p.CRT_ORDER_INDEXED
 
 
-def dataset(first: int = 3, **attributes: Any) -> Dataset:
+def dataset(first=3, **attributes):
     """Return arrays of all types, dimensions and lengths that results have."""
     words = np.array(["kinetic", "Feder µ\nb"], dtype=object)
     variables = {
@@ -53,14 +53,14 @@ def dataset(first: int = 3, **attributes: Any) -> Dataset:
     return Dataset(variables, given, kind=KIND)
 
 
-def changed(name: str, **fields: Any) -> Dataset:
+def changed(name, **fields):
     """Return that dataset with a changed array."""
     whole = dataset()
     new = {name: whole.variables[name]._replace(**fields)}
     return replace(whole, variables={**whole.variables, **new})
 
 
-def same(found: Dataset, expected: Dataset) -> None:
+def same(found, expected):
     assert (found.kind, dict(found.attributes)) == (expected.kind, dict(expected.attributes))
     assert list(found.variables) == list(expected.variables)
     for name, v in expected.variables.items():
@@ -208,7 +208,7 @@ def test_a_file_is_compared_with_its_seal_again_when_it_changed(file, monkeypatc
         read_dataset(file, KIND)
 
 
-def refused(path: Path, kind: str = KIND) -> tuple[type, str]:
+def refused(path, kind=KIND):
     with pytest.raises(StoreError) as caught:
         read_dataset(path, kind)
     return caught.type, str(caught.value)
@@ -238,7 +238,7 @@ def test_what_is_no_such_file(file, tmp_path):
     assert refused(file / "b") == (StoreError, f"{file / 'b'} cannot be read: Not a directory")
 
 
-def write_index(path: Path, change: Callable[[Any], Any]) -> int:
+def write_index(path, change):
     """Give a file another index under a right seal, which anybody can make; return its place."""
     content = path.read_bytes()[:-SEAL_SIZE]
     start = content.rindex(b"\n")

@@ -28,7 +28,7 @@ def path(tmp_path):
     return tmp_path / "a.json"
 
 
-def refusal(function, path, *arguments, kind: type[StoreError] = NotAResultError):
+def refusal(function, path, *arguments, kind=NotAResultError):
     """Return why a document is refused."""
     with pytest.raises(StoreError) as caught:
         function(path, *arguments)
@@ -61,7 +61,7 @@ def test_any_changed_character_is_noticed(path):
     assert len(places) > 100
 
 
-def of_number(text: str, value: float) -> str:
+def of_number(text, value):
     """Return a document with a number under its right digest."""
     digest = hashlib.sha256(json.dumps({"a": value}).encode()).hexdigest()
     return f'{{"a": {text}, "digest": "{digest}"}}'

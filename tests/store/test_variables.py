@@ -1,7 +1,5 @@
 """Protects arrays with units on their way to xarray and pandas, on a table of three members."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -9,11 +7,11 @@ from rbstab.store.result import Result
 from rbstab.store.variables import FlatColumns, Variable, dataset_of, flat_columns, joined
 
 
-def words(*texts: str) -> np.ndarray[Any, Any]:
+def words(*texts):
     return np.array(texts, dtype=object)
 
 
-def three_members() -> dict[str, Variable]:
+def three_members():
     return {
         "run": Variable(("run",), np.arange(3), "1", "number of the member"),
         "speed": Variable(("run",), np.array([5.0, 7.0, 9.0]), "rad/s", "varied key"),

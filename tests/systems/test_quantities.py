@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from typing import Any
 
 import numpy as np
 import pytest
@@ -101,7 +100,7 @@ def test_one_row_is_a_new_quantity_everywhere(tmp_path):
     assert "`tip`" in docs["traces"]
 
 
-def formula(name: str) -> Any:
+def formula(name):
     return BY_NAME[name].formula
 
 

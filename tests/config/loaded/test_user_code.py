@@ -67,11 +67,11 @@ def code(tmp_path, monkeypatch):
     return path
 
 
-def allowed(*changes, config: Any = "case.yaml"):
+def allowed(*changes, config="case.yaml"):
     return load_config(config, changes, allow_python=True)
 
 
-def problems(*changes, config: Any = "case.yaml", allow_python=True):
+def problems(*changes, config="case.yaml", allow_python=True):
     with pytest.raises(ConfigError) as found:
         load_config(config, changes, allow_python=allow_python)
     return str(found.value).splitlines()

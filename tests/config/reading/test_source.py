@@ -9,7 +9,7 @@ import yaml
 from support.configs import VISCO_ELASTIC, edited
 
 from rbstab.config import source
-from rbstab.config.source import MAX_DEPTH, Source, parse_source, read_source
+from rbstab.config.source import MAX_DEPTH, parse_source, read_source
 
 # What PyYAML, which follows YAML 1.1, reads in another way, stays a text.
 TEXTS = """
@@ -48,11 +48,11 @@ CONFIGS = Path(__file__).parents[3] / "configs"
 WORDS = {"true": True, "false": False, "null": None, "": None}
 
 
-def place(mark: Any) -> tuple[int, int]:
+def place(mark):
     return mark.line + 1, mark.column + 1
 
 
-def check(node: Any, value: Any, path: tuple[Any, ...], found: Source) -> int:
+def check(node, value, path, found):
     """Compare a value with its node of PyYAML; return how many values it has."""
     assert path in found.values
     assert found.location(path)[1:] == place(node.start_mark)

@@ -38,7 +38,7 @@ def test_an_attitude_as_a_rotation(given, degrees):
         assert pytest.approx(np.array(given["matrix"]), abs=1e-15) == A
 
 
-def base_in_degrees(**elements: Any) -> dict[str, Any]:
+def base_in_degrees(**elements):
     start = {"orientation": {"deg": [1, 0, 0]}, "angular_velocity": {"deg": [0, 0, 90]}}
     return held(**start) | {
         "integration": {"duration": 0.1, "samples": 2},
@@ -86,7 +86,7 @@ def test_degrees_are_the_same_config_as_their_radians(variant):
 KEY, RIGHT = "initial.angular_velocity[2]", "initial.angular_velocity.deg[2]"
 
 
-def plan_of(key: str, distribution: dict[str, Any], base: Any = None) -> dict[str, Any]:
+def plan_of(key, distribution, base=None):
     return {"base": base or base_in_degrees(), "vary": {key: distribution}}
 
 
@@ -138,7 +138,7 @@ STOP = {"kind": "guard", "method": "stop", "angle": 1.2, "restitution": 0.5}
 BARRIER = {"kind": "guard", "method": "barrier", "stiffness": 1.0}
 
 
-def in_quaternions(text: str = VISCO_ELASTIC, elements: Any = None, K_r: Any = 0) -> dict[str, Any]:
+def in_quaternions(text=VISCO_ELASTIC, elements=None, K_r=0):
     data = plain(text) | {"schema_version": 2, "elements": elements or {}}
     data["controller"]["K_r"] = K_r
     data["integration"]["coordinates"] = "quaternion"

@@ -15,11 +15,11 @@ CONFIG = load_config(
 )
 
 
-def bounds(*texts: str) -> dict[str, tuple[Fraction, Fraction]]:
+def bounds(*texts):
     return {one.entry.key: (one.low, one.high) for one in tolerances_of(CONFIG, texts)}
 
 
-def problems(*texts: str) -> list[str]:
+def problems(*texts):
     with pytest.raises(ConfigError) as error:
         tolerances_of(CONFIG, texts)
     return [str(problem) for problem in error.value.problems]

@@ -12,7 +12,6 @@ from support.configs import SLIDING, VISCO_ELASTIC, edited, plain
 from support.leg import BODY
 
 from rbstab.config.load import config_to_read, load_config
-from rbstab.config.schema import Config
 from rbstab.config.warnings import config_warnings
 from rbstab.sweep.plan.load import is_plan, plan_to_read
 
@@ -65,7 +64,7 @@ FIRES = [
 ]
 
 
-def warnings_of(changes: list[str]) -> list[str]:
+def warnings_of(changes):
     return config_warnings(load_config(LEG, changes))
 
 
@@ -122,7 +121,7 @@ def test_a_step_longer_than_the_samples_are_apart_has_a_warning(h, warned):
     assert any("steps of 0.01 s are used" in line for line in config_warnings(config)) == warned
 
 
-def shipped(path: Path) -> list[Config]:
+def shipped(path):
     if is_plan(path):
         return list(plan_to_read(path).bases.values())
     return [config_to_read(path)]

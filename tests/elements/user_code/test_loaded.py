@@ -25,7 +25,7 @@ from rbstab.mechanics.motion import Motion
 MOTION = Motion(ZERO, ZERO, np.array([1.0, 2.0, -1.0]), ZERO, IDENTITY, IDENTITY, ZERO, ZERO)
 
 
-def loaded(text, name="Mine") -> Any:
+def loaded(text, name="Mine"):
     return element_class(UserCode(text, "mine.py"), name)
 
 

@@ -21,7 +21,6 @@ import rbstab
 from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.stored_config import stored_config
 from rbstab.report.reading.sources import read_sources
-from rbstab.store.result import Result
 from rbstab.sweep.folder.shard_inventory import shard_inventory
 from rbstab.sweep.folder.sweep_folder import read_folder
 from rbstab_cli.main import cli
@@ -47,46 +46,46 @@ class Attempt(NamedTuple):
     memory: int
 
 
-def run(path: Path) -> str:
+def run(path):
     return content_of(rbstab.open_result(path))
 
 
-def content_of(result: Result) -> str:
+def content_of(result):
     """Return all numbers and texts of a result."""
     arrays = {name: (v.data.tolist(), *v[2:]) for name, v in result.variables.items()}
     return repr((result.attributes, result.config, arrays))
 
 
-def sweep(path: Path) -> str:
+def sweep(path):
     table = rbstab.open_sweep(path)
     return repr({name: table[name].tobytes() for name in table.columns})
 
 
-def traces(path: Path) -> str:
+def traces(path):
     return repr([motions["lyapunov"].tobytes() for motions in rbstab.open_traces(path)])
 
 
-def sources(path: Path) -> str:
+def sources(path):
     """Read a file for a report, and return what it lists; it is never unlisted."""
     found = read_sources([path])
     assert len(found.runs) + len(found.sweeps) + len(found.unread) == 1
     return repr([*(content_of(one.result) for one in found.runs), *found.sweeps, *found.unread])
 
 
-def inventory(path: Path) -> str:
+def inventory(path):
     """Read the shards of a folder."""
     found = shard_inventory(read_folder(path), read_traces=True)
     return repr(sorted((number, facts.digest) for number, facts in found.done.items()))
 
 
-def proof(path: Path) -> str:
+def proof(path):
     """Read the proof beside a run."""
     config = stored_config(rbstab.open_result(path)).config
     assert config is not None
     return repr(cached_proof(path.parent, config))
 
 
-def allocate(path: Path) -> str:
+def allocate(path):
     """Take some memory; shows that memory is measured."""
     return str(len(bytearray(int(path.name))))
 
@@ -96,7 +95,7 @@ READERS: dict[str, Callable[[Path], str]] = {
 }
 
 
-def attempt(way: str, arguments: list[str]) -> tuple[str, str]:
+def attempt(way, arguments):
     """Return outcome and text."""
     if way not in READERS:
         return command(way, arguments)
@@ -108,7 +107,7 @@ def attempt(way: str, arguments: list[str]) -> tuple[str, str]:
         return traceback.format_exc(), ""
 
 
-def command(name: str, arguments: list[str]) -> tuple[str, str]:
+def command(name, arguments):
     # The readers have the names of some commands.
     name = name.removesuffix("_command")
     done = CliRunner().invoke(cli, [name, *arguments])
@@ -117,11 +116,11 @@ def command(name: str, arguments: list[str]) -> tuple[str, str]:
     return f"exit {done.exit_code}", done.output
 
 
-def processes() -> list[int]:
+def processes():
     return [os.getpid(), *(child.pid for child in psutil.Process().children(recursive=True))]
 
 
-def forget_peaks() -> None:
+def forget_peaks():
     """Let the system measure the largest memory of these processes anew."""
     for number in processes():
         # A worker that is just ending has no memory any more.
@@ -129,11 +128,11 @@ def forget_peaks() -> None:
             Path(f"/proc/{number}/clear_refs").write_text("5", encoding="ascii")
 
 
-def peak() -> int:
+def peak():
     return max(map(peak_of, processes()))
 
 
-def peak_of(number: int) -> int:
+def peak_of(number):
     try:
         lines = Path(f"/proc/{number}/status").read_text(encoding="utf-8").splitlines()
     except (FileNotFoundError, ProcessLookupError):
@@ -143,7 +142,7 @@ def peak_of(number: int) -> int:
     return values[0] if values else 0
 
 
-def serve() -> None:
+def serve():
     measurable = os.access("/proc/self/clear_refs", os.W_OK)
     for line in sys.stdin:
         way, *arguments = json.loads(line)

@@ -61,7 +61,7 @@ _SOURCES = (*_EARLIER, "run --no-prove a.yaml", _HERE)
 _GAIN = "--objective energy --over controller.L_r --bounds 0.9:1.1"
 
 
-def _report(name: str) -> Case:
+def _report(name):
     """Return a report that replaces an older one."""
     older = f"report results/b.h5 -q -o results/{name}"
     return Case(f"{_REPORT}/{name}", (*_SOURCES, older), lines=4, names_unread="report")

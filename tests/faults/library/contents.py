@@ -3,7 +3,6 @@
 import hashlib
 import json
 import re
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -21,7 +20,7 @@ DATES = re.compile(rb"/CreationDate \([^)]*\)|/ID \[[^\]]*\]")
 """Parts of a PDF that depend on the time."""
 
 
-def files_of(folder: Path) -> Folder:
+def files_of(folder):
     """Return the files of a folder and its subfolders."""
     return {
         str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
@@ -30,7 +29,7 @@ def files_of(folder: Path) -> Folder:
     }
 
 
-def content_of(path: Path) -> Content:
+def content_of(path):
     """Return the content of a file, read by h5py or json; `unreadable` if it is not valid."""
     try:
         if path.suffix == ".h5":
@@ -46,18 +45,18 @@ def content_of(path: Path) -> Content:
     return {"bytes": hashlib.sha256(content).hexdigest()}
 
 
-def equal(found: Content, expected: Content) -> bool:
+def equal(found, expected):
     """Whether two contents have the same entries; of `VOLATILE` entries only the names count."""
     return found.keys() == expected.keys() and not differences(found, expected)
 
 
-def differences(found: Content, expected: Content) -> list[str]:
+def differences(found, expected):
     """Return the names of the entries that differ."""
     names = found.keys() | expected.keys()
     return [n for n in sorted(names - VOLATILE) if found.get(n) != expected.get(n)]
 
 
-def _hdf5(path: Path) -> Content:
+def _hdf5(path):
     found = {}
     with h5py.File(path, "r", locking=False) as file:
 
@@ -75,7 +74,7 @@ def _hdf5(path: Path) -> Content:
     return found
 
 
-def _attributes(name: str, entry: h5py.Group | h5py.Dataset) -> Content:
+def _attributes(name, entry):
     # References to dimension scales are addresses in the file.
     hidden = ("REFERENCE_LIST", "DIMENSION_LIST")
     return {f"{name}@{key}": str(value) for key, value in entry.attrs.items() if key not in hidden}

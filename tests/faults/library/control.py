@@ -108,7 +108,7 @@ class Control:
         return Counts(calls, faults, first.rstrip(b"\0").decode(errors="replace"))
 
 
-def build(folder: Path) -> dict[str, str]:
+def build(folder):
     """Build the library and its control file; return the environment variables that load it."""
     assert COMPILER is not None
     library, control = folder / "fail_calls.so", folder / "control"

@@ -41,7 +41,7 @@ class Ended(NamedTuple):
     stderr: str
 
 
-def run(arguments: str, folder: Path) -> Ended:
+def run(arguments, folder):
     """Run a command in a fork of this process, in a working folder."""
     output = [folder / name for name in ("stdout", "stderr")]
     child = os.fork()
@@ -57,7 +57,7 @@ def run(arguments: str, folder: Path) -> Ended:
     return Ended(code, *(path.read_text(errors="replace") for path in output))
 
 
-def wait(child: int) -> int:
+def wait(child):
     """Wait for a process; kill it if it hangs. Return its exit code."""
     end = time.monotonic() + TIME_LIMIT
     pause = 0.001
@@ -73,7 +73,7 @@ def wait(child: int) -> int:
         pause = min(0.02, pause * 1.5)
 
 
-def read_contents(folder: Path, names: list[str]) -> list[Content]:
+def read_contents(folder, names):
     """Return the contents of files, read in a fork, because HDF5 may crash on a wrong file."""
     reader, writer = os.pipe()
     child = os.fork()
@@ -92,7 +92,7 @@ def read_contents(folder: Path, names: list[str]) -> list[Content]:
     return contents
 
 
-def run_to_end(arguments: list[str]) -> None:
+def run_to_end(arguments):
     """Run the command, and end this process as the interpreter does, but without its teardown.
 
     The teardown frees all modules, which takes ten times as long as most commands.
@@ -120,7 +120,7 @@ def run_to_end(arguments: list[str]) -> None:
     os._exit(code if isinstance(code, int) else 1)
 
 
-def import_all() -> None:
+def import_all():
     """Import everything that commands import, so that no fork imports it again."""
     for package in map(importlib.import_module, ("rbstab", "rbstab_cli")):
         for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
@@ -137,7 +137,7 @@ def import_all() -> None:
     gc.freeze()
 
 
-def remember_pictures(folder: Path) -> None:
+def remember_pictures(folder):
     """Draw each picture of reports only once, and keep it in a folder.
 
     Drawing takes most of the time of a report, and calls nothing that can fail.

@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -48,7 +47,7 @@ class Harness:
 
 
 @contextmanager
-def running(folder: Path) -> Iterator[Harness]:
+def running(folder):
     """Build the library, start the process, and end it with the block."""
     work = folder / "work"
     work.mkdir()
@@ -74,7 +73,7 @@ MAX_SHOWN = 12
 """The largest number of trials that a failed test shows."""
 
 
-def problems_of(trials: list[dict[str, Any]]) -> str:
+def problems_of(trials):
     """Return the problems of trials as a text, empty if there are none."""
     bad = [trial for trial in trials if trial["problems"]]
     shown = [

@@ -1,7 +1,6 @@
 """Judge what a disturbed command has left: its messages and its files."""
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import unquote
@@ -51,13 +50,13 @@ class Reference(NamedTuple):
     prints: bool
 
 
-def new_lines(reference: Reference, ended: Ended) -> int:
+def new_lines(reference, ended):
     """Return the number of lines on stderr that the undisturbed command does not print."""
     usual = reference.ended.stderr.splitlines()
     return sum(line not in usual for line in ended.stderr.splitlines())
 
 
-def message_problems(reference: Reference, ended: Ended, most_lines: int) -> Iterator[str]:
+def message_problems(reference, ended, most_lines):
     """Yield what is wrong with the exit code and the output.
 
     Args:
@@ -75,9 +74,7 @@ def message_problems(reference: Reference, ended: Ended, most_lines: int) -> Ite
             yield f"prints {word!r}"
 
 
-def file_problems(
-    reference: Reference, files: Folder, contents: dict[str, Content], changing: str = "-"
-) -> Iterator[str]:
+def file_problems(reference, files, contents, changing="-"):
     """Yield what is wrong with the files: lost earlier results, and wrong new ones.
 
     Args:
@@ -112,9 +109,7 @@ def file_problems(
             yield f"{name} is wrong: {wrong}"
 
 
-def unfinished(
-    reference: Reference, contents: dict[str, Content], optional: str = "-"
-) -> Iterator[str]:
+def unfinished(reference, contents, optional="-"):
     """Yield the files of the undisturbed run that are missing or different.
 
     Args:
@@ -131,14 +126,14 @@ def unfinished(
             yield f"{name} is not that of an undisturbed run, but the exit code is 0"
 
 
-def partial_files(files: Folder) -> Iterator[str]:
+def partial_files(files):
     """Yield the partial files that are left."""
     for name in files:
         if name.endswith(".part"):
             yield f"{name} is left"
 
 
-def missing_pictures(results: Path) -> Iterator[str]:
+def missing_pictures(results):
     """Yield the pictures that a report in Markdown shows, but that do not exist.
 
     Args:
@@ -150,5 +145,5 @@ def missing_pictures(results: Path) -> Iterator[str]:
                 yield f"{report.name} shows {link}, which does not exist"
 
 
-def _is_hidden(name: str) -> bool:
+def _is_hidden(name):
     return Path(name).name.startswith(".")

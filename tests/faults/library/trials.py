@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterable, Iterator
 from itertools import count
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from faults.library.cases import CASES, INPUTS, Case
 from faults.library.contents import VOLATILE, Content, Folder, differences, equal, files_of
@@ -200,7 +200,7 @@ class Trials:
         return self.repeated[key]
 
 
-def serve(requests: IO[str], answers: IO[str], folder: Path) -> None:
+def serve(requests, answers, folder):
     """Answer requests, each a line of JSON: a case, a fault, and the size of the sample."""
     trials = Trials(folder, Control(Path(os.environ[CONTROL])))
     for line in requests:
@@ -211,7 +211,7 @@ def serve(requests: IO[str], answers: IO[str], folder: Path) -> None:
         answers.flush()
 
 
-def main() -> None:
+def main():
     """Serve; in a fork, run the command as `rbstab` does."""
     import_all()
     pictures = Path(sys.argv[1]) / "pictures"

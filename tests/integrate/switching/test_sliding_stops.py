@@ -13,19 +13,17 @@ from support.stops import ANGLE, couple_of, pressed, residual, solution, stop
 from support.switching import ENGINES, MASS, data, problem, solved
 
 import rbstab
-from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
 from rbstab.systems import landing
 from rbstab.systems.filippov import residuals, slide_modes
 from rbstab.systems.impact import impact
 from rbstab.systems.landing import after_impact
 from rbstab.systems.modes import modes_of, with_contact, with_modes
-from rbstab.systems.system import System
 
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
 
 
-def tie(point: Any, force: float, slope: float, **changes: Any) -> dict[str, Any]:
+def tie(point, force, slope, **changes):
     """Return a tie that slides; its anchor is where its point is at X = 0, Θ = 0."""
     ends = {"point": list(point), "anchor": list(point)}
     settings = {"K_s": [force] * 3, "surface": {"slope": slope}}
@@ -37,7 +35,7 @@ def tie(point: Any, force: float, slope: float, **changes: Any) -> dict[str, Any
 ARM, SLOPE, START = 0.3, 2.0, 0.5
 
 
-def on_the_stop(engine_name: str, couple: float, load: float) -> Problem:
+def on_the_stop(engine_name, couple, load):
     """Return a body that slides while it touches its stop, under a couple on θ2 and a load on x."""
     x, z = ARM * np.sin(ANGLE), ARM * np.cos(ANGLE)
     start = {"orientation": [0, ANGLE, 0], "position": [START - x, 0, 0]}
@@ -100,14 +98,14 @@ PUSH: dict[str, Any] = {"kind": "input", "quantity": "body_couple", "direction":
 PUSH |= {"amplitude": 300.0, "signal": {"kind": "constant"}}
 
 
-def several(elements: dict[str, Any], **sections: Any) -> dict[str, Any]:
+def several(elements, **sections):
     """Return a body that turns towards its stop, with ties."""
     start = {"angular_velocity": [4.0, -6.0, 3.0]}
     given = {"controller": CONTROLLER, "gravity": [0.0, 0.0, -9.81], "body": BODY}
     return data(elements, start, {"duration": 0.5, "samples": 51}, **(given | sections))
 
 
-def against_stop(rng: Any, elements: dict[str, Any], side: int) -> tuple[System, Array]:
+def against_stop(rng, elements, side):
     """Return a system that rests on a side of its stop, and a random state with θ̇2 = 0."""
     system = problem(several(elements | {"end": stop(0.5, 0.15)})).system
     y = rng.normal(size=12) * ([0.3] * 3 + [1.0] * 3 + [0.1] * 3 + [1.0] * 3)
@@ -182,7 +180,7 @@ def test_an_impact_throws_axes_off_their_surfaces(rng):
     np.testing.assert_array_equal(now[sides], s[:3] > 0)
 
 
-def settings(engine_name: str, **changes: Any) -> dict[str, Any]:
+def settings(engine_name, **changes):
     """Return the settings of a run at small tolerances."""
     tight = {"rtol": 1e-13, "atol": 1e-14} if engine_name == "scipy" else {"rtol": 1e-15}
     return {"duration": 0.5, "samples": 51, "engine": engine_name} | tight | changes

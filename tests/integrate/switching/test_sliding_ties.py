@@ -4,8 +4,6 @@ Independent facts: a tie at the contact point is the sliding controller, which h
 own; a mass alone bounces along parabolas, or decays as exp(-κt).
 """
 
-from typing import Any
-
 import numpy as np
 import pytest
 from support.sliding_ties import as_tie, sliding_example, tie
@@ -53,7 +51,7 @@ K, G, START, SPEED = 30.0, 4.0, 0.5, -0.3
 """The force of the tie, N; the load MASS G along x, N; E and its rate at the start, m and m/s."""
 
 
-def falling(surface: Any, **integration):
+def falling(surface, **integration):
     start = {"position": [START, 0.0, 0.0], "velocity": [SPEED, 0.0, 0.0]}
     settings = {"duration": 4.0, "samples": 81} | integration
     # Beside x the other axes of the tie are at rest on their surfaces.

@@ -20,7 +20,7 @@ EACH = pytest.mark.parametrize("engine_name", ENGINES)
 REST: dict[str, Any] = {"orientation": [0.0, ANGLE, 0.0]}
 
 
-def turning(signal: dict[str, Any], amplitude: float) -> dict[str, Any]:
+def turning(signal, amplitude):
     """Return a couple about the axis of θ2 of a body that turns about this axis alone."""
     return {
         "kind": "input",
@@ -31,7 +31,7 @@ def turning(signal: dict[str, Any], amplitude: float) -> dict[str, Any]:
     }
 
 
-def pushing(signal: dict[str, Any], amplitude: float) -> dict[str, Any]:
+def pushing(signal, amplitude):
     """Return a force along x at the centre of gravity."""
     ends = {"quantity": "force", "point": [0, 0, 0], "direction": [1, 0, 0]}
     return {"kind": "input", **ends, "amplitude": amplitude, "signal": signal}
@@ -43,7 +43,7 @@ COUPLE, FREQUENCY, PHASE = 0.6, 0.25, 0.7
 OMEGA = 2 * np.pi * FREQUENCY
 
 
-def swung(t: float, begin: float) -> float:
+def swung(t, begin):
     """Return θ2 - θ_e of a body that leaves its stop at a time, under the sine."""
     angle, first = OMEGA * t + PHASE, OMEGA * begin + PHASE
     turned = np.cos(first) * (angle - first) - np.sin(angle) + np.sin(first)
@@ -124,7 +124,7 @@ HELD = MASS * SLOPE**2
 """mκ²: the force that E = 1 m needs on the surface, N."""
 
 
-def sliding(signal: dict[str, Any], amplitude: float, **integration: Any) -> dict[str, Any]:
+def sliding(signal, amplitude, **integration):
     """Return a mass that starts on the surface of a tie, with a force from outside."""
     ends = {"point": [0.0] * 3, "anchor": [0.0] * 3}
     tie = {"kind": "sliding", **ends, "K_s": [FORCE] * 3, "surface": {"slope": SLOPE}}

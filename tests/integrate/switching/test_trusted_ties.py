@@ -1,7 +1,5 @@
 """Protects how far a motion with a tie that bounces on s = E is trusted."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from support.sliding_ties import as_tie, several, sliding_example, tie
@@ -9,7 +7,7 @@ from support.sliding_ties import as_tie, several, sliding_example, tie
 import rbstab
 
 
-def bounced(surface: Any, **integration: Any) -> Any:
+def bounced(surface, **integration):
     """Return the result of a turning body with a tie at its contact point."""
     elements = {"tie": tie([0.15, 0.1, -0.42], 20000.0, surface)}
     return rbstab.simulate(several(elements, **{"samples": 11, **integration}))

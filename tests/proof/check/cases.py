@@ -30,41 +30,41 @@ BORDER = 2 * (np.pi / 2) ** 2
 EXACT = 1e-13
 
 
-def state(point: tuple[float, float, float], index: int | None, **more: Any) -> Record:
+def state(point, index, **more):
     """Return the claim of a rest state at a point."""
     low, high = (np.array(point) + e for e in (-EXACT, EXACT))
     return {"enclosure": [low.tolist(), high.tolist()], "index": index, **more}
 
 
-def record(energy: Energy, *states: Record, **claims: Any) -> Record:
+def record(energy, *states, **claims):
     """Return a record with one range, that of eq. 5 if no other is given."""
     pitch = "pi/2" if energy.stop is None else str(energy.stop)
     one = {"end": ["pi", pitch, "pi"], "complete": True, "states": list(states), **claims}
     return {"format": 1, "energy": energy_record(energy), "ranges": [one]}
 
 
-def everywhere(found: Record, first: float, third: float, **claims: Any) -> Record:
+def everywhere(found, first, third, **claims):
     """Return a record that claims its rest states for all θ1 and θ3, up to ends of these."""
     one = {"end": [first, "pi/2", third], "complete": True, "everywhere": True, **claims}
     found["ranges"].append({**one, "states": found["ranges"][0]["states"]})
     return found
 
 
-def wells() -> Record:
+def wells():
     """Two minima at θ2 = ±½ with U = 0, and a pass at θ2 = 0 with U = 1."""
     U = BOWL + 16 * (Y**2 - Fraction(1, 4)) ** 2
     states = state((0, -0.5, 0), 0), state((0, 0.5, 0), 0), state((0, 0, 0), 1)
     return record(Energy(U), *states, regions=[[0, 0.9], [1, 0.9]])
 
 
-def lean() -> Record:
+def lean():
     """One minimum; all rest states with any θ1 have θ1 = LEAN."""
     U = BOWL + 2 * Y**2 + 3 * X.sin()
     found = record(Energy(U), state((LEAN, 0, 0), 0), level=LEAST + BORDER - 1e-6)
     return everywhere(found, 0.7, 0.1)
 
 
-def tilted(angle: int, sign: int) -> Record:
+def tilted(angle, sign):
     """One face of the border is lower than all others: its height is the level."""
     at = [0.0, 0.0, 0.0]
     at[angle] = -sign / 4
@@ -76,53 +76,53 @@ def tilted(angle: int, sign: int) -> Record:
     return record(Energy(U + sign * (X, Y, Z)[angle]), found, level=lowest - 1e-6)
 
 
-def barrier() -> Record:
+def barrier():
     """A barrier closes θ2; every start converges."""
     U = BOWL + 2 * Y**2 + 5 * Y.cos() ** -2
     found = record(Energy(U, closed=frozenset({1})), state((0, 0, 0), 0))
     return everywhere(found, 0.5, 0.5, every_start=True)
 
 
-def weak() -> Record:
+def weak():
     """U falls toward the end of θ2, but for a barrier that only counts within 1e-10 rad of it."""
     rises = Fraction(1, 10**30) * Y.cos() ** -2
     return record(Energy(BOWL - 2 * Y**2 + rises, closed=frozenset({1})), state((0, 0, 0), 1))
 
 
-def outer() -> Record:
+def outer():
     """Barriers close all angles of the range of eq. 5; every start in it converges."""
     rises = 5 * Y.cos() ** -2 + 3 * (X / 2).cos() ** -2 + 4 * (Z / 2).cos() ** -2
     energy = Energy(BOWL + 2 * Y**2 + rises, closed=frozenset({0, 1, 2}))
     return record(energy, state((0, 0, 0), 0), every_start=True)
 
 
-def stop() -> Record:
+def stop():
     """U falls toward both stops at θ2 = ±0.9, which hold the body; θ2 = 0 is a pass."""
     energy = Energy(BOWL - 5 * Y**2, stop=Fraction(9, 10), closed=frozenset({1}))
     held = [state((0, s * 0.9, 0), 0, held=True) for s in (-1, 1)]
     return record(energy, *held, state((0, 0, 0), 1), regions=[[0, -0.2], [1, -0.2]])
 
 
-def inside() -> Record:
+def inside():
     """U rises toward both stops: nothing is held there."""
     energy = Energy(BOWL + 5 * Y**2, stop=Fraction(9, 10), closed=frozenset({1}))
     return record(energy, state((0, 0, 0), 0))
 
 
-def coupled() -> Record:
+def coupled():
     """4 θ1 + θ2 = 0 and θ1 + 4 θ2 = 4: the rest state has θ2 = 16/15 and θ1 = -4/15."""
     U = BOWL + 2 * Y**2 + X * Y - 4 * Y
     return everywhere(record(Energy(U), state((-4 / 15, 16 / 15, 0), 0)), 0.5, 0.1)
 
 
-def held() -> Record:
+def held():
     """A force that jumps at θ2 = 0.3 pulls the body there from both sides."""
     h = Y - Fraction(3, 10)
     U = BOWL + 2 * Y**2 - 6 * Y + 10 * h * h.step(1)
     return record(Energy(U), state((0, 0.3, 0), 0, held=True))
 
 
-def ridge() -> Record:
+def ridge():
     """A force that jumps at θ2 = 0.3 pushes away, to minima at θ2 = -1.5 and θ2 = 1."""
     h = Y - Fraction(3, 10)
     U = BOWL + 2 * Y**2 + 6 * Y - 10 * h * h.step(1)
@@ -130,7 +130,7 @@ def ridge() -> Record:
     return record(Energy(U), *minima, state((0, 0.3, 0), 1, held=True, ridge=True))
 
 
-def tent() -> Record:
+def tent():
     """A ridge at θ2 = 0.3, where U = 0, between two minima with U = -2."""
     h = Y - Fraction(3, 10)
     U = BOWL + 8 * h**2 + 8 * h - 16 * h * h.step(1)
@@ -139,7 +139,7 @@ def tent() -> Record:
     return record(Energy(U), *minima, ridge, regions=[[0, -0.1], [1, -0.1]])
 
 
-def through() -> Record:
+def through():
     """Two wells: from the lower one to the pass, the force jumps at θ2 = -¼ but does not turn."""
     h = Y + Fraction(1, 4)
     U = BOWL + 16 * (Y**2 - Fraction(1, 4)) ** 2 + h * h.step(1) / 10
@@ -152,7 +152,7 @@ def through() -> Record:
     return record(Energy(U), *states, regions=[[0, 0.8]])
 
 
-def plane() -> Record:
+def plane():
     """The force jumps on 3 θ1 + 5 θ2 = 2 and holds the body there.
 
     Without it, the body would rest at θ1 = θ2 = ½. On the plane, Θ = ½ - λ (3, 5) with 34 λ = 2.
@@ -163,7 +163,7 @@ def plane() -> Record:
     return record(Energy(U), state((0.5 - 6 / 34, 0.5 - 10 / 34, 0), 0, held=True))
 
 
-def sphere() -> Record:
+def sphere():
     """U falls from a top at zero to |Θ| = ½, beyond which it rises: each axis meets it twice."""
     h = X**2 + Y**2 + Z**2 - Fraction(1, 4)
     U = -(X**2 + 2 * Y**2 + 3 * Z**2) / 2 + 2 * h * h.step(1)
@@ -179,11 +179,11 @@ SQUARE = 10 - (Fraction(18, 5) * X.cos() + Fraction(24, 5) * X.sin()) * Y.cos()
 """The square of the length of a line: 10 - 6 cos(θ1 - `ANGLE`) cos θ2."""
 
 
-def _length(angle: float) -> float:
+def _length(angle):
     return float(np.sqrt(10 - 6 * np.cos(angle - ANGLE)))
 
 
-def ligament() -> Record:
+def ligament():
     """A load pushes θ1 down to -2; a ligament pulls it back, with a toe from ℓ = 3 to 3.5.
 
     Its energy is (ℓ - 3)³, which goes on beyond the toe as a quadratic. Each step begins where a
@@ -201,14 +201,14 @@ def ligament() -> Record:
     return record(Energy(U), state((float(brentq(slope, -2, -0.5, xtol=1e-15)), 0, 0), 0))
 
 
-def flat() -> Record:
+def flat():
     """At θ2 = 0 the second derivative is zero too: this rest state is left undecided."""
     box = [[-0.01, -0.01, -0.01], [0.01, 0.01, 0.01]]
     found = record(Energy(BOWL + Y**4), undecided=[box])
     return changed(found, "ranges", 0, "complete", to=False)
 
 
-def unfinished() -> Record:
+def unfinished():
     """As `wells`, but the box of the pass is undecided; it ends the regions."""
     found = wells()
     found["ranges"][0].update(complete=False, undecided=[[[-0.01] * 3, [0.01] * 3]])
@@ -216,7 +216,7 @@ def unfinished() -> Record:
     return found
 
 
-def own() -> Record:
+def own():
     """An own state z with U convex in it; at rest both slopes of U are zero."""
     U = BOWL + 2 * Y**2 + 10 * OWN**2 + 4 * OWN**4 - OWN + X.sin() * OWN
     z = float(brentq(lambda t: 20 * t + 16 * t**3 - 1, -1, 1, xtol=1e-15))
@@ -229,7 +229,7 @@ def own() -> Record:
     return everywhere(record(Energy(U, (3,)), state((lean, 0, 0), 0)), 0.5, 0.1)
 
 
-def own_at_stop() -> Record:
+def own_at_stop():
     """A body with an own state z presses against the stop at θ2 = 0.9: U falls with θ2 inside.
 
     Over z it is least at z with 20 z + 16 z³ = θ2, and ∂V/∂θ2 = 4 θ2 - 8 - z < 0.
@@ -246,12 +246,12 @@ CASES = *SMOOTH, *SWITCHING, flat, unfinished
 TRUE: dict[str, Callable[[], Record]] = {one.__name__: one for one in CASES}
 
 
-def refused(found: Record) -> list[str]:
+def refused(found):
     """Return the claims of a record that are not verified."""
     return [one.claim for one in check(deepcopy(found)) if not one.verified]
 
 
-def changed(found: Record, *path: Any, to: Any) -> Record:
+def changed(found, *path, to):
     """Return a record with another value at a place."""
     other = deepcopy(found)
     at: Any = other

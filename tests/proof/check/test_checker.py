@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from copy import deepcopy
-from typing import Any
 
 import pytest
 from proof.check.cases import BORDER, EXACT, LEAST, TRUE, changed, refused, state, tilted, weak
@@ -11,20 +10,20 @@ from rbstab.proof.record import Record
 
 
 @pytest.fixture(scope="module")
-def records() -> dict[str, Record]:
+def records():
     return {name: make() for name, make in TRUE.items()}
 
 
 @pytest.mark.parametrize("name", TRUE)
-def test_true_records_are_verified(records: dict[str, Record], name: str) -> None:
+def test_true_records_are_verified(records, name):
     assert refused(records[name]) == []
 
 
-def _at(*path: Any, to: Any) -> Callable[[Record], Record]:
+def _at(*path, to):
     return lambda found: changed(found, *path, to=to)
 
 
-def _without_state(k: int) -> Callable[[Record], Record]:
+def _without_state(k):
     def change(found: Record) -> Record:
         other = deepcopy(found)
         one = other["ranges"][0]
@@ -35,7 +34,7 @@ def _without_state(k: int) -> Callable[[Record], Record]:
     return change
 
 
-def _operation(old: list[Any], new: list[Any]) -> Callable[[Record], Record]:
+def _operation(old, new):
     def change(found: Record) -> Record:
         other = deepcopy(found)
         operations = other["energy"]["operations"]
@@ -45,7 +44,7 @@ def _operation(old: list[Any], new: list[Any]) -> Callable[[Record], Record]:
     return change
 
 
-def _factor(old: str, new: str) -> Callable[[Record], Record]:
+def _factor(old, new):
     """Change a factor of the last sum."""
 
     def change(found: Record) -> Record:
@@ -189,24 +188,24 @@ LONG = "a barrier that is too weak", "the level of all for one of two", "a regio
 """Their boxes take as long as those of all others together."""
 
 
-def _is_refused(records: dict[str, Record], name: str) -> bool:
+def _is_refused(records, name):
     case, change, claim = WRONG[name]
     return any(one.startswith(claim) for one in refused(change(records[case])))
 
 
 @pytest.mark.parametrize("name", [name for name in WRONG if name not in LONG])
-def test_wrong_records_are_refused(records: dict[str, Record], name: str) -> None:
+def test_wrong_records_are_refused(records, name):
     assert _is_refused(records, name)
 
 
 @pytest.mark.parametrize("name", LONG)
-def test_wrong_barriers_and_regions_are_refused(records: dict[str, Record], name: str) -> None:
+def test_wrong_barriers_and_regions_are_refused(records, name):
     assert _is_refused(records, name)
 
 
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize("angle", [0, 1, 2])
-def test_each_face_of_the_border_limits_the_level(angle: int, sign: int) -> None:
+def test_each_face_of_the_border_limits_the_level(angle, sign):
     true = tilted(angle, sign)
     level = true["ranges"][0]["level"]
 

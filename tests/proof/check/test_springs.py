@@ -5,7 +5,7 @@ from fractions import Fraction
 import pytest
 
 from rbstab.proof.check import check
-from rbstab.proof.exact.expr import Expr, as_factor, variable
+from rbstab.proof.exact.expr import as_factor, variable
 from rbstab.proof.model import Energy
 
 from .cases import BOWL, Y, record, state
@@ -25,20 +25,20 @@ NO_LENGTH = Fraction(STIFFNESS * AWAY**2, 2)
 """The least energy where the spring has no length, J: all else is stretched by `AWAY`."""
 
 
-def spring(away: int = AWAY, weight: int = 1) -> Expr:
+def spring(away=AWAY, weight=1):
     """Return -w |z + r| with r = (away, 0, 0)."""
     shifted = as_factor(Z[0] + away)
     return -weight * (shifted**2 + Z[1] ** 2 + Z[2] ** 2).sqrt()
 
 
-def claims(level: float, steep: int = 300, more: Expr | int = 0, **others: object):
+def claims(level, steep=300, more=0, **others):
     """Return a record of one minimum at Θ = 0, with a certified region."""
     held = Fraction(STIFFNESS, 2) * (Z[0] ** 2 + Z[1] ** 2 + Z[2] ** 2)
     U = steep * (BOWL + 2 * Y**2) + held + spring() + more - SHIFT
     return record(Energy(U, FREE), state((0, 0, 0), 0), level=level - SHIFT, **others)
 
 
-def wrong(data) -> set[str]:
+def wrong(data):
     """Return which claims are not verified."""
     return {one.claim for one in check(data) if not one.verified}
 

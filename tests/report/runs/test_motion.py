@@ -22,7 +22,7 @@ def run(variant, with_gravity=False, **changes):
     ("variant", "anchor"),
     [("permanent", "origin"), ("visco-elastic", "origin"), ("visco-elastic", "equilibrium")],
 )
-def test_the_contact_point_is_off_its_anchor_by_the_stored_displacement(variant, anchor: str):
+def test_the_contact_point_is_off_its_anchor_by_the_stored_displacement(variant, anchor):
     source = run(variant, with_gravity=True, controller={"anchor": anchor})
     motion = animation_of(source)
     at = np.searchsorted(source.result["time"], motion.times)

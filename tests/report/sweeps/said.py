@@ -72,7 +72,7 @@ SWEEPS: dict[str, tuple[Any, Any, Any]] = {
 """By name: what varies, the columns, and the other keys of the plan."""
 
 
-def said(name: str, folder: Path) -> list[Any]:
+def said(name, folder):
     """Return the sections of the report of a sweep, with a summary of each mark of its figures."""
     vary, columns, keys = SWEEPS[name]
     path = write_sweep(folder / "members.h5", vary, columns, **keys).path
@@ -88,7 +88,7 @@ def said(name: str, folder: Path) -> list[Any]:
     return found_sections
 
 
-def _panel(panel: Any) -> dict[str, Any]:
+def _panel(panel):
     marks = [
         " ".join([type(mark).__name__, *map(_summary, filter(_is_data, vars(mark).values()))])
         for mark in panel.marks
@@ -96,17 +96,17 @@ def _panel(panel: Any) -> dict[str, Any]:
     return {"title": panel.title, "x": panel.x.text, "y": panel.y.text, "marks": marks}
 
 
-def _is_data(value: Any) -> bool:
+def _is_data(value):
     return isinstance(value, np.ndarray) and value.dtype.kind in "fiu"
 
 
-def _summary(values: Any) -> str:
+def _summary(values):
     """Return how many finite numbers there are, their sum, and the sum of their squares."""
     known = values[np.isfinite(values)].astype(float)
     return f"({len(known)}, {known.sum():.9g}, {(known**2).sum():.9g})"
 
 
-def _rounded(data: Any) -> Any:
+def _rounded(data):
     """Round numbers to nine digits, so that no round-off counts."""
     if isinstance(data, dict):
         return {key: _rounded(value) for key, value in data.items()}

@@ -11,6 +11,7 @@ from support.systems import VARIANTS, random_system
 from rbstab.analysis.rest_state import (
     GRADIENT_TOLERANCE,
     RestState,
+    in_order,
     nearest_rest_state,
 )
 from rbstab.mechanics.motion import motion_from_centre
@@ -82,3 +83,15 @@ def test_a_rest_state_beyond_the_range_is_not_found(Theta, inside):
     assert RestState(motion, np.zeros(0), 0.0, gradient=0.0).found is inside
     assert not RestState(motion, np.zeros(0), 0.0, 1.01 * GRADIENT_TOLERANCE).found
     assert not RestState(motion, np.zeros(0), 0.0, np.nan).found
+
+
+def test_the_order_of_rest_states_does_not_depend_on_the_last_bits_of_their_energies(rng):
+    """Four minima around a maximum, as of a box that leans to each side, with round-off."""
+    places = [[-1.3, 0, 0], [0, -1.3, 0], [0, 1.3, 0], [1.3, 0, 0], [0, 0, 0]]
+    energies = [-2.8, -2.8, -2.8, -2.8, 0.1]
+    for _ in range(5):
+        noise = 1 + 1e-14 * rng.uniform(-1, 1, 5)
+        shifted = [np.array(place) + 1e-14 * rng.uniform(-1, 1, 3) for place in places]
+        order = rng.permutation(5)
+        found = in_order(order, lambda k: (energies[k] * noise[k], shifted[k]))  # noqa: B023
+        assert list(found) == [0, 1, 2, 3, 4]

@@ -1,8 +1,9 @@
 """Rest states: by descent in potential energy, also against a stop."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -41,6 +42,28 @@ NEAR_STOP = 1e-3
 
 MAX_POLISHES = 5
 """The maximum number of Newton steps after the descent. One is enough unless loads are extreme."""
+
+SAME_ENERGY = 1e-9
+"""Energies are equal if they differ by less, relative to the largest of them: their last bits
+differ from one processor to another, and the numbers of rest states must not."""
+
+T = TypeVar("T")
+
+
+def in_order(found: Iterable[T], key: Callable[[T], tuple[float, Array]]) -> list[T]:
+    """Return rest states, lowest energy first; of equal energy, in the order of their places.
+
+    Args:
+        found: The rest states.
+        key: Returns the energy of one, J, and its place: Θ, rad, or other coordinates.
+    """
+    given = sorted(((*key(one), one) for one in found), key=lambda one: one[0])
+    energies = np.array([energy for energy, _, _ in given])
+    rises = np.diff(energies) > SAME_ENERGY * np.abs(energies).max(initial=0.0)
+    levels = [0, *np.cumsum(rises).tolist()]
+    places = [np.round(place, 6).tolist() for _, place, _ in given]
+    order = sorted(range(len(given)), key=lambda k: (levels[k], places[k]))
+    return [given[k][2] for k in order]
 
 
 @dataclass(frozen=True, eq=False)

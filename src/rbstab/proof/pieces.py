@@ -24,7 +24,7 @@ from rbstab.proof.exact.expr import atom, expr, variable
 from rbstab.proof.exact.rewriting import substituted
 from rbstab.proof.model import THETA, Energy
 from rbstab.proof.search import Search, Zeros
-from rbstab.proof.zeros import Zero
+from rbstab.proof.zeros import Zero, ordered
 
 LAMBDA = 1000
 """The number of the variable λ."""
@@ -114,10 +114,8 @@ def rest_zeros(energy: Energy, V: BoundedEnergy, box: Box, limit: int, *, seed: 
     for piece in pieces:
         found.append(piece.zeros(max(0, limit - examined), seed))
         examined += found[-1].examined
-    zeros = [zero for one in found for zero in one.zeros]
-    zeros.sort(key=lambda zero: zero.energy)
     return Zeros(
-        tuple(zeros),
+        ordered(zero for one in found for zero in one.zeros),
         joined([one.undecided for one in found], 3),
         examined,
         any(one.family for one in found),

@@ -13,7 +13,7 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box, Boxes, joined, one_box
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, preconditioned
-from rbstab.proof.zeros import Zero, isolated, newton
+from rbstab.proof.zeros import Zero, isolated, newton, ordered
 
 BATCH = 1024
 """Boxes that are bounded at once."""
@@ -147,7 +147,7 @@ class Search:
             elif touches:
                 across.append(one_box(zero.enclosure))
         return Zeros(
-            tuple(sorted(inside, key=lambda zero: zero.energy)),
+            ordered(inside),
             joined([undecided, *across], len(self.box.lo)),
             self.examined,
             self.family,

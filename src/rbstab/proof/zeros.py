@@ -1,10 +1,11 @@
 """One zero of ∇V: Newton's method, and a proof that a box about its end has exactly one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
+from rbstab.analysis.rest_state import in_order
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import (
@@ -40,6 +41,11 @@ class Zero:
     energy: float
     normal: Array | None = None
     ridge: bool = False
+
+
+def ordered(zeros: Iterable[Zero]) -> tuple[Zero, ...]:
+    """Return zeros, lowest energy first."""
+    return tuple(in_order(zeros, lambda zero: (zero.energy, zero.point)))
 
 
 def newton(

@@ -20,6 +20,7 @@ from rbstab.analysis.descents.descent import numerical_hessian
 from rbstab.analysis.rest_state import (
     RestState,
     gradient_tolerance,
+    in_order,
     largest_load,
     rest_state_at,
     rest_state_below,
@@ -120,7 +121,7 @@ def _distinct(
             q = at_rest.configuration(state.state.motion, state.state.own)
             if all(np.abs(q - other).max() >= distance for other in found.values()):
                 found[state] = q
-    return sorted(found, key=lambda one: one.state.energy)
+    return in_order(found, lambda one: (one.state.energy, found[one]))
 
 
 def _random_attitudes() -> Array:

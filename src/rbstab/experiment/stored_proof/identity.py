@@ -11,7 +11,7 @@ from rbstab.config.load import acting_sections
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import without_code
 
-PROOF_VERSION = 5
+PROOF_VERSION = 6
 """To be increased when a change of the method changes its results; older proofs are made again."""
 
 

@@ -7,6 +7,7 @@ zero, or lies where a proved zero, which may be beyond the border, is the only o
 
 import numpy as np
 
+from rbstab.analysis.rest_state import in_order
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box, one_box
 from rbstab.proof.enclosures.bounds import BoundedEnergy
@@ -56,7 +57,7 @@ def searched_states(energy: RotationEnergy, limit: int) -> Rotations:
             if True not in verdicts:
                 states.append(state)
     why = why or against_morse([state.index for state in states])
-    order = tuple(sorted(states, key=lambda state: state.energy))
+    order = tuple(in_order(states, lambda state: (state.energy, state.quaternion)))
     return Rotations(order, examined, why, share=share)
 
 

@@ -15,7 +15,6 @@ from rbstab.config.errors import (
     Location,
     closest_keys,
     did_you_mean,
-    shortened,
 )
 from rbstab.config.load import with_numbers
 from rbstab.config.numbers import (
@@ -29,6 +28,7 @@ from rbstab.config.numbers import (
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.config.units import NumberKey, names_in, number_key
+from rbstab.files.names import shortened
 
 OPTION = "--within"
 

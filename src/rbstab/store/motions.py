@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 
-from rbstab.store.cards import line
 from rbstab.store.dataset import Dataset
 from rbstab.store.dataset_file import read_dataset
 from rbstab.store.variables import RUN
@@ -25,13 +24,10 @@ class Motions(Dataset):
         attributes: Metadata: texts and numbers.
     """
 
-    def __repr__(self) -> str:
-        """Return one line: how many runs, if several, samples and arrays."""
-        samples = len(self["time"]) if "time" in self else 0
+    def _facts(self) -> list[str]:
+        """Return how many runs, if several, samples and arrays there are."""
         several = RUN in self and self.variables[RUN].dimensions == (RUN,)
-        runs = [f"{len(self[RUN])} runs"] if several else []
-        facts = [*runs, f"{samples} samples", f"{len(self.variables)} arrays"]
-        return line("Motions", "", facts)
+        return [*([f"{len(self[RUN])} runs"] if several else []), *super()._facts()]
 
 
 def stack_motions(runs: list[Motions]) -> Motions:

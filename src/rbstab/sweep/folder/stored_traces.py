@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rbstab.files.names import line
 from rbstab.mechanics.numbers import Array
-from rbstab.store.cards import line
 from rbstab.store.disk.paths import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions import Motions, read_motions, stack_motions

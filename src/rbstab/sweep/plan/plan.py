@@ -16,9 +16,9 @@ from rbstab.config.load import changed_config, identifying, identity_of, plain_d
 from rbstab.config.numbers import found_at, replaced
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_run_code
+from rbstab.files.names import line
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
-from rbstab.store.cards import line
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.designs import Design
 from rbstab.sweep.plan.distributions import FiniteList, Member

@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from rbstab.config.elements import declarations_of, kind_of, parameter_path
+from rbstab.config.elements import declarations_of, parameter_path
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.config.sections.angles import NumberInDegrees, VectorInDegrees
@@ -185,8 +185,9 @@ def is_of_initial_state(path: Path) -> bool:
 def unit_at(owner: Any, key: str) -> str:
     """Return the unit of a key of a config, or of plain data; empty if it has none."""
     path = parse_key(key) or ()
-    kinds = [kind_of(found_at(owner, path[:2]))] if path[:1] == ("elements",) else []
-    return unit_of(key_of(names_in(path)), kinds)
+    element = found_at(owner, path[:2])
+    data = element.model_dump(by_alias=True) if isinstance(element, Section) else element
+    return unit_of(key_of(names_in(path)), [data])
 
 
 def unit_problem(config: Config, key: NumberKey) -> tuple[str, str] | None:

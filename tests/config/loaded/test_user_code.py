@@ -23,7 +23,7 @@ from rbstab.config.load import (
     validated,
 )
 from rbstab.config.numbers import entries_of
-from rbstab.config.units import Kind, unit_of
+from rbstab.config.units import unit_of
 from rbstab.config.user_code.permission import (
     CodeNotAllowedError,
     has_code,
@@ -196,10 +196,10 @@ def test_parameters_of_every_shape(code):
     assert element.copy.tolist() == [[4, 0, 0], [0, 5, 0], [0, 0, 6]]
     keys = [entry.key for entry in entries_of(config) if entry.key.startswith("elements")]
     assert keys[:4] == [f"elements.mine.parameters.{key}" for key in ("a", "b[0]", "b[1]", "b[2]")]
-    kind = Kind("python", None, SHAPED, "Mine")
-    units = [unit_of(f"{keys[0][:-1]}{name}", {kind}) for name in ("a", "f", "point", "gone")]
+    element = {"kind": "python", "source": SHAPED, "class": "Mine"}
+    units = [unit_of(f"{keys[0][:-1]}{name}", [element]) for name in ("a", "f", "point", "gone")]
     assert units == ["N", "1", "m", ""]
-    assert unit_of(keys[0], {kind._replace(source="(")}) == ""
+    assert unit_of(keys[0], [element | {"source": "("}]) == ""
     full = VALUES | {"copy": [[4, 1, 0], [1, 5, 0], [0, 0, 6]]}
     element = system_of(allowed(config=data({"mine": mine(**full)}))).elements[-1]
     assert element.copy[0, 1] == 1.0

@@ -39,13 +39,6 @@ def check(config, changes=()):
     assert all(line and line.isprintable() for line in lines)
 
 
-@LONG
-@given(raw=st.binary(max_size=200) | st.text(max_size=300))
-def test_any_bytes_and_any_text(path, raw):
-    path.write_bytes(raw if isinstance(raw, bytes) else raw.encode("utf-8", "surrogatepass"))
-    check(path)
-
-
 SCALARS = (
     st.none()
     | st.booleans()

@@ -1,15 +1,13 @@
 """A config is one document of a part of YAML 1.2: mappings, lists and plain values, with places."""
 
 import math
-from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
 from support.configs import VISCO_ELASTIC, edited
 
 from rbstab.config import source
-from rbstab.config.source import MAX_DEPTH, parse_source, read_source
+from rbstab.config.source import MAX_DEPTH, parse_source
 
 # What PyYAML, which follows YAML 1.1, reads in another way, stays a text.
 TEXTS = """
@@ -42,55 +40,6 @@ def test_nested_data_and_keys_are_texts():
     text = 'a:\n  - {b: [1, 2.5, x], c: }\n  - - true\n    - ~\n1e5: []\n~: {}\n"1": no\n'
     inner = [{"b": [1, 2.5, "x"], "c": None}, [True, None]]
     assert parse_source(text, "a").data == {"a": inner, "1e5": [], "~": {}, "1": "no"}
-
-
-CONFIGS = Path(__file__).parents[3] / "configs"
-WORDS = {"true": True, "false": False, "null": None, "": None}
-
-
-def place(mark):
-    return mark.line + 1, mark.column + 1
-
-
-def check(node, value, path, found):
-    """Compare a value with its node of PyYAML; return how many values it has."""
-    assert path in found.values
-    assert found.location(path)[1:] == place(node.start_mark)
-    inner: list[tuple[Any, Any, Any]] = []
-    if isinstance(node, yaml.MappingNode):
-        assert list(value) == [key.value for key, _ in node.value]
-        for key, entry in node.value:
-            where = found.location((*path, key.value), of_key=True)
-            assert where[1:] == place(key.start_mark)
-            inner.append((entry, value[key.value], (*path, key.value)))
-    elif isinstance(node, yaml.SequenceNode):
-        assert type(value) is list
-        inner = [
-            (entry, one, (*path, i))
-            for i, (entry, one) in enumerate(zip(node.value, value, strict=True))
-        ]
-    elif isinstance(value, str):
-        assert value == node.value
-        assert node.style or node.value not in WORDS
-    else:
-        assert not node.style
-        assert value == (WORDS[node.value] if node.value in WORDS else float(node.value))
-    return 1 + sum(check(*entry, found) for entry in inner)
-
-
-FILES = sorted(CONFIGS.rglob("*.yaml"))
-
-
-def test_there_are_shipped_files():
-    assert len(FILES) > 50
-
-
-@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(CONFIGS)))
-def test_each_value_of_a_shipped_file_has_its_place(file):
-    found = read_source(file)
-    assert found.problems == []
-    node = yaml.compose(file.read_text(encoding="utf-8"), Loader=yaml.SafeLoader)
-    assert check(node, found.data, (), found) == len(found.values)
 
 
 def test_a_missing_value_has_the_place_of_its_nearest_parent():

@@ -2,25 +2,8 @@
 
 import subprocess
 import sys
-import time
-
-from rbstab.store.disk.atomic import write_atomically
 
 SIZE = 4_000_000
-
-KILLED = 1 if sys.platform == "win32" else -9
-"""The exit code of a process that was killed."""
-
-WRITER = """
-import sys
-from pathlib import Path
-from rbstab.store.disk.atomic import write_atomically
-contents = [letter * {size} for letter in (b"a", b"b")]
-while True:
-    for content in contents:
-        write_atomically(Path(sys.argv[1]), content, replace=True)
-    print("written", flush=True)
-"""
 
 RACER = """
 import sys
@@ -48,29 +31,6 @@ def spawn(script, *arguments):
         stdout=subprocess.PIPE,
         text=True,
     )
-
-
-def whole(path):
-    content = path.read_bytes()
-    return len(content) == SIZE and content.strip(content[:1]) == b""
-
-
-def test_killed_while_writing(tmp_path):
-    """At any instant the file holds the complete old or the complete new content."""
-    path = tmp_path / "a.h5"
-    for delay in range(10):
-        writer = spawn(WRITER.format(size=SIZE), path)
-        with writer:
-            assert writer.stdout.readline() == "written\n"
-            time.sleep(0.004 * delay)
-            writer.kill()
-        assert writer.returncode == KILLED
-        assert path.read_bytes()[:1] in (b"a", b"b")
-        assert whole(path)
-    left = [entry.name for entry in tmp_path.iterdir() if entry != path]
-    assert all(name.startswith(".") and not name.endswith(".h5") for name in left)
-    write_atomically(path, b"c" * SIZE, replace=True)
-    assert [entry.name for entry in tmp_path.iterdir()] == ["a.h5"]
 
 
 def test_one_of_several_writers_wins(tmp_path):

@@ -113,13 +113,12 @@ def _index(dataset: Dataset, arrays: Mapping[str, Variable], layout: "Layout") -
     return {"kind": dataset.kind, "attributes": dict(dataset.attributes), "arrays": entries}
 
 
-def read_dataset(  # noqa: PLR0913 (options by name)
+def read_dataset(
     path: Path,
     kind: str,
     names: Iterable[str] | None = None,
     *,
     row: int | None = None,
-    checked: bool = False,
     form: type[D] = Dataset,  # type: ignore[assignment]
 ) -> D:
     """Read a file.
@@ -129,7 +128,6 @@ def read_dataset(  # noqa: PLR0913 (options by name)
         kind: What it must be.
         names: The arrays along `run` to read, beside all others; default all.
         row: The only run to read; its arrays lose the dimension `run`. Default all runs.
-        checked: Whether the file was compared with its seal before, or need not be.
         form: The class of the dataset.
 
     Raises:
@@ -139,7 +137,7 @@ def read_dataset(  # noqa: PLR0913 (options by name)
     """
     wanted = None if names is None else set(names)
     with _opened(path) as file:
-        digest = read_seal(path, file) if checked else checked_seal(path, file)
+        digest = checked_seal(path, file)
         index, size = read_index(path, file)
         try:
             found, attributes, arrays = (index[key] for key in ("kind", "attributes", "arrays"))

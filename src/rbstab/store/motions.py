@@ -44,17 +44,16 @@ def stack_motions(runs: list[Motions]) -> Motions:
     return Motions(stacked, runs[0].attributes)
 
 
-def read_motions(path: Path, row: int | None = None, *, checked: bool = False) -> Motions:
+def read_motions(path: Path, row: int | None = None) -> Motions:
     """Read motions; see `read_dataset`.
 
     Args:
         path: The file.
         row: The index of the only run to read; default all runs.
-        checked: Whether the file was compared with its seal before.
 
     Raises:
         NotAResultError: The file is damaged, or has no motions.
         NewerSchemaError: The file was written by a newer rbstab.
         StoreError: The file cannot be opened.
     """
-    return read_dataset(path, MOTIONS, row=row, checked=checked, form=Motions)
+    return read_dataset(path, MOTIONS, row=row, form=Motions)

@@ -15,7 +15,6 @@ from rbstab.config.load import (
     changed_config,
     config_to_read,
     load_config,
-    plain_data,
     resolved,
     resolved_yaml,
     run_id,
@@ -214,10 +213,10 @@ def test_parameters_of_every_shape(code):
 
 def test_the_permission_is_that_of_the_loaded_config(code):
     given, read = allowed(), config_to_read("case.yaml")
-    stored = allowed(config=plain_data(given))
+    stored = allowed(config=given.plain())
     assert (may_run_code(given), may_run_code(read), may_run_code(stored)) == (True, False, True)
     for config, again in product((given, read), (changed_config, None)):
-        made = again(config, plain_data(config)) if again else pickle.loads(pickle.dumps(config))  # noqa: S301
+        made = again(config, config.plain()) if again else pickle.loads(pickle.dumps(config))  # noqa: S301
         assert may_run_code(made) == may_run_code(config)
         assert run_id(made) == run_id(config)
     assert "allow" not in resolved_yaml(given)

@@ -21,39 +21,24 @@ def identity_of(found: os.stat_result) -> Identity:
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
-def path_exists(path: Path) -> bool:
-    """Whether a file or folder exists at this path.
+def _told(test: Callable[[Path], bool]) -> Callable[[Path], bool]:
+    """Return a test of a path that raises a StoreError where the path cannot be tested."""
 
-    Raises:
-        StoreError: The path cannot be tested: its folder is not accessible, or its name is too
-            long.
-    """
-    return _tested(exists, path)
+    def told(path: Path) -> bool:
+        try:
+            return test(path)
+        except OSError as error:
+            raise not_done(path, "read", error) from error
 
-
-def path_is_file(path: Path) -> bool:
-    """Whether a path leads to a regular file.
-
-    Raises:
-        StoreError: As by `path_exists`.
-    """
-    return _tested(is_file, path)
+    return told
 
 
-def path_is_dir(path: Path) -> bool:
-    """Whether a path leads to a folder.
+path_exists, path_is_file, path_is_dir = map(_told, (exists, is_file, is_dir))
+"""Whether a path leads to a file or folder, to a regular file, or to a folder.
 
-    Raises:
-        StoreError: As by `path_exists`.
-    """
-    return _tested(is_dir, path)
-
-
-def _tested(test: Callable[[Path], bool], path: Path) -> bool:
-    try:
-        return test(path)
-    except OSError as error:
-        raise not_done(path, "read", error) from error
+Raises:
+    StoreError: The path cannot be tested: its folder is not accessible, or its name is too long.
+"""
 
 
 def not_done(path: Path, what: str, error: Exception) -> StoreError:

@@ -65,7 +65,7 @@ class SweepTraces:
         row = int(np.searchsorted(numbers, member))
         if row == len(numbers) or numbers[row] != member:
             raise KeyError(f"member {member} has no trace in {self.folder.path}")
-        return read_motions(self._file(shard), row, checked=True)
+        return read_motions(self._file(shard), row)
 
     def __repr__(self) -> str:
         """Return one line: title, folder, how many members have a trace."""
@@ -77,7 +77,7 @@ class SweepTraces:
 
     def __iter__(self) -> Iterator[Motions]:
         """Yield the traces of each shard, as arrays along `run`, with one shard in memory."""
-        return (read_motions(self._file(shard), checked=True) for shard in self.shards)
+        return (read_motions(self._file(shard)) for shard in self.shards)
 
     def to_xarray(self, members: Iterable[int]) -> "xarray.Dataset":
         """Return some traces as an `xarray.Dataset` along `run`, `time` and `axis` (needs xarray).

@@ -7,7 +7,7 @@ import pytest
 from support.results import assert_equal, result
 
 import rbstab
-from rbstab.store.result import Result, open_result, write_result
+from rbstab.store.result import open_result, write_result
 
 
 def test_to_the_last_bit(tmp_path):
@@ -53,9 +53,3 @@ def test_the_file_does_not_depend_on_the_layout_in_memory(tmp_path):
     variables["lyapunov"] = variables["lyapunov"]._replace(data=strided)
     write_result(tmp_path / "a.h5", dataclasses.replace(original, variables=variables))
     assert_equal(open_result(tmp_path / "a.h5"), original)
-
-
-def test_a_result_without_any_array(tmp_path):
-    bare = Result({}, dict(result().attributes), "")
-    write_result(tmp_path / "a.h5", bare)
-    assert_equal(open_result(tmp_path / "a.h5"), bare)

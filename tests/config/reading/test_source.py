@@ -15,22 +15,44 @@ TEXTS = """
 yes no on Off y tRue nULL 2020-01-01 = <<
 """
 
-SCALARS = [
-    *((text, text) for text in [*TEXTS.split(), "1 2", "2020-01-01 12:00:00"]),
-    *(("'1'", "1"), ('"true"', "true"), ("''", ""), ('"~"', "~")),
-    *(("|\n  1", "1\n"), (">-\n  1\n  2", "1 2")),
-    *(("true", True), ("True", True), ("FALSE", False), ("false", False)),
-    *(("null", None), ("NULL", None), ("~", None), ("", None)),
-    *(("1e-9", 1e-9), ("1E5", 1e5), ("1e+5", 1e5), (".5", 0.5), ("-.5e1", -5.0), ("+3", 3)),
-    *(("5.", 5.0), ("-5.", -5.0), ("5.e2", 500.0), ("0", 0), ("-0", 0), ("-0.0", -0.0)),
-    *(("41", 41), ("41.0", 41.0), ("012", 12)),
-    *((".inf", math.inf), ("+.INF", math.inf), ("-.Inf", -math.inf), ("1e999", math.inf)),
-    *((".nan", math.nan), (".NaN", math.nan), (".NAN", math.nan)),
-    *(("999999999999999999", 999999999999999999), ("9999999999999999999", 1e19)),
-]
+SCALARS = {
+    **{text: text for text in [*TEXTS.split(), "1 2", "2020-01-01 12:00:00"]},
+    "'1'": "1",
+    '"true"': "true",
+    "''": "",
+    '"~"': "~",
+    "|\n  1": "1\n",
+    ">-\n  1\n  2": "1 2",
+    "true": True,
+    "True": True,
+    "FALSE": False,
+    "false": False,
+    **dict.fromkeys(["null", "NULL", "~", ""]),
+    "1e-9": 1e-9,
+    "1E5": 1e5,
+    "1e+5": 1e5,
+    ".5": 0.5,
+    "-.5e1": -5.0,
+    "5.": 5.0,
+    "5.e2": 500.0,
+    "+3": 3,
+    "0": 0,
+    "-0": 0,
+    "-0.0": -0.0,
+    "41": 41,
+    "41.0": 41.0,
+    "012": 12,
+    ".inf": math.inf,
+    "+.INF": math.inf,
+    "-.Inf": -math.inf,
+    "1e999": math.inf,
+    **dict.fromkeys([".nan", ".NaN", ".NAN"], math.nan),
+    "9" * 18: 999999999999999999,
+    "9" * 19: 1e19,
+}
 
 
-@pytest.mark.parametrize(("text", "value"), SCALARS)
+@pytest.mark.parametrize(("text", "value"), SCALARS.items())
 def test_a_scalar_is_that_of_yaml_1_2(text, value):
     # The text of a value has its type and its sign too.
     assert repr(parse_source(f"x: {text}\n", "a").data["x"]) == repr(value)

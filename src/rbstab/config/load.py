@@ -25,7 +25,8 @@ from rbstab.config.schema import (
     variant_of,
 )
 from rbstab.config.source import MAX_DEPTH, TOO_DEEP, Path, Source, read_source
-from rbstab.config.user_code.permission import Code, check_code, may_run_code, without_code
+from rbstab.config.user_code.check import check_code
+from rbstab.config.user_code.permission import Code, may_run_code, without_code
 from rbstab.config.user_code.section import ALLOW, PARAMETERS
 from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.elements.declarations import is_initial

@@ -8,8 +8,7 @@ which may hang on a damaged file. `results/README.md` describes the files.
 
 import math
 import re
-from collections.abc import Container, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Container, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeVar
 
@@ -17,7 +16,7 @@ import numpy as np
 
 from rbstab.store.dataset import Dataset
 from rbstab.store.disk.atomic import atomic_file
-from rbstab.store.disk.paths import not_done, open_regular
+from rbstab.store.disk.paths import not_done, opened
 from rbstab.store.disk.seal import FORMAT, checked_seal, read_index, read_seal, write_sealed
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.variables import RUN, Variable
@@ -136,7 +135,7 @@ def read_dataset(
         StoreError: The file cannot be read.
     """
     wanted = None if names is None else set(names)
-    with _opened(path) as file:
+    with opened(path) as file:
         digest = checked_seal(path, file)
         index, size = read_index(path, file)
         try:
@@ -192,18 +191,6 @@ def checksum_of(path: Path, *, check: bool = False) -> Checksum:
     Raises:
         NotAResultError, NewerSchemaError, StoreError: As `read_dataset`.
     """
-    with _opened(path) as file:
+    with opened(path) as file:
         digest = checked_seal(path, file) if check else read_seal(path, file)
         return Checksum(digest, file.seek(0, 2))
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[BinaryIO]:
-    """Return a context with a file open for reading; its errors become store errors."""
-    try:
-        with open_regular(path) as file:
-            yield file
-    except MemoryError as error:
-        raise StoreError(f"{path} needs more memory than there is") from error
-    except OSError as error:
-        raise not_done(path, "read", error) from error

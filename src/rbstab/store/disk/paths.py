@@ -3,13 +3,13 @@
 import os
 import stat
 import tempfile
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from rbstab.files import regular_file
 from rbstab.files.existence import exists, is_dir, is_file
+from rbstab.files.regular_file import open_regular
 from rbstab.store.errors import NotAResultError, StoreError
 
 Identity = tuple[int, ...]
@@ -46,14 +46,18 @@ def not_done(path: Path, what: str, error: Exception) -> StoreError:
     return StoreError(f"{path} cannot be {what}: {getattr(error, 'strerror', None) or error}")
 
 
-def open_regular(path: Path) -> BinaryIO:
-    """Open a file for reading bytes.
+@contextmanager
+def opened(path: Path) -> Iterator[BinaryIO]:
+    """Return a context with a file open for reading bytes.
 
     Raises:
-        StoreError: The file cannot be opened, or is a folder, a pipe, a socket or a device.
+        StoreError: The file cannot be read, or is a folder, a pipe, a socket or a device.
     """
     try:
-        return regular_file.open_regular(path)
+        with open_regular(path) as file:
+            yield file
+    except MemoryError as error:
+        raise StoreError(f"{path} needs more memory than there is") from error
     except (OSError, ValueError) as error:
         raise not_done(path, "read", error) from error
 
@@ -69,16 +73,13 @@ def read_regular(path: Path, limit: int | None = None) -> bytes:
         NotAResultError: The file is larger than `limit`.
         StoreError: The file cannot be read, or is not a regular file.
     """
-    try:
-        with open_regular(path) as file:
-            size = os.fstat(file.fileno()).st_size
-            if limit is not None and size > limit:
-                raise NotAResultError(
-                    f"{path} has {size / 1e6:.3g} MB, more than rbstab ever writes to such a file"
-                )
-            return file.read()
-    except OSError as error:
-        raise not_done(path, "read", error) from error
+    with opened(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if limit is not None and size > limit:
+            raise NotAResultError(
+                f"{path} has {size / 1e6:.3g} MB, more than rbstab ever writes to such a file"
+            )
+        return file.read()
 
 
 def check_writable(path: Path) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from rbstab.store.dataset import Dataset
 from rbstab.store.disk.atomic import atomic_file
-from rbstab.store.disk.paths import not_done, opened
+from rbstab.store.disk.paths import opened, store_errors
 from rbstab.store.disk.seal import FORMAT, checked_seal, read_index, read_seal, write_sealed
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.variables import RUN, Variable
@@ -49,20 +49,18 @@ def write_dataset(path: Path, dataset: Dataset, *, replace: bool = False) -> Che
         ResultExistsError: The file exists and `replace` is not set.
         StoreError: The file cannot be written (full disk, no permission, ...).
     """
-    try:
+    with store_errors(path, "written"):
         layout, arrays = _laid_out(dataset)
         content = (
             memoryview(piece) if isinstance(piece, bytes) else _bytes_of(arrays[piece])
             for piece in layout.pieces
         )
-        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except FileExistsError as error:  # a file has the name of a folder
+            raise StoreError(f"{path} cannot be written: Not a directory") from error
         with atomic_file(path, replace=replace) as file:
             return Checksum(*write_sealed(file, content, _index(dataset, arrays, layout)))
-    except FileExistsError as error:
-        # mkdir raises this error if a file has the name of a folder.
-        raise StoreError(f"{path} cannot be written: Not a directory") from error
-    except (OSError, ValueError) as error:
-        raise not_done(path, "written", error) from error
 
 
 def _bytes_of(variable: Variable) -> memoryview:

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from rbstab.files.names import printable, shortened
 from rbstab.store.disk.atomic import write_atomically
-from rbstab.store.disk.paths import not_done, read_regular
+from rbstab.store.disk.paths import read_regular, store_errors
 from rbstab.store.errors import NotAResultError, StoreError
 
 MAX_BYTES = 16 << 20
@@ -38,11 +38,9 @@ def write_document(path: Path, data: dict[str, Any], *, replace: bool = True) ->
     content = json.dumps(with_digest, indent=1, ensure_ascii=False, allow_nan=False).encode()
     if _is_too_large(content):
         raise StoreError(f"{path} cannot be written: it would be too large to be read again")
-    try:
+    with store_errors(path, "written"):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, content, replace=replace)
-    except OSError as error:
-        raise not_done(path, "written", error) from error
 
 
 def read_document(path: Path) -> dict[str, Any]:

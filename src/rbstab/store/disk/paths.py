@@ -21,14 +21,26 @@ def identity_of(found: os.stat_result) -> Identity:
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
+@contextmanager
+def store_errors(path: Path, what: str) -> Iterator[None]:
+    """Return a context in which an error of the system means that a path cannot be read or written.
+
+    Raises:
+        StoreError: The path cannot be `what`, with the system's reason.
+    """
+    try:
+        yield
+    except (OSError, ValueError, MemoryError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StoreError(f"{path} cannot be {what}: {reason}") from error
+
+
 def _told(test: Callable[[Path], bool]) -> Callable[[Path], bool]:
     """Return a test of a path that raises a StoreError where the path cannot be tested."""
 
     def told(path: Path) -> bool:
-        try:
+        with store_errors(path, "read"):
             return test(path)
-        except OSError as error:
-            raise not_done(path, "read", error) from error
 
     return told
 
@@ -41,11 +53,6 @@ Raises:
 """
 
 
-def not_done(path: Path, what: str, error: Exception) -> StoreError:
-    """Return the error that a path cannot be "read" or "written", with the system's reason."""
-    return StoreError(f"{path} cannot be {what}: {getattr(error, 'strerror', None) or error}")
-
-
 @contextmanager
 def opened(path: Path) -> Iterator[BinaryIO]:
     """Return a context with a file open for reading bytes.
@@ -53,13 +60,8 @@ def opened(path: Path) -> Iterator[BinaryIO]:
     Raises:
         StoreError: The file cannot be read, or is a folder, a pipe, a socket or a device.
     """
-    try:
-        with open_regular(path) as file:
-            yield file
-    except MemoryError as error:
-        raise StoreError(f"{path} needs more memory than there is") from error
-    except (OSError, ValueError) as error:
-        raise not_done(path, "read", error) from error
+    with store_errors(path, "read"), open_regular(path) as file:
+        yield file
 
 
 def read_regular(path: Path, limit: int | None = None) -> bytes:
@@ -93,10 +95,8 @@ def check_writable(path: Path) -> None:
     Raises:
         StoreError: The name is too long, a folder is not writable, or the path is not a file.
     """
-    try:
+    with store_errors(path, "written"):
         reason = _reason_not_writable(path)
-    except (OSError, ValueError) as error:
-        raise not_done(path, "written", error) from error
     if reason is not None:
         raise StoreError(f"{path} cannot be written: {reason}")
 
@@ -112,14 +112,12 @@ def check_folder(folder: Path) -> None:
     Raises:
         StoreError: It is not a folder, or no file can be made in it.
     """
-    try:
+    with store_errors(folder, "written"):
         existing = folder.absolute()
         while not exists(existing) and existing != existing.parent:
             existing = existing.parent
         with tempfile.TemporaryFile(dir=existing):
             pass
-    except (OSError, ValueError) as error:
-        raise not_done(folder, "written", error) from error
 
 
 def _reason_not_writable(path: Path) -> str | None:

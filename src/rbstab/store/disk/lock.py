@@ -54,13 +54,13 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
         yield
         return
     try:
-        for attempt in range(MAX_ATTEMPTS):
+        for _ in range(MAX_ATTEMPTS):
             with store_errors(folder, "locked"), suppress(BlockingIOError):
                 try_lock(file, shared=shared)
                 break
-            if attempt == MAX_ATTEMPTS - 1:
-                raise FolderInUseError(f"{folder} is in use by another process. Wait until it ends")
             time.sleep(RETRY_INTERVAL)
+        else:
+            raise FolderInUseError(f"{folder} is in use by another process. Wait until it ends")
         if not _is_in(file, folder):
             # Its owner has renamed the folder, as `--force` does.
             raise FolderInUseError(f"{folder} was just moved by another process. Try again")

@@ -1,7 +1,6 @@
 """Paths before they are used, when the file system may return an error; and reading small files."""
 
 import os
-import stat
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -96,9 +95,22 @@ def check_writable(path: Path) -> None:
         StoreError: The name is too long, a folder is not writable, or the path is not a file.
     """
     with store_errors(path, "written"):
-        reason = _reason_not_writable(path)
-    if reason is not None:
-        raise StoreError(f"{path} cannot be written: {reason}")
+        if exists(path) and not is_file(path):
+            kind = "folder" if is_dir(path) else "pipe, a device or a socket"
+            raise OSError(f"it is a {kind}, not a file")
+        folder, missing = path.parent, [] if exists(path) else [path.name]
+        while not exists(folder):
+            missing.append(folder.name)
+            folder = folder.parent
+        for name in missing:
+            # Only a folder that exists tells whether a name is too long.
+            with suppress(FileNotFoundError):
+                (folder / name).lstat()
+                # The other names belong into folders that are missing too.
+                if name == missing[-1]:
+                    raise OSError(f"{name} is a link to a missing file or folder")
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise OSError(f"{folder} is not writable")
 
 
 def check_folder(folder: Path) -> None:
@@ -118,30 +130,3 @@ def check_folder(folder: Path) -> None:
             existing = existing.parent
         with tempfile.TemporaryFile(dir=existing):
             pass
-
-
-def _reason_not_writable(path: Path) -> str | None:
-    """Return the reason, or None.
-
-    Raises:
-        OSError: The operating system gives the reason.
-    """
-    if exists(path):
-        mode = path.stat().st_mode
-        if not stat.S_ISREG(mode):
-            kind = "folder" if stat.S_ISDIR(mode) else "pipe, a device or a socket"
-            return f"it is a {kind}, not a file"
-        folder, missing = path.parent, []
-    else:
-        folder, missing = path.parent, [path.name]
-    while not exists(folder):
-        missing.append(folder.name)
-        folder = folder.parent
-    for name in missing:
-        # Only a folder that exists tells whether a name is too long.
-        with suppress(FileNotFoundError):
-            (folder / name).lstat()
-            # The other names belong into folders that are missing too.
-            if name == missing[-1]:
-                return f"{name} is a link to a missing file or folder"
-    return None if os.access(folder, os.W_OK | os.X_OK) else f"{folder} is not writable"

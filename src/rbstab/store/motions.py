@@ -1,11 +1,8 @@
 """Motions of runs: arrays with the dimensions run, time and axis, in memory and in their files."""
 
-from pathlib import Path
-
 import numpy as np
 
 from rbstab.store.dataset import Dataset
-from rbstab.store.dataset_file import read_dataset
 from rbstab.store.variables import RUN
 
 MOTIONS = "a file of traces of a sweep"
@@ -42,18 +39,3 @@ def stack_motions(runs: list[Motions]) -> Motions:
             data = np.stack([run[name] for run in runs])
             stacked[name] = one._replace(dimensions=(RUN, *one.dimensions), data=data)
     return Motions(stacked, runs[0].attributes)
-
-
-def read_motions(path: Path, row: int | None = None) -> Motions:
-    """Read motions; see `read_dataset`.
-
-    Args:
-        path: The file.
-        row: The index of the only run to read; default all runs.
-
-    Raises:
-        NotAResultError: The file is damaged, or has no motions.
-        NewerSchemaError: The file was written by a newer rbstab.
-        StoreError: The file cannot be opened.
-    """
-    return read_dataset(path, MOTIONS, row=row, form=Motions)

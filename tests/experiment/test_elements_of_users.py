@@ -18,7 +18,6 @@ import rbstab
 from rbstab.config.load import (
     config_to_read,
     load_config,
-    plain_data,
 )
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.own_states import own_states_of
@@ -204,6 +203,6 @@ def test_proofs_for_all_bodies_are_those_of_the_same_element_of_ours():
 
 def test_the_identity_of_a_proof_needs_no_code(folder):
     config = load({"one": THEIRS["tie"]})
-    assert proof_id(config_to_read(plain_data(config))) == proof_id(config)
+    assert proof_id(config_to_read(config.plain())) == proof_id(config)
     (folder / "tie.py").write_text(TIE + "# another text\n")
     assert proof_id(load({"one": THEIRS["tie"]})) != proof_id(config)

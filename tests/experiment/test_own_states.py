@@ -123,6 +123,6 @@ def test_a_start_belongs_to_the_initial_state_and_not_to_the_proof():
     assert {one.section for one in tolerances} == {"initial"}
     assert starts_id(config, tolerances) != starts_id(other, tolerances)
     assert {one.section for one in tolerances_of(config, ["elements.left.K_d=±1%"])} == {"elements"}
-    assert unit_of("elements.left.initial_state", [("embedded", None)]) == "m"
+    assert unit_of("elements.left.initial_state", [{"kind": "embedded"}]) == "m"
     keys = [entry.key for entry in entries_of(config)]
     assert keys.index("elements.left.initial_state[0]") > keys.index("initial.connector_state[2]")

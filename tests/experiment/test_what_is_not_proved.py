@@ -17,7 +17,7 @@ from support.user_code import ROPE, SPRING, element_text, loaded_with, mine
 
 from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of
-from rbstab.config.load import config_to_read, load_config, plain_data
+from rbstab.config.load import config_to_read, load_config
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.convergence.convergence import Enclose
@@ -342,7 +342,7 @@ def test_a_run_tells_of_a_class_that_does_not_declare_its_kinks(declared):
 
 def test_without_permission_no_code_runs():
     config = with_code(SPRING, k=3.0)
-    proof, read = prove(config), config_to_read(plain_data(config))
+    proof, read = prove(config), config_to_read(config.plain())
     refused = prove(read)
     assert (refused.states, refused.outcome) == ((), CODE_NOT_RUN)
     assert any(CODE_NOT_RUN in text for text in verify(proof, read).unchecked)

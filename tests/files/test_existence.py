@@ -13,7 +13,6 @@ from rbstab.config.errors import ConfigError
 from rbstab.experiment.robust.bodies import all_bodies
 from rbstab.files.existence import exists, is_dir, is_file
 from rbstab.listing.kinds import kind_of
-from rbstab.report.reading.untrusted import file_of
 from rbstab.store.disk.paths import check_folder, path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import StoreError
 from rbstab.sweep.plan.load import load_plan
@@ -75,20 +74,6 @@ def test_a_name_that_is_too_long(tmp_path):
         exists(tmp_path / TOO_LONG)
     with pytest.raises(StoreError, match="cannot be written: File name too long"):
         check_folder(tmp_path / TOO_LONG)
-
-
-def test_a_sweep_that_cannot_be_tested_is_not_called_another_folder(tmp_path, monkeypatch):
-    stat = os.stat
-
-    def no_answer_inside(path, *arguments, **options):
-        if os.fspath(path) != os.fspath(tmp_path):
-            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
-        return stat(path, *arguments, **options)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(os, "stat", no_answer_inside)
-        with pytest.raises(StoreError, match="cannot be read: Permission denied"):
-            file_of(tmp_path)
 
 
 def test_proofs_that_cannot_be_listed_are_not_absent(tmp_path, monkeypatch):

@@ -2,8 +2,7 @@
 
 import pytest
 
-from rbstab.config.errors import printable
-from rbstab.files.names import readable_name
+from rbstab.files.names import printable, readable_name
 
 
 @pytest.mark.parametrize(

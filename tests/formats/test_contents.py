@@ -143,13 +143,3 @@ def test_xarray_finds_in_the_file_what_it_gets_from_memory(run):
                 assert found.values.tolist() == pytest.approx(
                     result[f"certificate/{name}"].tolist(), nan_ok=True
                 )
-
-
-def test_words_of_the_certificate_are_codes_in_memory(run):
-    """The CF conventions write words without blanks."""
-    result, _ = run
-    for name, codes in result.to_xarray("certificate").data_vars.items():
-        if result[f"certificate/{name}"].dtype == object:
-            words = np.array(codes.attrs["flag_meanings"].split())[codes.values]
-            expected = [word.replace(" ", "_") for word in result[f"certificate/{name}"]]
-            assert words.tolist() == expected, name

@@ -163,13 +163,6 @@ def test_traces_open():
         assert trace["orientation"][-1].tolist() == table["final_orientation"][member].tolist()
 
 
-@pytest.mark.parametrize("sweep", ["first_part_of_variants"], indirect=True)
-def test_a_part_does_not_finish_a_sweep(sweep):
-    done = call("sweep", sweep / "plan.yaml", "-o", sweep.parent, "--part", "2/2")
-    assert done.exit_code == 0, done.output
-    assert not (sweep / "members.h5").exists()
-
-
 RUN = Path(__file__).parent / "data" / "run_format_1.h5"
 
 RUN_DIGEST = "be62f82e826f1454585cc9a6f8e28a0982b18f3465ec88754927c3780ffde64a"

@@ -15,7 +15,7 @@ from support.proofs import energy_of_config as exact
 
 from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of
-from rbstab.config.load import load_config, plain_data
+from rbstab.config.load import load_config
 from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
 from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.kept_range import (
@@ -32,7 +32,7 @@ CASES = ["case1_permanent", "case2_visco_elastic"]
 
 
 def case(name="case1_permanent", soft=1.0):
-    data = plain_data(load_config(PAPER / f"{name}.yaml"))
+    data = load_config(PAPER / f"{name}.yaml").plain()
     data["controller"]["K_r"] = [soft * gain for gain in data["controller"]["K_r"]]
     return load_config(data)
 

@@ -22,7 +22,7 @@ from support.rest import inverted_pendulum
 
 import rbstab
 from rbstab.analysis.configuration import configurations
-from rbstab.config.load import load_config, plain_data
+from rbstab.config.load import load_config
 from rbstab.proof.robust import bodies
 from rbstab.proof.robust.bodies import BodiesOutcome, prove_bodies
 from rbstab.proof.robust.energies import energies_of
@@ -155,7 +155,7 @@ def test_pendulum_is_proved_where_its_equation_says(low, high, second, outcome):
 
 
 def sliding():
-    data = plain_data(config_of("permanent"))
+    data = config_of("permanent").plain()
     data["controller"] |= {"variant": "sliding", "K_s": [60, 60, 40], "surface": "position"}
     return rbstab.load_config(data | {"integration": {"duration": 1.0}})
 

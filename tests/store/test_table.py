@@ -1,8 +1,5 @@
 """Protects tables of runs and the folder lock: a table is read as it was written, or refused."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -100,31 +97,13 @@ def test_a_column_is_known_by_its_declaration_also_if_words_were_added_since():
     assert not status.describes(LAYOUT["final_position"].of(np.zeros((2, 3))))
 
 
-HOLDER = """
-import sys
-from pathlib import Path
-from rbstab.store.disk.lock import locked
-with locked(Path(sys.argv[1])):
-    print("held", flush=True)
-    sys.stdin.readline()
-"""
-
-
 def test_the_lock(tmp_path):
-    assert not is_locked(tmp_path)
-    with locked(tmp_path), pytest.raises(FolderInUseError, match="in use"), locked(tmp_path):
-        pass
-    command = [sys.executable, "-c", HOLDER, str(tmp_path)]
-    with subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    ) as holder:
-        assert holder.stdout is not None
-        assert holder.stdout.readline() == "held\n"
-        assert is_locked(tmp_path)
-        with pytest.raises(FolderInUseError), locked(tmp_path):
-            pass
-        holder.kill()
-        holder.wait()
+    """An open file has its lock, also where one process opens it twice."""
     assert not is_locked(tmp_path)
     with locked(tmp_path):
+        assert is_locked(tmp_path)
+        with pytest.raises(FolderInUseError, match="in use"), locked(tmp_path):
+            pass
+    assert not is_locked(tmp_path)
+    with locked(tmp_path, shared=True), locked(tmp_path, shared=True):
         assert is_locked(tmp_path)

@@ -2,14 +2,12 @@
 
 import dataclasses
 
-import h5py
 import numpy as np
 import pytest
-import xarray
 from support.results import assert_equal, result
 
 import rbstab
-from rbstab.store.result import Result, open_result, write_result
+from rbstab.store.result import open_result, write_result
 
 
 def test_to_the_last_bit(tmp_path):
@@ -55,20 +53,3 @@ def test_the_file_does_not_depend_on_the_layout_in_memory(tmp_path):
     variables["lyapunov"] = variables["lyapunov"]._replace(data=strided)
     write_result(tmp_path / "a.h5", dataclasses.replace(original, variables=variables))
     assert_equal(open_result(tmp_path / "a.h5"), original)
-
-
-def test_a_result_without_any_array(tmp_path):
-    bare = Result({}, dict(result().attributes), "")
-    write_result(tmp_path / "a.h5", bare)
-    assert_equal(open_result(tmp_path / "a.h5"), bare)
-
-
-@pytest.mark.parametrize("locking", [True, False])
-def test_other_readers_may_hold_the_file(tmp_path, locking):
-    """HDF5 refuses to open a file twice in a process with different ways of locking."""
-    path = tmp_path / "a.h5"
-    write_result(path, result())
-    with h5py.File(path, "r", locking=locking):
-        assert_equal(open_result(path), result())
-    with xarray.open_dataset(path, engine="h5netcdf"):
-        assert_equal(open_result(path), result())

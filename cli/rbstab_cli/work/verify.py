@@ -3,6 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +19,7 @@ from rbstab.files.existence import is_dir, is_file
 from rbstab.files.shell_words import shell_word
 from rbstab.proof.check.findings import Finding
 from rbstab.report.reading.not_results import CONFIG, PROOF, what_it_is
-from rbstab.store.disk.paths import not_done
+from rbstab.store.disk.paths import store_errors
 from rbstab.store.document import read_model
 from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
@@ -162,12 +163,9 @@ def _proofs_of_folder(folder: Path, config: Config | None) -> tuple[list[Path], 
         StoreError: The folder cannot be read.
     """
     place = folder if folder.absolute().name == PROOFS else folder / PROOFS
-    try:
+    found: list[Path] = []
+    with store_errors(place, "read"), suppress(FileNotFoundError, NotADirectoryError):
         found = sorted(path for path in place.iterdir() if path.suffix == ".json")
-    except (FileNotFoundError, NotADirectoryError):
-        found = []
-    except OSError as error:
-        raise not_done(place, "read", error) from error
     files = [path for path in found if not path.name.startswith(WITHIN_TOLERANCES)]
     others = len(found) - len(files)
     if config is not None:

@@ -192,17 +192,10 @@ class SlidingController(_connector_controller("sliding")):  # type: ignore[misc]
         return energy
 
 
-_SPECIAL_MODELS: dict[str, Any] = {"sliding": SlidingController}
-"""The models of the variants whose controller has keys besides gains."""
-
 CONTROLLERS: dict[str, Any] = {
     "free": FreeController,
     "permanent": PermanentController,
-    **{
-        variant: _SPECIAL_MODELS[variant]
-        if variant in _SPECIAL_MODELS
-        else _connector_controller(variant)
-        for variant in CONNECTORS
-    },
+    **{variant: _connector_controller(variant) for variant in CONNECTORS if variant != "sliding"},
+    "sliding": SlidingController,
 }
 """The controller model of each variant."""

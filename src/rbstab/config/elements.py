@@ -21,7 +21,6 @@ from rbstab.config.quantities import value_error
 from rbstab.config.section import FrozenMapping, Section, required, word_or
 from rbstab.config.sections.signals import SMOOTH_SIGNALS, Signal
 from rbstab.config.source import Path
-from rbstab.config.units import Kind
 from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.config.user_code.section import PARAMETERS, PythonElement
 from rbstab.elements.element import Element
@@ -108,16 +107,6 @@ def parameter_path(name: str, section: Any, key: str) -> Path:
 def parameter(section: Any, key: str) -> Any:
     """Return the value of a gain, or the initial value of a state, of an element."""
     return section.parameters[key] if isinstance(section, PythonElement) else getattr(section, key)
-
-
-def kind_of(element: Any) -> Kind:
-    """Return what decides the units of an element of a config, or of plain data."""
-    data = element.model_dump(by_alias=True) if isinstance(element, Section) else element
-    if not isinstance(data, dict):
-        return Kind("")
-    keys = ("kind", SELECTORS.get(str(data.get("kind")), ""), "source", "class")
-    kind, *others = (found if isinstance(found := data.get(key), str) else None for key in keys)
-    return Kind(kind or "", *others)
 
 
 def _named(elements: Mapping[str, Any], test: Callable[[Any], Any]) -> list[str]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any, NamedTuple
 
-from rbstab.files.names import readable_name
+from rbstab.files.names import printable, shortened
 
 
 class Location(NamedTuple):
@@ -42,29 +42,9 @@ class ConfigProblem:
         return printable(f"{self.location}: {key}{shortened(self.problem)}{expected}")
 
 
-MAX_TEXT = 200
-"""Characters of a key, and of a problem, in a message. A file may have keys of any length."""
-
-
-def shortened(text: str) -> str:
-    """Return a text for a message, cut if it is long."""
-    return text if len(text) <= MAX_TEXT else text[: MAX_TEXT - 3] + "..."
-
-
 MAX_PROBLEMS = 100
 """The largest number of problems in one error. If there are more, the last entry states how many
 are left out."""
-
-
-def printable(text: str) -> str:
-    """Escape line breaks and control characters of an untrusted text; the result is one line.
-
-    Names of files in it are made readable first.
-    """
-    shown = readable_name(text)
-    if shown.isprintable():
-        return shown
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in shown)
 
 
 def closest(word: str, known: Iterable[str]) -> str | None:

@@ -83,7 +83,7 @@ def load_config(
         if not changes and not allow_python:
             return config
         allow_python = allow_python or may_run_code(config)
-        config = plain_data(config)
+        config = config.plain()
     source = _changed_source(config, changes)
     found = loaded(source, Code.ALLOWED if allow_python else Code.REFUSED)
     _check_lengths(found, source)
@@ -243,14 +243,9 @@ def _problems_of_start(config: Config, source: Source) -> list[ConfigProblem]:
     return [source.problem(("initial", "orientation"), found, expected)]
 
 
-def plain_data(config: Config) -> dict[str, Any]:
-    """Return a config as plain data with all defaults. It loads as the same config."""
-    return config.plain()
-
-
 def resolved(config: Config) -> dict[str, Any]:
     """Return a config as plain data, with all defaults and without keys that have no effect."""
-    data = plain_data(config)
+    data = config.plain()
     integration = data["integration"]
     if integration["engine"] != "scipy":
         for key in SCIPY_ONLY:

@@ -8,7 +8,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
-from rbstab.config.elements import declarations_of, kind_of, parameter_path
+from rbstab.config.elements import declarations_of, parameter_path
 from rbstab.config.schema import Config
 from rbstab.config.section import Section
 from rbstab.config.sections.angles import NumberInDegrees, VectorInDegrees
@@ -149,19 +149,19 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
 
 
 def entries_under(config: Config, path: Path) -> tuple[Entry, ...]:
-    """Return the independent numbers at a path and below it."""
-    value = value_at(config, path)
-    if not isinstance(value, tuple):
-        return (Entry(key_of(path), value, (path,)),)
-    if not isinstance(value[0], tuple):
-        return tuple(Entry(key_of((*path, i)), x, ((*path, i),)) for i, x in enumerate(value))
-    entries = []
-    for i in range(3):
-        for j in range(i, 3):
-            own_path, mirrored_path = (*path, i, j), (*path, j, i)
-            paths = (own_path,) if i == j else (own_path, mirrored_path)
-            entries.append(Entry(key_of(own_path), value[i][j], paths))
-    return tuple(entries)
+    """Return the independent numbers at a path and below it.
+
+    Raises:
+        LookupError: There is no such path, or it holds no numbers.
+    """
+    places: dict[tuple[Any, ...], list[tuple[Path, float]]] = defaultdict(list)
+    for place in numbers_below(config, path):
+        # An entry of a symmetric matrix and its mirror image have the same indices.
+        places[tuple(sorted(place[0][len(path) :], key=str))].append(place)
+    return tuple(
+        Entry(key_of(found[0][0]), found[0][1], tuple(place for place, _ in found))
+        for found in places.values()
+    )
 
 
 def keys_of(config: Config) -> dict[str, list[float]]:
@@ -185,8 +185,9 @@ def is_of_initial_state(path: Path) -> bool:
 def unit_at(owner: Any, key: str) -> str:
     """Return the unit of a key of a config, or of plain data; empty if it has none."""
     path = parse_key(key) or ()
-    kinds = [kind_of(found_at(owner, path[:2]))] if path[:1] == ("elements",) else []
-    return unit_of(key_of(names_in(path)), kinds)
+    element = found_at(owner, path[:2])
+    data = element.model_dump(by_alias=True) if isinstance(element, Section) else element
+    return unit_of(key_of(names_in(path)), [data])
 
 
 def unit_problem(config: Config, key: NumberKey) -> tuple[str, str] | None:

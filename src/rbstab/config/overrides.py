@@ -3,11 +3,12 @@
 from collections.abc import Iterable
 from typing import Any
 
-from rbstab.config.errors import ConfigError, Location, shortened
+from rbstab.config.errors import ConfigError, Location
 from rbstab.config.numbers import found_at, replaced, unit_at
 from rbstab.config.schema import NO_VARIANT, VARIANTS, model_of, variant_of
 from rbstab.config.source import MAX_DEPTH, Path, Source, key_of, parse_source
 from rbstab.config.units import DEGREES, NumberKey, in_degrees, names_in, number_key, parse_key
+from rbstab.files.names import shortened
 
 
 def override(source: Source, assignments: Iterable[str]) -> None:

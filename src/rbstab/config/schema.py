@@ -22,7 +22,6 @@ from rbstab.config.elements import (
     stops,
     switching,
 )
-from rbstab.config.errors import printable, shortened
 from rbstab.config.quantities import Text, Vector, components, value_error, version
 from rbstab.config.section import FrozenMapping, Section
 from rbstab.config.sections.body import BodySection, FreeInitial, HeldInitial, zero_vector
@@ -32,6 +31,7 @@ from rbstab.config.sections.reference import Reference
 from rbstab.config.sections.signals import MAX_KNOTS
 from rbstab.config.user_code.section import ALLOW
 from rbstab.elements.registry import CONNECTORS
+from rbstab.files.names import line
 from rbstab.mechanics.states import PITCH
 
 SCHEMA_VERSIONS = (1, 2)
@@ -57,12 +57,10 @@ class Experiment(Section):
 
     def __repr__(self) -> str:
         """Return one line: title, variant, named elements, duration, engine."""
-        named = f"elements {', '.join(self.elements)}" if self.elements else ""
-        integration = self.integration
-        duration = f"{integration.duration:g} s"
-        facts = (self.controller.variant, named, duration, f"engine {integration.engine}")
-        what = printable(f'"{shortened(self.title)}": {", ".join(filter(None, facts))}')
-        return f"<rbstab.Config {what}>"
+        named = [f"elements {', '.join(self.elements)}"] if self.elements else []
+        duration = f"{self.integration.duration:g} s"
+        facts = (self.controller.variant, *named, duration, f"engine {self.integration.engine}")
+        return line("Config", self.title, facts)
 
     __str__ = __repr__
 

@@ -53,31 +53,24 @@ def section_of(value: dict[str, Any], sections: Iterable[type[Section]]) -> Sect
     return by_key[next(iter((*given, *near, *by_key)))].model_validate(value)
 
 
-def word_or_section(
-    value: Any, words: tuple[str, ...], *sections: tuple[type[Section], str]
-) -> Any:
-    """Validate a value that must be one of some words, or a section with one key.
+def word_or(words: tuple[str, ...], *sections: tuple[type[Section], str]) -> WrapValidator:
+    """Return the check that a value is one of some words, or a section with one key.
 
     Args:
-        value: The value in the config.
         words: The words.
         sections: The sections, each with the meaning of its one value.
-
-    Raises:
-        PydanticCustomError: The value is none of these.
     """
     kinds = tuple(section for section, _ in sections)
-    if isinstance(value, kinds) or (isinstance(value, str) and value in words):
-        return value
-    if isinstance(value, dict):
-        return section_of(value, kinds)
-    shown = [f"{{{next(iter(section.model_fields))}: {meaning}}}" for section, meaning in sections]
+    shown = [f"{{{next(iter(kind.model_fields))}: {meaning}}}" for kind, meaning in sections]
     expected = f"expected {', '.join([*words, *shown[:-1]])} or {shown[-1]}"
-    if isinstance(value, str):
-        raise value_error(f"'{value}' is unknown", expected + hint(value, words))
-    raise value_error("is neither a word nor a mapping", expected)
 
+    def check(value: Any, _: Any) -> Any:
+        if isinstance(value, kinds) or (isinstance(value, str) and value in words):
+            return value
+        if isinstance(value, dict):
+            return section_of(value, kinds)
+        if isinstance(value, str):
+            raise value_error(f"'{value}' is unknown", expected + hint(value, words))
+        raise value_error("is neither a word nor a mapping", expected)
 
-def word_or(words: tuple[str, ...], *sections: tuple[type[Section], str]) -> WrapValidator:
-    """Return the check of a type as a validator, as `word_or_section`."""
-    return WrapValidator(lambda value, _handler: word_or_section(value, words, *sections))
+    return WrapValidator(check)

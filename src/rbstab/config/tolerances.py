@@ -6,7 +6,7 @@ A config with tolerances means every config whose numbers lie between the bounds
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from decimal import Decimal, localcontext
+from decimal import Decimal
 from fractions import Fraction
 
 from rbstab.config.errors import (
@@ -15,7 +15,6 @@ from rbstab.config.errors import (
     Location,
     closest_keys,
     did_you_mean,
-    shortened,
 )
 from rbstab.config.load import with_numbers
 from rbstab.config.numbers import (
@@ -29,6 +28,7 @@ from rbstab.config.numbers import (
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.config.units import NumberKey, names_in, number_key
+from rbstab.files.names import shortened
 
 OPTION = "--within"
 
@@ -194,17 +194,12 @@ def _unit(config: Config, text: str, key: str, entries: Iterable[Entry]) -> Frac
 
 def decimal_text(number: Fraction) -> str:
     """Return a number as an exact decimal, or as a fraction if it has no finite decimal."""
-    rest = number.denominator
-    for prime in (2, 5):
-        while rest % prime == 0:
-            rest //= prime
-    if rest != 1:
-        return f"{number.numerator}/{number.denominator}"
-    with localcontext() as context:
-        context.prec = len(str(number.numerator)) + 4 * number.denominator.bit_length() + 10
-        quotient = Decimal(number.numerator) / Decimal(number.denominator)
-        text = format(quotient.normalize(), "f")
-    return "0" if text == "-0" else text
+    # A denominator 2^a 5^b divides 10^places.
+    places = number.denominator.bit_length()
+    scaled = number * 10**places
+    if scaled.denominator != 1:
+        return str(number)
+    return f"{Decimal(f'{scaled.numerator}e-{places}'):f}".rstrip("0").rstrip(".")
 
 
 def _entries_at(config: Config, key: str) -> tuple[Entry, ...]:

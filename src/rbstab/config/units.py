@@ -4,14 +4,15 @@ A key has one unit: SI, or degrees if it ends in `.deg`.
 """
 
 import re
-from collections.abc import Collection
+from collections.abc import Iterable
 from math import radians
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rbstab.config.sections.signals import SIGNAL_UNITS
 from rbstab.config.source import Path, key_of
+from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.config.user_code.section import PARAMETERS, parameter_units, parameters_in
-from rbstab.elements.registry import GAINS, KINDS, OWN_STATES
+from rbstab.elements.registry import GAINS, KINDS, OWN_STATES, SELECTORS
 
 _UNITS = (
     {
@@ -31,15 +32,6 @@ _UNITS = (
     | {f"initial.{name}": state.unit for name, state in OWN_STATES.items()}
 )
 
-_ELEMENT_UNITS = {
-    (kind, method, key): unit
-    for kind, methods in KINDS.items()
-    for method, element in methods.items()
-    for key, unit in parameter_units(element).items()
-} | {("sliding", None, "surface.slope"): "1/s"}
-"""By kind, selector and key: the stiffness of a spring and that of a guard have different units."""
-
-
 DEGREES = "deg"
 """The key of angles in degrees: `{deg: [30, 0, 0]}`."""
 
@@ -47,38 +39,23 @@ _IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 """The units of keys that end in `.deg`, by the units of the keys without it."""
 
 
-class Kind(NamedTuple):
-    """What decides the units of an element of a config.
-
-    Attributes:
-        kind: Its kind.
-        selected: The value of its selector (`registry.SELECTORS`), if the kind has several classes.
-        source: The text of the file of an element of a user.
-        class_name: The class in this text.
-    """
-
-    kind: str
-    selected: str | None = None
-    source: str | None = None
-    class_name: str | None = None
-
-
-def unit_of(key: str, kinds: Collection[Kind | tuple[str, str | None]] = ()) -> str:
+def unit_of(key: str, elements: Iterable[Any] = ()) -> str:
     """Return the unit of a config key such as `body.inertia`; no code of a user runs.
 
     That of an angle in degrees, such as `initial.orientation.deg`, is `deg` or `deg/s`.
 
     Args:
         key: The key.
-        kinds: The kinds of the element in a key such as `elements.strut.stiffness`: one, or more if
-            several configs have an element of that name.
+        elements: The data of the element in a key such as `elements.strut.stiffness`: one, or more
+            if several configs have an element of that name.
 
     Returns:
         The unit. It is empty for keys without a unit, for a boundary layer, whose unit depends on
-        the surface, and if the kinds have different units.
+        the surface, and if the elements have different units.
     """
+    elements = list(elements)
     whole, _, last = key.rpartition(".")
-    if last == DEGREES and (unit := _IN_DEGREES.get(unit_of(whole, kinds))):
+    if last == DEGREES and (unit := _IN_DEGREES.get(unit_of(whole, elements))):
         return unit
     section, _, rest = key.partition(".")
     if section != "elements":
@@ -86,16 +63,20 @@ def unit_of(key: str, kinds: Collection[Kind | tuple[str, str | None]] = ()) -> 
     gain = rest.partition(".")[2]
     if gain.startswith("signal."):
         return SIGNAL_UNITS.get(gain.removeprefix("signal."), "")
-    units = {_element_unit(Kind(*kind), gain) for kind in kinds}
+    units = {_units_in(element).get(gain, "") for element in elements}
     return units.pop() if len(units) == 1 else ""
 
 
-def _element_unit(kind: Kind, key: str) -> str:
-    if kind.source is None or kind.class_name is None:
-        return _ELEMENT_UNITS.get((kind.kind, kind.selected, key), "")
-    element = {"source": kind.source, "class": kind.class_name}
-    named = {f"{PARAMETERS}.{name}": unit for name, unit in parameters_in(element).items()}
-    return named.get(key, "")
+def _units_in(element: Any) -> dict[str, str]:
+    """Return the units of an element in the data of a config, by key; none if it is wrong."""
+    try:
+        kind = element["kind"]
+        if kind == PYTHON:
+            return {f"{PARAMETERS}.{name}": unit for name, unit in parameters_in(element).items()}
+        declared = KINDS[kind][element.get(SELECTORS.get(kind))]
+    except (AttributeError, KeyError, TypeError):
+        return {}
+    return parameter_units(declared) | {"surface.slope": "1/s"}  # the key of a sliding tie
 
 
 _KEY_PART = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]{1,6})\]")

@@ -16,7 +16,6 @@ from rbstab.config.errors import (
     Location,
     closest_keys,
     did_you_mean,
-    shortened,
 )
 from rbstab.config.load import with_numbers
 from rbstab.config.numbers import changed_numbers, keys_of
@@ -24,6 +23,7 @@ from rbstab.config.schema import Config
 from rbstab.config.units import number_key
 from rbstab.experiment.answers.threshold import NamedNumber, alike, threshold_of
 from rbstab.experiment.answers.wanted import wanted
+from rbstab.files.names import shortened
 from rbstab.mechanics.numbers import Array
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
+from rbstab.files.names import line
 from rbstab.store.variables import Variable, dataset_of, make_read_only, no_such_array
 
 if TYPE_CHECKING:
@@ -33,6 +34,15 @@ class Dataset:
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
         make_read_only(variable.data for variable in self.variables.values())
+
+    def __repr__(self) -> str:
+        """Return one line: title, what it holds, size."""
+        return line(type(self).__name__, str(self.attributes.get("title", "")), self._facts())
+
+    def _facts(self) -> list[str]:
+        """Return what the dataset shows of itself."""
+        samples = [f"{len(self['time'])} samples"] if "time" in self else []
+        return [*samples, f"{len(self.variables)} arrays"]
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return the array with this name, such as "orientation", in SI units.

@@ -8,8 +8,7 @@ which may hang on a damaged file. `results/README.md` describes the files.
 
 import math
 import re
-from collections.abc import Container, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Container, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple, TypeVar
 
@@ -17,7 +16,7 @@ import numpy as np
 
 from rbstab.store.dataset import Dataset
 from rbstab.store.disk.atomic import atomic_file
-from rbstab.store.disk.paths import not_done, open_regular
+from rbstab.store.disk.paths import opened, store_errors
 from rbstab.store.disk.seal import FORMAT, checked_seal, read_index, read_seal, write_sealed
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.variables import RUN, Variable
@@ -50,20 +49,18 @@ def write_dataset(path: Path, dataset: Dataset, *, replace: bool = False) -> Che
         ResultExistsError: The file exists and `replace` is not set.
         StoreError: The file cannot be written (full disk, no permission, ...).
     """
-    try:
+    with store_errors(path, "written"):
         layout, arrays = _laid_out(dataset)
         content = (
             memoryview(piece) if isinstance(piece, bytes) else _bytes_of(arrays[piece])
             for piece in layout.pieces
         )
-        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except FileExistsError as error:  # a file has the name of a folder
+            raise StoreError(f"{path} cannot be written: Not a directory") from error
         with atomic_file(path, replace=replace) as file:
             return Checksum(*write_sealed(file, content, _index(dataset, arrays, layout)))
-    except FileExistsError as error:
-        # mkdir raises this error if a file has the name of a folder.
-        raise StoreError(f"{path} cannot be written: Not a directory") from error
-    except (OSError, ValueError) as error:
-        raise not_done(path, "written", error) from error
 
 
 def _bytes_of(variable: Variable) -> memoryview:
@@ -113,13 +110,12 @@ def _index(dataset: Dataset, arrays: Mapping[str, Variable], layout: "Layout") -
     return {"kind": dataset.kind, "attributes": dict(dataset.attributes), "arrays": entries}
 
 
-def read_dataset(  # noqa: PLR0913 (options by name)
+def read_dataset(
     path: Path,
     kind: str,
     names: Iterable[str] | None = None,
     *,
     row: int | None = None,
-    checked: bool = False,
     form: type[D] = Dataset,  # type: ignore[assignment]
 ) -> D:
     """Read a file.
@@ -129,7 +125,6 @@ def read_dataset(  # noqa: PLR0913 (options by name)
         kind: What it must be.
         names: The arrays along `run` to read, beside all others; default all.
         row: The only run to read; its arrays lose the dimension `run`. Default all runs.
-        checked: Whether the file was compared with its seal before, or need not be.
         form: The class of the dataset.
 
     Raises:
@@ -138,8 +133,8 @@ def read_dataset(  # noqa: PLR0913 (options by name)
         StoreError: The file cannot be read.
     """
     wanted = None if names is None else set(names)
-    with _opened(path) as file:
-        digest = read_seal(path, file) if checked else checked_seal(path, file)
+    with opened(path) as file:
+        digest = checked_seal(path, file)
         index, size = read_index(path, file)
         try:
             found, attributes, arrays = (index[key] for key in ("kind", "attributes", "arrays"))
@@ -194,18 +189,6 @@ def checksum_of(path: Path, *, check: bool = False) -> Checksum:
     Raises:
         NotAResultError, NewerSchemaError, StoreError: As `read_dataset`.
     """
-    with _opened(path) as file:
+    with opened(path) as file:
         digest = checked_seal(path, file) if check else read_seal(path, file)
         return Checksum(digest, file.seek(0, 2))
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[BinaryIO]:
-    """Return a context with a file open for reading; its errors become store errors."""
-    try:
-        with open_regular(path) as file:
-            yield file
-    except MemoryError as error:
-        raise StoreError(f"{path} needs more memory than there is") from error
-    except OSError as error:
-        raise not_done(path, "read", error) from error

@@ -8,8 +8,9 @@ from typing import Any, NoReturn, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from rbstab.files.names import printable, shortened
 from rbstab.store.disk.atomic import write_atomically
-from rbstab.store.disk.paths import read_regular
+from rbstab.store.disk.paths import read_regular, store_errors
 from rbstab.store.errors import NotAResultError, StoreError
 
 MAX_BYTES = 16 << 20
@@ -17,8 +18,6 @@ MAX_BYTES = 16 << 20
 
 MAX_VALUES = 2_000_000
 """The most values in a file. Each one takes some 100 bytes of memory, even if it is empty."""
-
-_MAX_KEY_LENGTH = 100
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -39,11 +38,9 @@ def write_document(path: Path, data: dict[str, Any], *, replace: bool = True) ->
     content = json.dumps(with_digest, indent=1, ensure_ascii=False, allow_nan=False).encode()
     if _is_too_large(content):
         raise StoreError(f"{path} cannot be written: it would be too large to be read again")
-    try:
+    with store_errors(path, "written"):
         path.parent.mkdir(parents=True, exist_ok=True)
         write_atomically(path, content, replace=replace)
-    except OSError as error:
-        raise StoreError(f"{path} cannot be written: {error.strerror or error}") from error
 
 
 def read_document(path: Path) -> dict[str, Any]:
@@ -58,12 +55,8 @@ def read_document(path: Path) -> dict[str, Any]:
         raise NotAResultError(f"{path} is damaged: it has too many values")
     try:
         data = json.loads(content.decode(), parse_constant=_refuse, parse_float=_finite)
-        written = data.pop("digest")
+        written = data.pop("digest", None)
         intact = bool(written == digest_of(data))
-    except UnicodeDecodeError as error:
-        raise NotAResultError(f"{path} is damaged: it is not a text file") from error
-    except KeyError as error:
-        raise NotAResultError(f"{path} is damaged: it has no digest") from error
     except (ValueError, AttributeError, TypeError, RecursionError) as error:
         raise NotAResultError(f"{path} is damaged: {error}") from error
     if not intact:
@@ -88,8 +81,7 @@ def checked(path: Path, data: dict[str, Any], model: type[Model]) -> Model:
         return model.model_validate_json(json.dumps(data), strict=True)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-        # The file may have any text as a key.
-        key = ".".join(map(str, first["loc"])).encode("unicode_escape").decode()[:_MAX_KEY_LENGTH]
+        key = printable(shortened(".".join(map(str, first["loc"]))))  # it may be any text
         reason = f"{key}: {first['msg']}" if key else str(first["msg"])
         raise NotAResultError(f"{path} is damaged: {reason}") from error
 

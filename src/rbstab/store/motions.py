@@ -1,12 +1,8 @@
 """Motions of runs: arrays with the dimensions run, time and axis, in memory and in their files."""
 
-from pathlib import Path
-
 import numpy as np
 
-from rbstab.store.cards import line
 from rbstab.store.dataset import Dataset
-from rbstab.store.dataset_file import read_dataset
 from rbstab.store.variables import RUN
 
 MOTIONS = "a file of traces of a sweep"
@@ -25,13 +21,10 @@ class Motions(Dataset):
         attributes: Metadata: texts and numbers.
     """
 
-    def __repr__(self) -> str:
-        """Return one line: how many runs, if several, samples and arrays."""
-        samples = len(self["time"]) if "time" in self else 0
+    def _facts(self) -> list[str]:
+        """Return how many runs, if several, samples and arrays there are."""
         several = RUN in self and self.variables[RUN].dimensions == (RUN,)
-        runs = [f"{len(self[RUN])} runs"] if several else []
-        facts = [*runs, f"{samples} samples", f"{len(self.variables)} arrays"]
-        return line("Motions", "", facts)
+        return [*([f"{len(self[RUN])} runs"] if several else []), *super()._facts()]
 
 
 def stack_motions(runs: list[Motions]) -> Motions:
@@ -46,19 +39,3 @@ def stack_motions(runs: list[Motions]) -> Motions:
             data = np.stack([run[name] for run in runs])
             stacked[name] = one._replace(dimensions=(RUN, *one.dimensions), data=data)
     return Motions(stacked, runs[0].attributes)
-
-
-def read_motions(path: Path, row: int | None = None, *, checked: bool = False) -> Motions:
-    """Read motions; see `read_dataset`.
-
-    Args:
-        path: The file.
-        row: The index of the only run to read; default all runs.
-        checked: Whether the file was compared with its seal before.
-
-    Raises:
-        NotAResultError: The file is damaged, or has no motions.
-        NewerSchemaError: The file was written by a newer rbstab.
-        StoreError: The file cannot be opened.
-    """
-    return read_dataset(path, MOTIONS, row=row, checked=checked, form=Motions)

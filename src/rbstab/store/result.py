@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.store.cards import card, line
 from rbstab.store.dataset import Dataset
 from rbstab.store.dataset_file import read_dataset, write_dataset
 from rbstab.store.errors import NotAResultError
@@ -49,29 +48,15 @@ class Result(Dataset):
     attributes: dict[str, str | int | float]
     config: str = field(default="", repr=False)
 
-    def __repr__(self) -> str:
-        """Return one line: title, status, what the checks found, size."""
-        facts = [f"{name} {value}" for name, value in self._facts()]
-        return line("Result", str(self.attributes.get("title", "")), [*facts, self._size()])
-
-    def _repr_html_(self) -> str:
-        """Return a card for notebooks: the same facts."""
-        title = str(self.attributes.get("title", ""))
-        return card("Result", title, [*self._facts(), ("content", self._size())])
-
-    def _facts(self) -> list[tuple[str, str]]:
-        """Return what the result shows of itself: names and words."""
+    def _facts(self) -> list[str]:
+        """Return the status, what the checks found, and the size."""
         known = {name: str(self.attributes[name]) for name in SHOWN if name in self.attributes}
         if "verdict" in known:
             known["verdict"] = WORDS_OF_VERDICTS.get(known["verdict"], known["verdict"])
         reason = str(self.attributes.get("convergence_reason", "")).partition(";")[0]
         if known.get("convergence") == "not decided" and reason:
             known["convergence"] += f" ({reason})"
-        return [(SHOWN[name], value) for name, value in known.items()]
-
-    def _size(self) -> str:
-        arrays = f"{len(self.variables)} arrays"
-        return f"{len(self['time'])} samples, {arrays}" if "time" in self else arrays
+        return [*(f"{SHOWN[name]} {value}" for name, value in known.items()), *super()._facts()]
 
     @property
     def status(self) -> str:

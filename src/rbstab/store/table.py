@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rbstab.store.cards import card, line
 from rbstab.store.dataset import Dataset
 from rbstab.store.dataset_file import read_dataset
 from rbstab.store.errors import NotAResultError
@@ -114,35 +113,15 @@ class Table(Dataset):
         """The names of the columns, without `run`."""
         return [n for n, v in self.variables.items() if v.dimensions[:1] == (RUN,) and n != RUN]
 
-    def __repr__(self) -> str:
-        """Return one line: title, members, how many have each outcome."""
-        return line("Table", str(self.attributes.get("title", "")), self._facts())
-
-    def _repr_html_(self) -> str:
-        """Return a card for notebooks: the same facts."""
-        members, *outcomes, columns = self._facts()
-        facts = [
-            ("members", members),
-            (self._shown or SHOWN[0], ", ".join(outcomes) or "-"),
-            ("content", columns),
-        ]
-        title = str(self.attributes.get("title", ""))
-        return card("Table", title, facts)
-
     def _facts(self) -> list[str]:
-        """Return how many members, how many with each word of that column, how many columns."""
+        """Return how many members, how many with each word of `SHOWN`, how many columns."""
         counts: list[str] = []
-        if self._shown:
-            flags = self.variables[self._shown].flags
-            found = np.bincount(self[self._shown], minlength=len(flags)).tolist()
-            pairs = zip(flags, found, strict=True)
-            counts = [f"{n} {word.replace('_', ' ')}" for word, n in pairs if n]
+        shown = next((self.variables[name] for name in SHOWN if name in self), None)
+        if shown is not None:
+            numbers = np.bincount(shown.data, minlength=len(shown.flags))
+            pairs = zip(numbers, shown.flags, strict=True)
+            counts = [f"{n} {word.replace('_', ' ')}" for n, word in pairs if n]
         return [f"{len(self[RUN])} members", *counts, f"{len(self.columns)} columns"]
-
-    @property
-    def _shown(self) -> str:
-        """The column of flags that the table shows of itself; "" if none was read."""
-        return next((name for name in SHOWN if name in self), "")
 
     def words(self, name: str) -> NDArray[Any]:
         """Return a column of integer codes as words: `table.words("status")[0]` is "completed".

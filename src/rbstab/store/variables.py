@@ -3,13 +3,13 @@
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from importlib import import_module
 from itertools import product
+from types import ModuleType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
-from rbstab.store.cards import optional_module
 
 if TYPE_CHECKING:
     import pandas
@@ -45,6 +45,21 @@ class Variable(NamedTuple):
         if self.data.dtype.kind == "S":
             return np.char.decode(self.data, "ascii", "replace").astype(object)
         return self.data
+
+
+def optional_module(name: str, extra: str) -> ModuleType:
+    """Import a package that only an extra of the installation has.
+
+    Raises:
+        ImportError: It is not installed; the message has the command that installs it.
+    """
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        raise ImportError(
+            f'this needs the package {error.name}. Run: pip install "rbstab[{extra}]"',
+            name=error.name,
+        ) from error
 
 
 def no_such_array(name: object, names: Iterable[str], kind: str = "array") -> KeyError:

@@ -15,7 +15,6 @@ from rbstab.config.load import (
     changed_config,
     config_to_read,
     load_config,
-    plain_data,
     resolved,
     resolved_yaml,
     run_id,
@@ -23,7 +22,7 @@ from rbstab.config.load import (
     validated,
 )
 from rbstab.config.numbers import entries_of
-from rbstab.config.units import Kind, unit_of
+from rbstab.config.units import unit_of
 from rbstab.config.user_code.permission import (
     CodeNotAllowedError,
     has_code,
@@ -196,10 +195,10 @@ def test_parameters_of_every_shape(code):
     assert element.copy.tolist() == [[4, 0, 0], [0, 5, 0], [0, 0, 6]]
     keys = [entry.key for entry in entries_of(config) if entry.key.startswith("elements")]
     assert keys[:4] == [f"elements.mine.parameters.{key}" for key in ("a", "b[0]", "b[1]", "b[2]")]
-    kind = Kind("python", None, SHAPED, "Mine")
-    units = [unit_of(f"{keys[0][:-1]}{name}", {kind}) for name in ("a", "f", "point", "gone")]
+    element = {"kind": "python", "source": SHAPED, "class": "Mine"}
+    units = [unit_of(f"{keys[0][:-1]}{name}", [element]) for name in ("a", "f", "point", "gone")]
     assert units == ["N", "1", "m", ""]
-    assert unit_of(keys[0], {kind._replace(source="(")}) == ""
+    assert unit_of(keys[0], [element | {"source": "("}]) == ""
     full = VALUES | {"copy": [[4, 1, 0], [1, 5, 0], [0, 0, 6]]}
     element = system_of(allowed(config=data({"mine": mine(**full)}))).elements[-1]
     assert element.copy[0, 1] == 1.0
@@ -214,10 +213,10 @@ def test_parameters_of_every_shape(code):
 
 def test_the_permission_is_that_of_the_loaded_config(code):
     given, read = allowed(), config_to_read("case.yaml")
-    stored = allowed(config=plain_data(given))
+    stored = allowed(config=given.plain())
     assert (may_run_code(given), may_run_code(read), may_run_code(stored)) == (True, False, True)
     for config, again in product((given, read), (changed_config, None)):
-        made = again(config, plain_data(config)) if again else pickle.loads(pickle.dumps(config))  # noqa: S301
+        made = again(config, config.plain()) if again else pickle.loads(pickle.dumps(config))  # noqa: S301
         assert may_run_code(made) == may_run_code(config)
         assert run_id(made) == run_id(config)
     assert "allow" not in resolved_yaml(given)

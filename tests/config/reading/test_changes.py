@@ -193,6 +193,11 @@ REFUSED = [
     (plain() | {"titel": "x"}, "titel: is unknown (did you mean title?)"),
     (plain() | {5: "x"}, "5: is unknown (expected one of schema_version,"),
     (plain() | {"controller": None}, "controller: is "),
+    (plain() | {"[key]": None}, "[key]: is unknown"),
+    (
+        plain() | {"schema_version": 2, "elements": {"a": {"[key]": 1}}},
+        "elements.a.kind: is missing",
+    ),
     (
         plain() | {"controller": {"variant": "none"}},
         "controller: has the variant none (expected schema_version: 2 beside it)",

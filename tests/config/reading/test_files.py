@@ -12,7 +12,6 @@ from support.hang_guard import time_limit
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config
-from rbstab.files import regular_file
 
 MIB = 1 << 20
 
@@ -57,31 +56,6 @@ def test_pipes_and_devices(tmp_path, monkeypatch):
     Path("case.yaml").write_text(VISCO_ELASTIC)
     Path("good").symlink_to("case.yaml")
     assert load_config("good").body.mass == 41.0
-
-
-@POSIX
-@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir])
-def test_a_file_that_is_replaced_before_it_is_opened(tmp_path, monkeypatch, make):
-    """Another process may put a pipe in the place of a file that was just tested."""
-    path = tmp_path / "case.yaml"
-    path.write_text(VISCO_ELASTIC)
-    opened = []
-
-    class ReplacingOs:
-        def __getattr__(self, name):
-            return getattr(os, name)
-
-        def open(self, target, flags):
-            Path(target).unlink()
-            make(target)
-            opened.append(os.open(target, flags))
-            return opened[-1]
-
-    monkeypatch.setattr(regular_file, "os", ReplacingOs())
-    with time_limit(30), pytest.raises(OSError, match=r"it is a pipe|Is a directory"):
-        regular_file.open_regular(path)
-    with pytest.raises(OSError, match="Bad file descriptor"):
-        os.fstat(opened[0])
 
 
 def test_the_largest_file(write, tmp_path):

@@ -144,27 +144,30 @@ def test_the_schema_says_what_each_section_and_number_is():
     assert all(f"'const': '{variant}'" in str(schema) for variant in (*VARIANTS, NO_VARIANT))
 
 
+SPRING, BARRIER = {"kind": "spring"}, {"kind": "guard", "method": "barrier"}
+STIFF = {"kind": "guard", "method": "stiff"}
+FORCE = {"kind": "input", "quantity": "force"}
+
+
 @pytest.mark.parametrize(
-    ("key", "kinds", "unit"),
+    ("key", "elements", "unit"),
     [
-        ("elements.strut.stiffness", [("spring", None)], "N/m"),
-        ("elements.strut.stiffness", [("guard", "barrier")], "N m"),
-        ("elements.strut.stiffness", [("guard", "stiff")], "N m/rad"),
-        ("elements.strut.stiffness", [("spring", None), ("guard", "barrier")], ""),
-        ("elements.strut.point", [("spring", None), ("visco-elastic", None)], "m"),
-        ("elements.upright.L", [("attitude", None)], "N m s/rad"),
-        ("elements.tie.L_c", [("visco-elastic", None)], "N s/m"),
-        ("elements.strut.kind", [("spring", None)], ""),
+        ("elements.strut.stiffness", [SPRING], "N/m"),
+        ("elements.strut.stiffness", [BARRIER], "N m"),
+        ("elements.strut.stiffness", [STIFF], "N m/rad"),
+        ("elements.strut.stiffness", [SPRING, BARRIER], ""),
+        ("elements.strut.point", [SPRING, {"kind": "visco-elastic"}], "m"),
+        ("elements.strut.kind", [SPRING], ""),
         ("elements.strut.stiffness", [], ""),
-        ("elements.a.amplitude", [("input", "force")], "N"),
-        ("elements.a.amplitude", [("input", "body_couple")], "N m"),
-        ("elements.a.signal.frequency", [("input", "force")], "Hz"),
-        ("elements.a.signal.seed", [("input", "force")], "1"),
+        ("elements.strut.stiffness", [{"kind": ["spring"]}], ""),
+        ("elements.a.amplitude", [FORCE], "N"),
+        ("elements.a.amplitude", [{"kind": "input", "quantity": "body_couple"}], "N m"),
+        ("elements.a.signal.frequency", [FORCE], "Hz"),
         ("controller.L_c", [], "N s/m"),
     ],
 )
-def test_units(key, kinds, unit):
-    assert unit_of(key, kinds) == unit
+def test_units(key, elements, unit):
+    assert unit_of(key, elements) == unit
 
 
 def test_a_matrix_of_numpy_is_symmetric_to_round_off():

@@ -85,15 +85,10 @@ def oscillator_config():
     }
 
 
-def test_sensitivities_show_what_they_are_and_the_most_influential_numbers():
+def test_sensitivities_show_what_they_are():
     found = sensitivities(oscillator_config())
     count = f"{len(found.entries)} numbers, {len(found.quantities)} quantities"
     assert repr(found) == f"<rbstab.Sensitivities: {count}>"
-    page = found._repr_html_()
-    first, *_ = found.by_importance(["settling_time"])
-    assert count in page
-    assert f"p/q ∂q/∂p, {found.entries[first].key}" in page
-    assert f"{found.relative[first, found.column('settling_time')]:.3g}" in page
     with pytest.raises(ValueError, match=r"no quantity 'settling' \(expected one of .*settling_t"):
         found.column("settling")
 
@@ -103,7 +98,6 @@ def test_a_run_that_does_not_settle_has_no_settling_time():
     data["integration"]["duration"] = 0.2
     found = sensitivities(data)
     column = found.column("settling_time")
-    assert "settling_time" not in found._repr_html_()
     assert np.isnan(found.values[column])
     assert np.isnan(found.derivatives[:, column]).all()
     assert np.isfinite(np.delete(found.derivatives, column, axis=1)).all()

@@ -181,21 +181,6 @@ def test_without_hard_links(tmp_path, monkeypatch, number):
     assert names(tmp_path) == ["a.h5"]
 
 
-def test_without_hard_links_a_file_that_cannot_be_tested_is_not_replaced(tmp_path, monkeypatch):
-    path = tmp_path / "a.h5"
-    path.write_bytes(OLD)
-    with monkeypatch.context() as patch:
-
-        def no_link_and_then_no_answer(old, new):
-            patch.setattr(os, "stat", failing(errno.EIO))
-            raise OSError(errno.EPERM, os.strerror(errno.EPERM))
-
-        patch.setattr(os, "link", no_link_and_then_no_answer)
-        with pytest.raises(OSError, match=os.strerror(errno.EIO)):
-            write_atomically(path, NEW)
-    assert path.read_bytes() == OLD
-
-
 def test_permissions_follow_the_mask(tmp_path, umask):
     for mask in (0o022, 0o027, 0o077, 0o002):
         umask(mask)

@@ -8,11 +8,11 @@ import click
 import numpy as np
 
 from rbstab.analysis.linearisation import Linearisation, eigenvalue_text
-from rbstab.config.errors import printable
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.words import run_words
 from rbstab.experiment.stability import Stability, kind_of
 from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
+from rbstab.files.names import printable
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import is_upright
 from rbstab.store.result import Result

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from rbstab.config.errors import printable
 from rbstab.experiment.answers.words import word_of
+from rbstab.files.names import printable
 from rbstab.files.shell_words import shell_word
 from rbstab.listing.folder import FIRST, Entry, entries_of, listed_folder, proofs_in
 from rbstab.listing.kinds import Kind, kind_of

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import click
 
-from rbstab.config.errors import printable
 from rbstab.files.existence import is_file
+from rbstab.files.names import printable
 from rbstab.files.shell_words import shell_word
 from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
 from rbstab.listing.proofs import proof_rows, what_it_says

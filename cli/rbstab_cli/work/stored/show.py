@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 import click
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE
-from rbstab.config.errors import printable
 from rbstab.experiment.answers.rest_modes import rest_modes
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.answers.words import run_words
@@ -22,6 +21,7 @@ from rbstab.experiment.summary import (
     stores_v_minus_work,
     summary_of,
 )
+from rbstab.files.names import printable
 from rbstab.mechanics.numbers import Array
 from rbstab.report.runs.paper_cases import changed_keys
 from rbstab.store.errors import StoreError

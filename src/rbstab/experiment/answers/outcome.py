@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rbstab.analysis.certificate.verdict import Verdict
-from rbstab.config.errors import printable
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.wanted import in_degrees, one_in_degrees, wanted
@@ -17,6 +16,7 @@ from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import stored_convergence
 from rbstab.experiment.convergence.zero_description import UNSTABLE
 from rbstab.experiment.summary import settling_time_of, stands_under_inputs
+from rbstab.files.names import printable
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result

@@ -22,9 +22,9 @@ class Result(result.Result):
         config: The resolved config, YAML, with all defaults.
     """
 
-    def _facts(self) -> list[tuple[str, str]]:
+    def _facts(self) -> list[str]:
         """Return the outcome, and then what each result shows of itself."""
-        return [("outcome", f"{self.outcome.brief}: {self.outcome.sureness}"), *super()._facts()]
+        return [f"outcome {self.outcome.brief}: {self.outcome.sureness}", *super()._facts()]
 
     @property
     def rotation(self) -> Array:

@@ -9,9 +9,9 @@ from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
 from rbstab.experiment.stored_proof.entries import OnRotations, ProvedEnergy, ProvedFamily
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION
 from rbstab.files.counts import grouped
+from rbstab.files.names import line
 from rbstab.mechanics.states import PITCH
 from rbstab.proof.entries import Entry, ProvedMinimum, ProvedRegion, ProvedState, Triple
-from rbstab.store.cards import line
 
 BARRIER, STOP = "a barrier", "a stop"
 """What keeps every motion away from θ2 = ±π/2 (`Proof.kept_by`)."""

@@ -3,7 +3,6 @@
 from typing import TYPE_CHECKING
 
 from rbstab.experiment.stored_proof.data import ProofData
-from rbstab.store.cards import card
 
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.almost_every_start import AlmostEveryStart
@@ -57,15 +56,6 @@ class Proof(ProofData):
         from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
 
         return almost_every_start(self)
-
-    def _repr_html_(self) -> str:
-        """Return a card for notebooks, with the sentences of the proof."""
-        # Imported late: most proofs are not shown.
-        from rbstab.experiment.stability import statements_of
-
-        sentences = [text.partition(": ") for text in statements_of(self)]
-        facts = [(name, text) for name, _, text in sentences]
-        return card("Proof", "Rest states and regions", facts)
 
     @property
     def record(self) -> "Record":

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.config.build import system_of
-from rbstab.config.load import changed_config, plain_data
+from rbstab.config.load import changed_config
 from rbstab.config.schema import Config
 from rbstab.elements.element import NO_STATE
 from rbstab.experiment.answers.state_words import kinds_of
@@ -246,7 +246,7 @@ def _name_in(config: Config, method: str) -> str:
 
 def _replaced(config: Config, method: str, gains: dict[str, float] | None) -> Config:
     """Return a config of schema version 2 with one guard, or none, in place of those like it."""
-    data = plain_data(config)
+    data = config.plain()
     names = _guards_of(config, method)
     elements = {k: one for k, one in data.get("elements", {}).items() if k not in names}
     if gains is not None:

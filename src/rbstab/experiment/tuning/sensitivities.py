@@ -16,10 +16,10 @@ from rbstab.config.load import load_config
 from rbstab.config.numbers import Entry, entries_of, shifted
 from rbstab.config.schema import Config
 from rbstab.config.source import Path as KeyPath
+from rbstab.files.names import line
 from rbstab.integrate.engines import INSTALL_HEYOKA, EngineMissingError, engine
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
-from rbstab.store.cards import card, line
 from rbstab.systems.quantities import BY_NAME
 
 if TYPE_CHECKING:
@@ -35,13 +35,6 @@ class OutcomeQuantity(NamedTuple):
 
     name: str
     unit: str
-
-
-SHOWN = "settling_time"
-"""The quantity of which a card shows the most influential numbers."""
-
-MAX_SHOWN = 5
-"""The most numbers that a card shows."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -63,25 +56,8 @@ class Sensitivities:
 
     def __repr__(self) -> str:
         """Return one line: how many numbers and quantities there are."""
-        return line("Sensitivities", "", self._sizes())
-
-    def _repr_html_(self) -> str:
-        """Return a card for notebooks: the numbers with the most influence on the settling time.
-
-        Beside each stands its elasticity, p/q ∂q/∂p.
-        """
-        column = self.column(SHOWN)
-        facts = [("content", ", ".join(self._sizes()))]
-        if self.settles:
-            facts.append((SHOWN, f"{self.values[column]:.4g} s"))
-            facts += [
-                (f"p/q ∂q/∂p, {self.entries[k].key}", f"{self.relative[k, column]:.3g}")
-                for k in self.by_importance([SHOWN])[:MAX_SHOWN]
-            ]
-        return card("Sensitivities", "Sensitivities of a run", facts)
-
-    def _sizes(self) -> list[str]:
-        return [f"{len(self.entries)} numbers", f"{len(self.quantities)} quantities"]
+        sizes = f"{len(self.entries)} numbers", f"{len(self.quantities)} quantities"
+        return line("Sensitivities", "", sizes)
 
     @cached_property
     def relative(self) -> Array:

@@ -15,7 +15,7 @@ from rbstab.experiment.tuning.sensitivities import (
     check_suited,
     unsuited_motions,
 )
-from rbstab.store.cards import line
+from rbstab.files.names import line
 
 MAX_TITLE_LENGTH = 200
 

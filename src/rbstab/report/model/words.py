@@ -4,8 +4,8 @@ import math
 import re
 from collections.abc import Iterable
 
-from rbstab.config.errors import printable
 from rbstab.files.counts import grouped
+from rbstab.files.names import printable
 
 MAX_LENGTH = 1000
 """Maximum length of an untrusted text in a report; texts of a config are no longer than this."""

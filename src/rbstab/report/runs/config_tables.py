@@ -5,7 +5,6 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeGuard
 
-from rbstab.config.elements import kind_of
 from rbstab.config.units import unit_of
 from rbstab.files.shell_words import one_after_the_other, shell_word
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
@@ -171,7 +170,7 @@ def _unit(key: str, configs: Mapping[str, Flat]) -> str:
         {name.removeprefix(element): config[name] for name in config if name.startswith(element)}
         for config in configs.values()
     )
-    return unit_of(key, {kind_of(section) for section in sections if "kind" in section})
+    return unit_of(key, (section for section in sections if "kind" in section))
 
 
 def with_unit(key: str, configs: Mapping[str, Flat]) -> str:

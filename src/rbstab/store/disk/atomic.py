@@ -23,12 +23,6 @@ RENAMES_OPEN_FILES = sys.platform != "win32"
 _MAX_NAME_BYTES = 200
 """The part of a file's name that a partial file repeats. File systems allow 255 bytes in all."""
 
-_LOCK_ATTEMPTS = 1000
-"""Attempts to lock a new partial file."""
-
-_LOCK_RETRY_INTERVAL = 1e-3
-"""Time between two attempts, s."""
-
 _REPLACE_ATTEMPTS = 50
 """Attempts to replace a file where open files cannot be replaced."""
 
@@ -162,33 +156,24 @@ def _new_partial_file(path: Path) -> tuple[Path, BinaryIO]:
             # Another thread or process is writing the same result.
             partial = _partial_path(path, f".{secrets.token_hex(8)}")
             continue
-        # The lock shows other writers that this one lives. One of them may have tested the file
-        # before it was locked, and removed it: then create another.
+        # The lock shows other writers that this one lives. One of them may test the file before it
+        # is locked, and remove it: then create another.
         try:
-            _lock(file)
-            if _is_same_file(partial, os.fstat(file.fileno())):
-                return partial, file
+            try_lock(file)
+            lives = _is_same_file(partial, os.fstat(file.fileno()))
+        except BlockingIOError:
+            lives = False
+        except OSError:
+            lives = True  # Without locks nothing is lost.
         except BaseException:
             if not RENAMES_OPEN_FILES:
                 file.close()
             partial.unlink(missing_ok=True)
             file.close()
             raise
+        if lives:
+            return partial, file
         file.close()
-
-
-def _lock(file: BinaryIO) -> None:
-    """Lock a new partial file, to show that its writer lives. Without locks nothing is lost."""
-    for _ in range(_LOCK_ATTEMPTS):
-        try:
-            try_lock(file)
-        except BlockingIOError:
-            # Another writer tests the file, and holds the lock for an instant.
-            time.sleep(_LOCK_RETRY_INTERVAL)
-        except OSError:
-            return
-        else:
-            return
 
 
 def _partial_path(path: Path, middle: str = "") -> Path:

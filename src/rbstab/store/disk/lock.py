@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from rbstab.store.disk.paths import not_done
+from rbstab.store.disk.paths import store_errors
 from rbstab.store.errors import StoreError
 
 LOCK_FILE = ".lock"
@@ -48,26 +48,19 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
         FolderInUseError: Another process holds the lock, or has just renamed the folder.
         StoreError: The lock file cannot be opened or locked.
     """
-    try:
+    with store_errors(folder, "written"):
         file = _open_lock_file(folder / LOCK_FILE)
-    except OSError as error:
-        raise not_done(folder, "written", error) from error
     if file is None:
         yield
         return
     try:
-        for attempt in range(MAX_ATTEMPTS):
-            try:
+        for _ in range(MAX_ATTEMPTS):
+            with store_errors(folder, "locked"), suppress(BlockingIOError):
                 try_lock(file, shared=shared)
                 break
-            except BlockingIOError as error:
-                if attempt == MAX_ATTEMPTS - 1:
-                    raise FolderInUseError(
-                        f"{folder} is in use by another process. Wait until it ends"
-                    ) from error
-                time.sleep(RETRY_INTERVAL)
-            except OSError as error:
-                raise not_done(folder, "locked", error) from error
+            time.sleep(RETRY_INTERVAL)
+        else:
+            raise FolderInUseError(f"{folder} is in use by another process. Wait until it ends")
         if not _is_in(file, folder):
             # Its owner has renamed the folder, as `--force` does.
             raise FolderInUseError(f"{folder} was just moved by another process. Try again")

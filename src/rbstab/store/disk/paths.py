@@ -1,15 +1,14 @@
 """Paths before they are used, when the file system may return an error; and reading small files."""
 
 import os
-import stat
 import tempfile
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from rbstab.files import regular_file
 from rbstab.files.existence import exists, is_dir, is_file
+from rbstab.files.regular_file import open_regular
 from rbstab.store.errors import NotAResultError, StoreError
 
 Identity = tuple[int, ...]
@@ -21,56 +20,47 @@ def identity_of(found: os.stat_result) -> Identity:
     return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
 
 
-def path_exists(path: Path) -> bool:
-    """Whether a file or folder exists at this path.
+@contextmanager
+def store_errors(path: Path, what: str) -> Iterator[None]:
+    """Return a context in which an error of the system means that a path cannot be read or written.
 
     Raises:
-        StoreError: The path cannot be tested: its folder is not accessible, or its name is too
-            long.
-    """
-    return _tested(exists, path)
-
-
-def path_is_file(path: Path) -> bool:
-    """Whether a path leads to a regular file.
-
-    Raises:
-        StoreError: As by `path_exists`.
-    """
-    return _tested(is_file, path)
-
-
-def path_is_dir(path: Path) -> bool:
-    """Whether a path leads to a folder.
-
-    Raises:
-        StoreError: As by `path_exists`.
-    """
-    return _tested(is_dir, path)
-
-
-def _tested(test: Callable[[Path], bool], path: Path) -> bool:
-    try:
-        return test(path)
-    except OSError as error:
-        raise not_done(path, "read", error) from error
-
-
-def not_done(path: Path, what: str, error: Exception) -> StoreError:
-    """Return the error that a path cannot be "read" or "written", with the system's reason."""
-    return StoreError(f"{path} cannot be {what}: {getattr(error, 'strerror', None) or error}")
-
-
-def open_regular(path: Path) -> BinaryIO:
-    """Open a file for reading bytes.
-
-    Raises:
-        StoreError: The file cannot be opened, or is a folder, a pipe, a socket or a device.
+        StoreError: The path cannot be `what`, with the system's reason.
     """
     try:
-        return regular_file.open_regular(path)
-    except (OSError, ValueError) as error:
-        raise not_done(path, "read", error) from error
+        yield
+    except (OSError, ValueError, MemoryError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise StoreError(f"{path} cannot be {what}: {reason}") from error
+
+
+def _told(test: Callable[[Path], bool]) -> Callable[[Path], bool]:
+    """Return a test of a path that raises a StoreError where the path cannot be tested."""
+
+    def told(path: Path) -> bool:
+        with store_errors(path, "read"):
+            return test(path)
+
+    return told
+
+
+path_exists, path_is_file, path_is_dir = map(_told, (exists, is_file, is_dir))
+"""Whether a path leads to a file or folder, to a regular file, or to a folder.
+
+Raises:
+    StoreError: The path cannot be tested: its folder is not accessible, or its name is too long.
+"""
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[BinaryIO]:
+    """Return a context with a file open for reading bytes.
+
+    Raises:
+        StoreError: The file cannot be read, or is a folder, a pipe, a socket or a device.
+    """
+    with store_errors(path, "read"), open_regular(path) as file:
+        yield file
 
 
 def read_regular(path: Path, limit: int | None = None) -> bytes:
@@ -84,16 +74,13 @@ def read_regular(path: Path, limit: int | None = None) -> bytes:
         NotAResultError: The file is larger than `limit`.
         StoreError: The file cannot be read, or is not a regular file.
     """
-    try:
-        with open_regular(path) as file:
-            size = os.fstat(file.fileno()).st_size
-            if limit is not None and size > limit:
-                raise NotAResultError(
-                    f"{path} has {size / 1e6:.3g} MB, more than rbstab ever writes to such a file"
-                )
-            return file.read()
-    except OSError as error:
-        raise not_done(path, "read", error) from error
+    with opened(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if limit is not None and size > limit:
+            raise NotAResultError(
+                f"{path} has {size / 1e6:.3g} MB, more than rbstab ever writes to such a file"
+            )
+        return file.read()
 
 
 def check_writable(path: Path) -> None:
@@ -107,12 +94,23 @@ def check_writable(path: Path) -> None:
     Raises:
         StoreError: The name is too long, a folder is not writable, or the path is not a file.
     """
-    try:
-        reason = _reason_not_writable(path)
-    except (OSError, ValueError) as error:
-        raise not_done(path, "written", error) from error
-    if reason is not None:
-        raise StoreError(f"{path} cannot be written: {reason}")
+    with store_errors(path, "written"):
+        if exists(path) and not is_file(path):
+            kind = "folder" if is_dir(path) else "pipe, a device or a socket"
+            raise OSError(f"it is a {kind}, not a file")
+        folder, missing = path.parent, [] if exists(path) else [path.name]
+        while not exists(folder):
+            missing.append(folder.name)
+            folder = folder.parent
+        for name in missing:
+            # Only a folder that exists tells whether a name is too long.
+            with suppress(FileNotFoundError):
+                (folder / name).lstat()
+                # The other names belong into folders that are missing too.
+                if name == missing[-1]:
+                    raise OSError(f"{name} is a link to a missing file or folder")
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise OSError(f"{folder} is not writable")
 
 
 def check_folder(folder: Path) -> None:
@@ -126,38 +124,9 @@ def check_folder(folder: Path) -> None:
     Raises:
         StoreError: It is not a folder, or no file can be made in it.
     """
-    try:
+    with store_errors(folder, "written"):
         existing = folder.absolute()
         while not exists(existing) and existing != existing.parent:
             existing = existing.parent
         with tempfile.TemporaryFile(dir=existing):
             pass
-    except (OSError, ValueError) as error:
-        raise not_done(folder, "written", error) from error
-
-
-def _reason_not_writable(path: Path) -> str | None:
-    """Return the reason, or None.
-
-    Raises:
-        OSError: The operating system gives the reason.
-    """
-    if exists(path):
-        mode = path.stat().st_mode
-        if not stat.S_ISREG(mode):
-            kind = "folder" if stat.S_ISDIR(mode) else "pipe, a device or a socket"
-            return f"it is a {kind}, not a file"
-        folder, missing = path.parent, []
-    else:
-        folder, missing = path.parent, [path.name]
-    while not exists(folder):
-        missing.append(folder.name)
-        folder = folder.parent
-    for name in missing:
-        # Only a folder that exists tells whether a name is too long.
-        with suppress(FileNotFoundError):
-            (folder / name).lstat()
-            # The other names belong into folders that are missing too.
-            if name == missing[-1]:
-                return f"{name} is a link to a missing file or folder"
-    return None if os.access(folder, os.W_OK | os.X_OK) else f"{folder} is not writable"

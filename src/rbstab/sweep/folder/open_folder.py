@@ -17,7 +17,7 @@ from typing import NamedTuple
 from rbstab.experiment.provenance import provenance
 from rbstab.store.disk.atomic import PARTIAL_SUFFIX, write_atomically
 from rbstab.store.disk.lock import LOCK_FILE, locked
-from rbstab.store.disk.paths import not_done, path_exists, read_regular
+from rbstab.store.disk.paths import path_exists, read_regular, store_errors
 from rbstab.store.document import write_document
 from rbstab.store.errors import NotAResultError, ResultExistsError, StoreError
 from rbstab.sweep.folder.manifest import MANIFEST, MAX_SHARDS, Manifest
@@ -152,10 +152,8 @@ def locked_folder(path: Path, *, alone: bool = False) -> Iterator[None]:
         FolderInUseError: Another command uses the folder, and one of the two must be alone.
         StoreError: The folder cannot be written.
     """
-    try:
+    with store_errors(path, "written"):
         path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise not_done(path, "written", error) from error
     with locked(path, shared=not alone):
         yield
 
@@ -273,7 +271,7 @@ def _started(path: Path, plan: Plan, wanted: Manifest, *, fixed_size: bool) -> S
         folder = _fitting(path, wanted, fixed_size=fixed_size)
     except NotAResultError as error:
         raise ResultExistsError(f"{path} cannot be resumed ({error})") from error
-    try:
+    with store_errors(path, "written"):
         for name in (SHARDS, TRACES)[: 2 if wanted.keep != NO_TRACES else 1]:
             (path / name).mkdir(exist_ok=True)
         text, stored = plan_yaml(plan).encode(), b""
@@ -281,8 +279,6 @@ def _started(path: Path, plan: Plan, wanted: Manifest, *, fixed_size: bool) -> S
             stored = read_regular(path / PLAN_FILE)
         if stored != text:
             write_atomically(path / PLAN_FILE, text, replace=True)
-    except OSError as error:
-        raise not_done(path, "written", error) from error
     return folder
 
 
@@ -327,10 +323,8 @@ def _move_aside(path: Path) -> Path:
     names = [path.with_name(f"{path.name}.{suffix}")]
     while path_exists(names[-1]):
         names.append(path.with_name(f"{path.name}.{suffix}-{len(names)}"))
-    try:
+    with store_errors(path, "moved"):
         return path.rename(names[-1])
-    except OSError as error:
-        raise not_done(path, "moved", error) from error
 
 
 def sweep_bytes(plan: Plan, ranges: Iterable[tuple[int, int]] = ()) -> int:

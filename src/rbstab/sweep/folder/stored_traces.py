@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rbstab.files.names import line
 from rbstab.mechanics.numbers import Array
-from rbstab.store.cards import line
+from rbstab.store.dataset_file import read_dataset
 from rbstab.store.disk.paths import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.motions import Motions, read_motions, stack_motions
+from rbstab.store.motions import MOTIONS, Motions, stack_motions
 from rbstab.store.variables import RUN, Variable, dataset_of, make_read_only
 from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder
 from rbstab.sweep.folder.sweep_table import read_members_file
@@ -65,7 +66,7 @@ class SweepTraces:
         row = int(np.searchsorted(numbers, member))
         if row == len(numbers) or numbers[row] != member:
             raise KeyError(f"member {member} has no trace in {self.folder.path}")
-        return read_motions(self._file(shard), row, checked=True)
+        return read_dataset(self._file(shard), MOTIONS, row=row, form=Motions)
 
     def __repr__(self) -> str:
         """Return one line: title, folder, how many members have a trace."""
@@ -77,7 +78,7 @@ class SweepTraces:
 
     def __iter__(self) -> Iterator[Motions]:
         """Yield the traces of each shard, as arrays along `run`, with one shard in memory."""
-        return (read_motions(self._file(shard), checked=True) for shard in self.shards)
+        return (read_dataset(self._file(n), MOTIONS, form=Motions) for n in self.shards)
 
     def to_xarray(self, members: Iterable[int]) -> "xarray.Dataset":
         """Return some traces as an `xarray.Dataset` along `run`, `time` and `axis` (needs xarray).

@@ -15,7 +15,7 @@ import numpy as np
 from rbstab.files.shell_words import shell_word
 from rbstab.mechanics.numbers import Array
 from rbstab.store.dataset_file import checksum_of, write_dataset
-from rbstab.store.disk.paths import not_done, path_exists, path_is_file
+from rbstab.store.disk.paths import path_exists, path_is_file, store_errors
 from rbstab.store.errors import NotAResultError, StoreError
 from rbstab.store.motions import MOTIONS
 from rbstab.store.table import Table, columns_from, read_table
@@ -84,12 +84,9 @@ class SweepFolder:
         Raises:
             StoreError: The folder cannot be read.
         """
-        try:
+        names: list[str] = []
+        with store_errors(self.path, "read"), suppress(FileNotFoundError):
             names = [file.name for file in (self.path / SHARDS).iterdir()]
-        except FileNotFoundError:
-            return set()
-        except OSError as error:
-            raise not_done(self.path, "read", error) from error
         numbers = (int(match[1]) for name in names if (match := _SHARD_NAME.fullmatch(name)))
         return {number for number in numbers if number < self.shards}
 

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from rbstab.config.build import problem_of
-from rbstab.config.load import changed_config, identifying, identity_of, plain_data
+from rbstab.config.load import changed_config, identifying, identity_of
 from rbstab.config.numbers import found_at, replaced
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_run_code
+from rbstab.files.names import line
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
-from rbstab.store.cards import line
 from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
 from rbstab.sweep.plan.designs import Design
 from rbstab.sweep.plan.distributions import FiniteList, Member
@@ -192,7 +192,7 @@ class Plan:
     @cached_property
     def templates(self) -> dict[str, dict[str, Any]]:
         """The bases as plain data with all defaults filled in. Do not change them."""
-        return {name: plain_data(base) for name, base in self.bases.items()}
+        return {name: base.plain() for name, base in self.bases.items()}
 
 
 def _coordinates(design: Design, start: int, stop: int) -> Array:

@@ -1,26 +1,20 @@
-"""Protects what results show of themselves in the interpreter and in notebooks: one short line, and
-a card whose texts cannot become markup; and the message about a package that is missing.
+"""Protects what results show of themselves in the interpreter: one short line, and which array was
+meant; and the message about a package that is missing.
 """
 
 import re
 import sys
 from pathlib import Path
-from xml.etree.ElementTree import fromstring
 
 import pytest
 from support.results import result
 
 import rbstab
-from rbstab.store.cards import optional_module
+from rbstab.store.variables import optional_module
 
 STORED = Path(__file__).parents[1] / "formats/data/format_1"
 
-EVIL = '<script>alert("x")</script>\n\x1b[31m' + "y" * 1000
-
-
-def tags(page):
-    """Return the tags of a page, in which every tag that is opened is closed."""
-    return {one.tag for one in fromstring(page).iter()}  # noqa: S314 (made by the program)
+EVIL = "\n\x1b[31m" + "y" * 1000
 
 
 def test_a_run():
@@ -28,20 +22,14 @@ def test_a_run():
     shown = repr(opened)
     assert shown.startswith('<rbstab.Result "Stored": outcome ')
     assert re.search(r", \d+ samples, \d+ arrays>$", shown)
+    assert ", checks seen, " in shown
     assert len(shown) < 210
-    page = opened._repr_html_()
-    assert tags(page)
-    assert ">seen<" in page
-    assert "consistent" not in shown + page
 
 
 def test_a_sweep():
     table = rbstab.open_sweep(STORED / "sweeps/finished_map")
     title = "A map over spin, stored by rbstab 0.1.0"
     assert repr(table) == f'<rbstab.Table "{title}": 30 members, 30 returns, 30 columns>'
-    page = table._repr_html_()
-    assert tags(page)
-    assert "30 returns" in page
 
 
 def test_traces_and_motions():
@@ -84,7 +72,6 @@ def test_what_is_not_decided_says_why():
         {"convergence": "not decided", "convergence_reason": "no proof is stored; run it again"}
     )
     assert "convergence not decided (no proof is stored)," in repr(undecided)
-    assert "not decided (no proof is stored)<" in undecided._repr_html_()
     proved = result()
     proved.attributes.update({"convergence": "proved", "convergence_reason": "why; it ended"})
     assert "convergence proved," in repr(proved)
@@ -99,14 +86,11 @@ def test_names_of_the_package():
     assert (raised.value.name, raised.value.obj) == ("simulat", rbstab)
 
 
-def test_texts_cannot_become_markup_and_control_no_terminal():
+def test_texts_control_no_terminal():
     odd = result()
     odd.attributes.update({"title": EVIL, "verdict": EVIL})
     assert repr(odd).isprintable()
     assert len(repr(odd)) < 1000
-    page = odd._repr_html_()
-    assert "script" not in tags(page)
-    assert "<script" not in page
 
 
 def test_a_missing_package_is_named(monkeypatch):

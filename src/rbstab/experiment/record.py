@@ -20,7 +20,7 @@ from rbstab.experiment.switching_record import event_arrays
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Trajectory, first_samples
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.watched_rates import EquationsInTime
+from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.store.variables import Variable
 from rbstab.systems.quantities import (
@@ -253,13 +253,13 @@ class _Observer:
     """
 
     def __init__(self) -> None:
-        self._of: dict[int, EquationsInTime] = {}
+        self._of: dict[int, StraightLine] = {}
 
     def __call__(self, system: System, state: Array, t: float) -> Array:
         """Return the quantities of a system that outlives this object."""
         found = self._of.get(id(system))
         if found is None:
-            found = EquationsInTime(_values, system, size=len(state))
+            found = StraightLine(_values, system, len(state), timed=system.timed)
             self._of[id(system)] = found
         return found(state, t)
 

@@ -25,12 +25,15 @@ from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.status import RunStatus, StopRun
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.switching.trust import integrate_trusted
-from rbstab.integrate.watched_rates import WatchedRates
 from rbstab.mechanics.constraint import projected_state
-from rbstab.mechanics.derivatives import derivative_along
+from rbstab.mechanics.derivatives import derivative_along, jacobian
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY, OMEGA, PITCH
 from rbstab.systems.system import System
+
+MAX_NON_FINITE_IN_A_ROW = 1000
+"""A run stops after this many evaluations in a row without finite rates. A step that shrinks from
+1 s to round-off makes about 300."""
 
 NEEDS_JACOBIAN = ("Radau", "LSODA")
 INTERPOLATED = ("LSODA",)
@@ -70,14 +73,11 @@ class ScipyRun(DrivenRun):
 
     def __init__(self, problem: Problem, progress: Progress | None, deadline: Deadline) -> None:
         super().__init__(problem, progress, deadline)
-        self.rates = WatchedRates(self.phase.audited_rates, deadline)
         self.step_size: float | None = None
-        size = problem.system.audited_size
+        self._non_finite = 0
         if self.owners:
-            self._clearances = StraightLine(System.clearances, problem.system, size)
-        self._projected = (
-            StraightLine(_projected, problem.system, size) if problem.project else None
-        )
+            self._clearances = StraightLine(System.clearances, problem.system)
+        self._projected = StraightLine(_projected, problem.system) if problem.project else None
         self._interpolates = problem.method in INTERPOLATED and not problem.breakpoints()
         self._largest_angle = float(np.arccos(problem.range_bound))
 
@@ -86,11 +86,6 @@ class ScipyRun(DrivenRun):
         if self._interpolates:
             return self.times[-1:]
         return sorted({*self.problem.breakpoints(), *self.times[1:]})
-
-    def go_on(self, after: Array) -> None:
-        """Go on with the rates of the current phase."""
-        super().go_on(after)
-        self.rates.audited_rates = self.phase.audited_rates
 
     def follow_to(self, stop: float) -> None:
         """Step to a time, s, or through the first event before it."""
@@ -111,16 +106,39 @@ class ScipyRun(DrivenRun):
         if self.step_size is not None:
             options["first_step"] = min(self.step_size, end - self.t)
         if problem.method in NEEDS_JACOBIAN:
-            options["jac"] = self.rates.jacobian
+            options["jac"] = self._jacobian
         method = getattr(scipy.integrate, problem.method)
-        return method(self.rates, self.t, self.y, end, **options)
+        return method(self._rates, self.t, self.y, end, **options)
+
+    def _rates(self, t: float, y: Array) -> Array:
+        """Return the audited rates. The run may end here: SciPy can repeat a step for ever."""
+        self._evaluate(1)
+        rates = self.phase.audited_rates.finite_value(y, t)
+        if rates is not None:
+            self._non_finite = 0
+            return rates
+        rates = self.phase.audited_rates.by_numpy(y, t)
+        self._non_finite = 0 if np.isfinite(rates).all() else self._non_finite + 1
+        if self._non_finite > MAX_NON_FINITE_IN_A_ROW:
+            raise StopRun(RunStatus.DIVERGED, "the rates stopped being finite")
+        return rates
+
+    def _jacobian(self, t: float, y: Array) -> Array:
+        """Return the Jacobian of the rates, for implicit methods."""
+        self._evaluate(len(y))
+        return jacobian(lambda z: self.phase.audited_rates(z, t), y)
+
+    def _evaluate(self, count: int) -> None:
+        self.evaluations += count
+        if self.deadline.expired():
+            raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
 
     def _step(self, solver: Any) -> None:
         if self.steps >= self.problem.step_limit:
             raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
         message = self._call_solver(solver.step)
         if solver.status == "failed":
-            if self.rates.non_finite_count:
+            if self._non_finite:
                 raise StopRun(RunStatus.DIVERGED, "the rates stopped being finite")
             raise StopRun(RunStatus.SOLVER_FAILURE, f"{self.problem.method}: {message}")
         if not np.isfinite(solver.y).all():
@@ -136,8 +154,6 @@ class ScipyRun(DrivenRun):
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
             # Implicit methods factorize matrices and reject those that contain infinities.
             raise StopRun(RunStatus.SOLVER_FAILURE, f"{self.problem.method}: {error}") from error
-        finally:
-            self.evaluations = self.rates.evaluations
 
     def _accept(self, solver: Any) -> None:
         proposal = float(getattr(solver, "h_abs", solver.step_size))

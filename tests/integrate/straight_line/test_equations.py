@@ -20,8 +20,7 @@ from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.elements.registry import CONNECTORS
 from rbstab.integrate.implicit import after_step, end_of_step, with_sides
-from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.watched_rates import audited_rates_of
+from rbstab.integrate.straight_line.equations import StraightLine, audited_rates_of
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.systems.coordinates import (
     CentreCoordinates,

@@ -10,8 +10,7 @@ import operator
 import numpy as np
 
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.watched_rates import EquationsInTime, audited_rates_of
+from rbstab.integrate.straight_line.equations import StraightLine, audited_rates_of
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import alone, at_start, holds_axes, slides
@@ -67,9 +66,8 @@ class Phase:
     """
 
     def __init__(
-        self, system: System, guards: EquationsInTime | None, rates: EquationsInTime | None = None
+        self, system: System, guards: StraightLine | None, rates: StraightLine | None = None
     ) -> None:
-        size = system.audited_size
         self.system = system
         self.audited_rates = (
             audited_rates_of(system) if rates is None else rates.in_modes_of(system)
@@ -84,11 +82,10 @@ class Phase:
         if len(self.signs):
             # The code of a system that does not switch would be made in vain.
             self._guards = guards or event_functions(system)
-            self._guards_of_state = self._guards.of_state
         stop = stop_of(system)
         self.rests = stop is not None and bool(stop.mode.any())
         self.alone = alone(system)
-        self._on_stop = StraightLine(laid_on_stop, system, size) if self.rests else None
+        self._on_stop = StraightLine(laid_on_stop, system) if self.rests else None
 
     def on_stop(self, y: Array) -> Array:
         """Return an audited state laid on the stop, if the body `rests`; else the state."""
@@ -96,14 +93,11 @@ class Phase:
 
     def margins(self, y: Array, t: float) -> Array:
         """Return the margins at an audited state and a time, s, shape (modes,)."""
-        # This is called ten times a step, so it leaves out what only a time needs.
-        of_state = self._guards_of_state
-        return self.signs * (self._guards(y, t) if of_state is None else of_state(y))
+        return self.signs * self._guards(y, t)
 
     def margin_list(self, y: Array, t: float) -> list[float]:
         """Return the margins as Python numbers, inf for those that are NaN; see `margins`."""
-        of_state = self._guards_of_state
-        guards = None if of_state is None else of_state.finite_entries(y)
+        guards = self._guards.finite_entries(y, t)
         if guards is None:
             found = self.margins(y, t)
             return np.where(np.isnan(found), math.inf, found).tolist()
@@ -155,9 +149,9 @@ def depend_on_loads(system: System) -> bool:
     return slides(system) or stop_of(system) is not None
 
 
-def event_functions(system: System) -> EquationsInTime:
+def event_functions(system: System) -> StraightLine:
     """Return the event functions of a system, as a function of the audited state and the time."""
-    return EquationsInTime(guards_at, system, system.timed and depend_on_loads(system))
+    return StraightLine(guards_at, system, timed=system.timed and depend_on_loads(system))
 
 
 class Phases:
@@ -177,7 +171,7 @@ class Phases:
         same = not depend_on_loads(problem.system)
         switches = has_modes(self._system)
         self._guards = event_functions(self._system) if same and switches else None
-        self._rates: EquationsInTime | None = None
+        self._rates: StraightLine | None = None
         self._known: dict[Modes, Phase] = {}
         self._after_one: dict[tuple[Phase, int], Phase] = {}
         self.first = self.of(modes_of(self._system))

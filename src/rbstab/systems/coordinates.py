@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from rbstab.mechanics import constraint, coordinates, point, quaternion, reduced
+from rbstab.mechanics import constraint, point, quaternion, reduced
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import (
@@ -55,7 +55,7 @@ class CentreCoordinates(Coordinates):
 
     def from_motion(self, motion: Motion) -> Array:
         """Return Z."""
-        return coordinates.centre_state(motion)
+        return np.concatenate([motion.Theta, motion.Omega, motion.X, motion.V])
 
     def motion(self, body: Body, anchor: Array, y: Array, turned: Turned | None = None) -> Motion:
         """Return the motion at Z."""
@@ -73,8 +73,8 @@ class ContactCoordinates(Coordinates):
     name: ClassVar[str] = "W"
 
     def from_motion(self, motion: Motion) -> Array:
-        """Return W (eq. 4)."""
-        return coordinates.contact_state(motion)
+        """Return W (eq. 4, 38)."""
+        return np.concatenate([motion.Theta, motion.Omega, motion.E, motion.F])
 
     def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
         """Return the motion at W."""
@@ -117,8 +117,8 @@ class ReducedCoordinates(Coordinates):
 
 
 @dataclass(frozen=True, eq=False)
-class ManifoldCoordinates(Coordinates):
-    """All twelve states Z of the held body, under eq. 17.
+class ManifoldCoordinates(CentreCoordinates):
+    """All twelve states Z of the held body, under eq. 17. Motions must be on the submanifold.
 
     Args:
         baumgarte_rate: α, 1/s, the decay rate of drift off the submanifold; 0 for eq. 17 without
@@ -129,14 +129,6 @@ class ManifoldCoordinates(Coordinates):
     holds_contact: ClassVar[bool] = True
 
     baumgarte_rate: Number = 0.0
-
-    def from_motion(self, motion: Motion) -> Array:
-        """Return Z of a motion, which must be on the submanifold."""
-        return coordinates.centre_state(motion)
-
-    def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
-        """Return the motion at Z."""
-        return motion_from_centre(body, anchor, y)
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
         """Return Ż of eq. 17, and the force of constraint (eq. 15)."""

@@ -75,8 +75,7 @@ class ScipyRun(DrivenRun):
         super().__init__(problem, progress, deadline)
         self.step_size: float | None = None
         self._non_finite = 0
-        if self.owners:
-            self._clearances = StraightLine(System.clearances, problem.system)
+        self._clearances = StraightLine(System.clearances, problem.system)
         self._projected = StraightLine(_projected, problem.system) if problem.project else None
         self._interpolates = problem.method in INTERPOLATED and not problem.breakpoints()
         self._largest_angle = float(np.arccos(problem.range_bound))
@@ -187,14 +186,13 @@ class ScipyRun(DrivenRun):
     def _first_event(self, solver: Any) -> Event | None:
         """Return the first event of the last step, or None."""
         ends, states = (self.t, float(solver.t)), (self.y, solver.y)
-        if not len(self.phase.signs) and not self._may_leave(ends, states):
-            if not self.owners:
-                return None
-            falls, rises = map(self._length_rates, states, ends)
-            # A length is smallest inside the step if it falls at the start and rises at the end.
-            if not ((falls < 0) & (rises >= 0)).any():
-                return None
-        slopes = tuple(map(self._event_rates, states, ends))
+        only_lengths = not len(self.phase.signs) and not self._may_leave(ends, states)
+        if only_lengths and not self.owners:
+            return None
+        falls, rises = slopes = tuple(map(self._event_rates, states, ends))
+        # A length is smallest inside the step if it falls at the start and rises at the end.
+        if only_lengths and not ((falls < 0) & (rises >= 0))[2:].any():
+            return None
         return first_event(self._events, solver.dense_output(), ends, states, slopes)
 
     def _may_leave(self, ends: tuple[float, float], states: tuple[Array, Array]) -> bool:
@@ -209,18 +207,14 @@ class ScipyRun(DrivenRun):
 
     def _events(self, y: Array, t: float) -> Array:
         pitch, most = y[PITCH], self._largest_angle
-        margins = [self.phase.margins(y, t)] if len(self.phase.signs) else []
-        lengths = [self._clearances(y)] if self.owners else []
-        return np.concatenate([*margins, [most - pitch, most + pitch], *lengths])
+        margins, lengths = self.phase.margins(y, t), self._clearances(y)
+        return np.concatenate([margins, [most - pitch, most + pitch], lengths])
 
     def _event_rates(self, y: Array, t: float) -> Array:
         rates = self.phase.audited_rates(y, t)
-        margins = [self.phase.margin_rates(y, t, rates)] if len(self.phase.signs) else []
-        lengths = [derivative_along(self._clearances, y, rates)] if self.owners else []
-        return np.concatenate([*margins, [-rates[PITCH], rates[PITCH]], *lengths])
-
-    def _length_rates(self, y: Array, t: float) -> Array:
-        return derivative_along(self._clearances, y, self.phase.audited_rates(y, t))
+        margins = self.phase.margin_rates(y, t, rates)
+        lengths = derivative_along(self._clearances, y, rates)
+        return np.concatenate([margins, [-rates[PITCH], rates[PITCH]], lengths])
 
     def _end_at(self, event: Event, solver: Any) -> None:
         """Go to an event of the last step: the run ends there, or a mode switches."""

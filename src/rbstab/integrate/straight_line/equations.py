@@ -153,7 +153,7 @@ def _prepared(equations: Equations, system: System, size: int, timed: bool) -> _
     try:
         named = parameters(system)
         flat = [np.ravel(value) for value in named.values()]
-        kind = structure(system, named)
+        kind = structure(system)
     except ValueError:
         # Two elements have the same name, and so their parameters have.
         return None

@@ -19,7 +19,6 @@ from rbstab.systems.modes import (
     NO_STATE,
     Modes,
     guards_at,
-    has_modes,
     mode_owners,
     modes_of,
     rate_places,
@@ -79,9 +78,7 @@ class Phase:
             places[:] = NO_STATE
         self.rate_places = places.tolist()
         self._epsilon = np.where(places == NO_STATE, EPSILON, 0.0)
-        if len(self.signs):
-            # The code of a system that does not switch would be made in vain.
-            self._guards = guards or event_functions(system)
+        self._guards = guards or event_functions(system)
         stop = stop_of(system)
         self.rests = stop is not None and bool(stop.mode.any())
         self.alone = alone(system)
@@ -169,8 +166,7 @@ class Phases:
         self._schedule = problem.schedule
         self._system = at_start(problem.system_at_start(), problem.start, first)
         same = not depend_on_loads(problem.system)
-        switches = has_modes(self._system)
-        self._guards = event_functions(self._system) if same and switches else None
+        self._guards = event_functions(self._system) if same else None
         self._rates: StraightLine | None = None
         self._known: dict[Modes, Phase] = {}
         self._after_one: dict[tuple[Phase, int], Phase] = {}

@@ -28,7 +28,7 @@ class Schedule:
         breakpoints: Where a leg of an input begins, shape (n,), s, ascending.
         names: The names of the inputs.
         legs: The legs of each input before the first breakpoint, and then from each of them on,
-            shape (n + 1, inputs, 3), in the order of `LEG_FIELDS`.
+            shape (n + 1, inputs, 3), in the order of `LEG_FIELDS`; floats or complex numbers.
     """
 
     breakpoints: Array
@@ -79,17 +79,6 @@ def with_legs(system: System, legs: Mapping[str, Leg]) -> System:
     return System(system.body, tuple(elements), system.coordinates, system.anchor)
 
 
-def leg_at(legs: Array, time: float) -> Array:
-    """Return the leg of a signal at a time, s; a new one at its beginning.
-
-    Args:
-        legs: All its legs, shape (legs, 3), of floats or complex numbers.
-        time: The time, s.
-    """
-    leg: Array = legs[legs[1:, BEGIN].real.searchsorted(time, side="right")]
-    return leg
-
-
 def leg_parameters(system: System) -> frozenset[str]:
     """Return the names of the parameters that change at breakpoints (see `systems.parameters`)."""
     return frozenset(
@@ -104,12 +93,14 @@ def schedule_of(signals: Mapping[str, Array]) -> Schedule | None:
     """Return the schedule of some inputs; None without one.
 
     Args:
-        signals: The legs of each input by its name, shape (legs, 3). The first leg is also that
-            before its beginning.
+        signals: The legs of each input by its name, shape (legs, 3), of floats or complex numbers,
+            whose real parts tell when they begin. The first leg is also that before its beginning.
     """
     if not signals:
         return None
-    times = np.unique(np.concatenate([legs[1:, BEGIN] for legs in signals.values()]))
+    times = np.unique(np.concatenate([legs[1:, BEGIN].real for legs in signals.values()]))
     starts = np.concatenate([[-np.inf], times])
-    rows = [legs[legs[1:, BEGIN].searchsorted(starts, side="right")] for legs in signals.values()]
+    rows = [
+        legs[legs[1:, BEGIN].real.searchsorted(starts, side="right")] for legs in signals.values()
+    ]
     return Schedule(times, tuple(signals), np.stack(rows, axis=1))

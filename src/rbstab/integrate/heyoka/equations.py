@@ -12,7 +12,6 @@ from rbstab.integrate.heyoka.symbols import (
     scaled_audit,
     state_symbols,
     symbols_of,
-    symbols_with_zeros,
 )
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.states import THETA
@@ -54,7 +53,10 @@ class CompiledEquations:
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
-        symbolic, first, count = symbols_of(system, symbols_with_zeros(_zeros(system)))
+        zeros = _zeros(system)
+        symbolic, first, count = symbols_of(
+            system, lambda index: hy.expression(0.0) if index in zeros else hy.par[index]
+        )
         places = [
             first[f"{element.name}.mode"] + np.arange(element.mode_count)
             for element in system.elements

@@ -21,13 +21,8 @@ square.register(hy.expression, lambda x: x**2.0)
 hy.set_logger_level_critical()
 
 
-def open_symbol(index: int) -> Any:
-    """Return `par[index]`, a parameter whose value is set at run time."""
-    return hy.par[index]
-
-
 def symbols_of(
-    system: System, symbol_of: Callable[[int], Any] = open_symbol
+    system: System, symbol_of: Callable[[int], Any] = hy.par.__getitem__
 ) -> tuple[System, dict[str, int], int]:
     """Return a system whose parameters are symbols, by default `par[]`.
 
@@ -77,11 +72,6 @@ def compiled_zeros(system: System) -> tuple[int, ...]:
             found += (count + np.flatnonzero(zeros)).tolist()
         count += value.size
     return tuple(found)
-
-
-def symbols_with_zeros(zeros: tuple[int, ...]) -> Callable[[int], Any]:
-    """Return the `symbol_of` of `symbols_of` for parameters some of which are zeros."""
-    return lambda index: hy.expression(0.0) if index in zeros else open_symbol(index)
 
 
 def state_symbols(size: int) -> Array:

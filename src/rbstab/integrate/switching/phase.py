@@ -6,6 +6,7 @@ positive as long as the mode is the right one; where it falls to zero, the mode 
 
 import math
 import operator
+from functools import lru_cache
 
 import numpy as np
 
@@ -168,25 +169,17 @@ class Phases:
         same = not depend_on_loads(problem.system)
         self._guards = event_functions(self._system) if same else None
         self._rates: StraightLine | None = None
-        self._known: dict[Modes, Phase] = {}
-        self._after_one: dict[tuple[Phase, int], Phase] = {}
+        self.of = lru_cache(MAX_PHASES)(self._made)
+        self.after_one = lru_cache(MAX_PHASES)(self._after_one)
         self.first = self.of(modes_of(self._system))
 
-    def of(self, modes: Modes) -> Phase:
-        """Return the phase with these modes."""
-        if modes not in self._known:
-            if len(self._known) == MAX_PHASES:
-                self._forget()
-            same = modes == modes_of(self._system)
-            system = self._system if same else with_modes(self._system, modes)
-            phase = Phase(system, self._guards, self._rates)
-            self._rates = phase.audited_rates
-            self._known[modes] = phase
-        return self._known[modes]
-
-    def _forget(self) -> None:
-        self._known.clear()
-        self._after_one.clear()
+    def _made(self, modes: Modes) -> Phase:
+        """Return the phase with these modes; `of` keeps it."""
+        same = modes == modes_of(self._system)
+        system = self._system if same else with_modes(self._system, modes)
+        phase = Phase(system, self._guards, self._rates)
+        self._rates = phase.audited_rates
+        return phase
 
     def after(self, phase: Phase, switched: list[int]) -> Phase:
         """Return the phase after a switch.
@@ -199,19 +192,17 @@ class Phases:
         signs[switched] *= -1.0
         return self.of(tuple((0.5 * (signs + 1.0)).tolist()))
 
-    def after_one(self, phase: Phase, mode: int) -> Phase:
-        """Return the phase after a switch of one mode; see `after`."""
-        key = phase, mode
-        if key not in self._after_one:
-            self._after_one[key] = self.after(phase, [mode])
-        return self._after_one[key]
+    def _after_one(self, phase: Phase, mode: int) -> Phase:
+        """Return the phase after a switch of one mode; `after_one` keeps it."""
+        return self.after(phase, [mode])
 
     def with_leg(self, phase: Phase, t: float) -> Phase:
         """Return a phase with the legs of the inputs that begin at a breakpoint."""
         assert self._schedule is not None
         self._system = self._schedule.system_at(self._system, t)
         self._rates = None
-        self._forget()
+        self.of.cache_clear()
+        self.after_one.cache_clear()
         return self.of(modes_of(phase.system))
 
     def owner(self, mode: int) -> str:

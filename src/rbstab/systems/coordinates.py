@@ -83,13 +83,10 @@ class ContactCoordinates(Coordinates):
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
         """Return Ẇ of eq. 8, and Λ of the elements."""
         rates = free_rates(body, motion, wrench)
-        return _contact_rates(body, motion, rates), wrench.contact_force
-
-
-def _contact_rates(body: Body, motion: Motion, rates: Array) -> Array:
-    """Return Ẇ = (∂W/∂Z)Ż of eq. 8, with Ė = F and Ḟ = c'Ż + AΩ̌²R (eq. 13)."""
-    acceleration = point.acceleration(motion, body.contact_point, rates[OMEGA], rates[V_OF_Z])
-    return np.concatenate([rates[THETA], rates[OMEGA], motion.F, acceleration])
+        # Ẇ = (∂W/∂Z)Ż, with Ė = F and Ḟ = c'Ż + AΩ̌²R (eq. 13).
+        acceleration = point.acceleration(motion, body.contact_point, rates[OMEGA], rates[V_OF_Z])
+        W_rate = np.concatenate([rates[THETA], rates[OMEGA], motion.F, acceleration])
+        return W_rate, wrench.contact_force
 
 
 @dataclass(frozen=True, eq=False)

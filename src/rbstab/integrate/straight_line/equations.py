@@ -10,7 +10,7 @@ diagonal gains) are constants: a third of the operations remains. The modes of e
 import cmath
 import copy
 import math
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -128,24 +128,9 @@ class _Code:
         for mode, place in self.mode_places if modes else []:
             inputs[place] = modes[mode]
         try:
-            real = self.prepare(inputs, math)
+            return {"d": self.prepare(inputs, math), "D": self.prepare(inputs, cmath)}
         except (ArithmeticError, ValueError):
             return {}
-        return {"d": real, "D": _OfComplexNumbers(self.prepare, inputs)}
-
-
-class _OfComplexNumbers:
-    """The code for complex numbers, prepared at its first call: most equations need none."""
-
-    def __init__(self, prepare: Prepare, inputs: list[float]) -> None:
-        self._prepare, self._inputs = prepare, inputs
-        self._evaluate: Evaluate | None = None
-
-    def __call__(self, variables: Sequence[Any]) -> list[Any]:
-        """Compute the results from the inputs that vary."""
-        if self._evaluate is None:
-            self._evaluate = self._prepare(self._inputs, cmath)
-        return self._evaluate(variables)
 
 
 def _prepared(equations: Equations, system: System, size: int, timed: bool) -> _Code | None:

@@ -125,15 +125,14 @@ class Phase:
         along = self.audited_rates(y, t) if rates is None else rates
         return self.signs * self._guards(y + 1j * STEP * along, t + 1j * STEP).imag / STEP
 
-    def coinciding(self, y: Array, t: float, rates: Array | None = None) -> Array:
+    def coinciding(self, y: Array, t: float) -> Array:
         """Return the indices of the modes whose margins reach zero at this state, up to round-off.
 
         Args:
             y: The audited state.
             t: The time, s.
-            rates: The audited rates there, if they are known.
         """
-        margins, falling = self.margins(y, t), -self.margin_rates(y, t, rates)
+        margins, falling = self.margins(y, t), -self.margin_rates(y, t)
         resolution = max(float(np.spacing(t)), SHORTEST)
         reach = COINCIDENCE * (resolution * falling + self._epsilon)
         return np.flatnonzero((falling > 0) & (margins <= reach))

@@ -96,8 +96,7 @@ def zero_of(
 
     if trajectory.status in (RunStatus.RANGE_LEFT, RunStatus.DIVERGED, RunStatus.ZERO_LENGTH):
         return LyapunovZero(nearest, approached=False, is_lowest=True)
-    system = trajectory.systems[-1] if trajectory.systems else problem.system
-    last = trajectory.states[-1]
+    system, last = trajectory.systems[-1], trajectory.states[-1]
     own = last[system.coordinates.size :]
     with np.errstate(all="ignore"):
         smooth, motion = smooth_rest_system(problem), system.motion(last)
@@ -232,8 +231,7 @@ def _observed(
     count = len(trajectory.times)
     table = np.empty((count, ends[-1]))
     observe = _Observer()
-    systems = trajectory.systems or (system,) * count
-    samples = zip(systems, trajectory.states, trajectory.times.tolist(), strict=True)
+    samples = zip(trajectory.systems, trajectory.states, trajectory.times.tolist(), strict=True)
     for row, (system_now, state, t) in enumerate(samples):
         if row and deadline is not None and deadline.remaining() < -RECORDING_MARGIN:
             count = row

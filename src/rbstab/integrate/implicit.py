@@ -106,7 +106,7 @@ class ImplicitRun(Run):
     def result(self) -> Trajectory:
         """Integrate, and return the trajectory with its switches."""
         found = super().result()
-        return replace(found, systems=tuple(self.systems), switches=self.record.trace())
+        return replace(found, switches=self.record.trace())
 
     def stops(self) -> list[float]:
         """Return the times of the samples after the first, s."""

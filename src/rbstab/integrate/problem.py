@@ -116,7 +116,7 @@ class Trajectory:
         steps: Accepted steps.
         evaluations: Evaluations of the rates; for the Taylor engine, of the Taylor expansion.
         switches: The switching of a sliding connector, if there is one.
-        systems: The smooth system at each sample; empty if it is that of the problem everywhere.
+        systems: The smooth system at each sample; equal ones are one object.
         impacts: The impacts against a stop, if there is one.
         supplied_energy: What the elements have supplied, ∫supplied dt, shape (n,), J; None if no
             element supplies power.

@@ -49,16 +49,6 @@ class Schedule:
         legs = zip(self.names, self.legs_at(time).tolist(), strict=True)
         return with_legs(system, {name: Leg(*leg) for name, leg in legs})
 
-    def systems_at(self, systems: tuple[System, ...], times: Array) -> tuple[System, ...]:
-        """Return systems with the legs of their times; equal ones are one object."""
-        known: dict[tuple[int, int], System] = {}
-        rows = self.breakpoints.searchsorted(times, side="right").tolist()
-        for row, system, time in zip(rows, systems, times.tolist(), strict=True):
-            key = row, id(system)
-            if key not in known:
-                known[key] = self.system_at(system, time)
-        return tuple(known[row, id(system)] for row, system in zip(rows, systems, strict=True))
-
     def places(self, offsets: Mapping[str, int]) -> Array:
         """Return the indices of the legs among all parameters, shape (inputs, 3).
 

@@ -128,12 +128,12 @@ class ManifoldCoordinates(CentreCoordinates):
     baumgarte_rate: Number = 0.0
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
-        """Return Ż of eq. 17, and the force of constraint (eq. 15)."""
+        """Return Ż = 𝒥⁻¹(𝓔 + cΛ) of eq. 17, and the force of constraint Λ (eq. 15)."""
         c = contact_directions(body, motion)
         applied = applied_forces(body, motion, wrench.force, wrench.couple)
         demand = constraint.baumgarte_demand(body, motion, self.baumgarte_rate)
         Lambda_ = constraint.constraint_force(body, c, applied, demand)
-        return constraint.manifold_rates(body, c, applied, demand), Lambda_
+        return body.mass_matrix_inverse @ (applied + c @ Lambda_), Lambda_
 
 
 @dataclass(frozen=True, eq=False)

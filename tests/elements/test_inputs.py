@@ -84,7 +84,6 @@ MADE = {
 def value_of_legs(made, t):
     """Return the value at a time of the leg that a schedule gives for it."""
     schedule = schedule_of({"one": made})
-    assert schedule is not None
     return Leg(*schedule.legs_at(t)[0].tolist()).value(t)
 
 
@@ -110,7 +109,6 @@ def test_a_schedule_of_several_inputs(rng):
     """Each input keeps its own legs at the breakpoints of the others."""
     made = {kind: make(LEGS[kind]) for kind, make in MADE.items()}
     together = schedule_of(made)
-    assert together is not None
     expected = sorted({t for one in made.values() for t in one[1:, 2].tolist()})
     assert together.breakpoints.tolist() == expected
     before = np.nextafter(expected, -1).tolist()

@@ -60,7 +60,9 @@ class Schedule:
 
 
 def with_legs(system: System, legs: Mapping[str, Leg]) -> System:
-    """Return a system whose inputs have other legs, by name."""
+    """Return a system whose inputs have other legs, by name; itself if there are none."""
+    if not legs:
+        return system
     given: tuple[Any, ...] = system.elements
     elements = [
         replace(element, signal=legs[element.name]) if element.name in legs else element
@@ -79,15 +81,19 @@ def leg_parameters(system: System) -> frozenset[str]:
     )
 
 
-def schedule_of(signals: Mapping[str, Array]) -> Schedule | None:
-    """Return the schedule of some inputs; None without one.
+NO_LEGS = Schedule(np.zeros(0), (), np.zeros((1, 0, 3)))
+"""The schedule without inputs."""
+
+
+def schedule_of(signals: Mapping[str, Array]) -> Schedule:
+    """Return the schedule of some inputs.
 
     Args:
         signals: The legs of each input by its name, shape (legs, 3), of floats or complex numbers,
             whose real parts tell when they begin. The first leg is also that before its beginning.
     """
     if not signals:
-        return None
+        return NO_LEGS
     times = np.unique(np.concatenate([legs[1:, BEGIN].real for legs in signals.values()]))
     starts = np.concatenate([[-np.inf], times])
     rows = [

@@ -66,17 +66,14 @@ class Tangent:
     system: System
     start: Array
     rest_energy: float
-    schedule: Schedule | None
+    schedule: Schedule
 
     def like(self, system: System, time: float) -> System:
         """Return the system of this direction in the modes of a system, with the legs of a time."""
-        found = with_modes(self.system, modes_of(system))
-        return found if self.schedule is None else self.schedule.system_at(found, time)
+        return self.schedule.system_at(with_modes(self.system, modes_of(system)), time)
 
     def delays_at(self, time: float) -> dict[str, float]:
         """Return the derivative of a breakpoint by s for each input whose leg begins there."""
-        if self.schedule is None:
-            return {}
         begins = zip(self.schedule.names, self.schedule.legs_at(time)[:, BEGIN], strict=True)
         return {name: float(t.imag) / STEP for name, t in begins if t.real == time}
 
@@ -266,11 +263,10 @@ class _Run:
         if self.tangent is not None:
             shifted = self.tangent.like(first, begin)
             z = tangent_at_start(first, shifted, start, self.tangent.start, begin)
-            if self.problem.schedule is not None:
-                # A load that begins at the start begins later for other s.
-                before = self.problem.schedule.system_at(first, np.nextafter(begin, -np.inf))
-                change = Transition(begin, (), before, first)
-                z = after_breakpoint(change, self.tangent.delays_at(begin), start, z)
+            # A load that begins at the start begins later for other s.
+            before = self.problem.schedule.system_at(first, np.nextafter(begin, -np.inf))
+            change = Transition(begin, (), before, first)
+            z = after_breakpoint(change, self.tangent.delays_at(begin), start, z)
         set_motion(self.integrator, begin, np.concatenate([start, [0.0], z, [0.0]]))
 
     def _follow(self, times: Array) -> None:

@@ -197,7 +197,6 @@ class Phases:
 
     def with_leg(self, phase: Phase, t: float) -> Phase:
         """Return a phase with the legs of the inputs that begin at a breakpoint."""
-        assert self._schedule is not None
         self._system = self._schedule.system_at(self._system, t)
         self._rates = None
         self.of.cache_clear()

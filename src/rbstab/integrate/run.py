@@ -138,10 +138,14 @@ class Run:
 
     def check_limits(self) -> None:
         """Stop a run that has reached its deadline or its limit of steps."""
-        if self.deadline.expired():
-            raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
+        self.check_deadline()
         if self.steps >= self.problem.step_limit:
             raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
+
+    def check_deadline(self) -> None:
+        """Stop a run that has reached its deadline."""
+        if self.deadline.expired():
+            raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
 
 
 def check_start(problem: Problem) -> None:

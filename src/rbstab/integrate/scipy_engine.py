@@ -129,12 +129,10 @@ class ScipyRun(DrivenRun):
 
     def _evaluate(self, count: int) -> None:
         self.evaluations += count
-        if self.deadline.expired():
-            raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
+        self.check_deadline()
 
     def _step(self, solver: Any) -> None:
-        if self.steps >= self.problem.step_limit:
-            raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
+        self.check_limits()
         message = self._call_solver(solver.step)
         if solver.status == "failed":
             if self._non_finite:
@@ -177,8 +175,7 @@ class ScipyRun(DrivenRun):
         times = self.problem.times
         for t in times[(times > self.t) & (times <= until)].tolist():
             # One step may span all samples.
-            if self.deadline.expired():
-                raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
+            self.check_deadline()
             self.add_sample(t, path(t))
 
     # Events: the margins of modes, the distances of θ2 from both ends of the range, the clearances.

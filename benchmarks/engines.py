@@ -8,8 +8,7 @@ from rbstab import load_config
 from rbstab.config.build import problem_of
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.straight_line.equations import forget_codes
-from rbstab.integrate.watched_rates import audited_rates_of
+from rbstab.integrate.straight_line.equations import audited_rates_of, forget_codes
 from rbstab.mechanics.numbers import Array
 
 CASE = "configs/paper/case2_visco_elastic.yaml"

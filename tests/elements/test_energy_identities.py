@@ -70,17 +70,6 @@ def test_element_stores_what_it_takes_and_does_not_dissipate(kind):
     assert found.is_zero
 
 
-def test_identity_fails_for_a_wrong_sign():
-    """The check is not empty: with the couple reversed it does not hold."""
-    symbols = variables(70)
-    (kind,) = (one for one in SMOOTH if one.__name__ == "RotationalStabilizer")
-    motion, element = motion_of(symbols), element_of(kind, symbols)
-    wrench = element.wrench(motion, symbols.vector(0))
-    reversed_power = power(Wrench(wrench.force, -wrench.couple, wrench.contact_force), motion)
-    wrong = balance(element, motion, symbols.vector(0)) - power(wrench, motion) + reversed_power
-    assert not wrong.is_zero
-
-
 def test_kinetic_energy_grows_by_the_power_of_all_forces():
     """Ṫ = (G + H)'V + N'Ω + Λ'F along eq. 9, with F = V - AŘΩ; A need not be a rotation."""
     symbols = variables(60)

@@ -32,7 +32,7 @@ def test_samples_are_those_of_the_equations(name):
     given = problem(name)
     trajectory = engine("heyoka")(given)
     found = record._observed(given.system, trajectory, None)
-    systems = trajectory.systems or (given.system,) * len(trajectory.times)
+    systems = trajectory.systems
     names = [element.name for element in given.system.elements]
     for row, (system, y, t) in enumerate(
         zip(systems, trajectory.states, trajectory.times.tolist(), strict=True)

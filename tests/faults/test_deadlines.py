@@ -86,11 +86,11 @@ class WorkClock:
             monkeypatch.setattr(System, name, self._counted(getattr(System, name)))
         by_code = StraightLine.finite_value
 
-        def counted(code: StraightLine, x: Any) -> Any:
+        def counted(code: StraightLine, *x: Any) -> Any:
             # The energies of the search for a rest state take far less time than rates.
             if code._equations not in OF_ENERGIES:
                 self._count()
-            return by_code(code, x)
+            return by_code(code, *x)
 
         monkeypatch.setattr(StraightLine, "finite_value", counted)
 

@@ -1,7 +1,5 @@
 """Each thread caches its compiled objects by key, and drops those unused for longest."""
 
-import threading
-
 from support.hang_guard import within
 
 from rbstab.integrate.heyoka import compile_cache as module
@@ -21,29 +19,6 @@ class Maker:
 
 def in_a_new_thread(function):
     return within(60.0, function)
-
-
-def test_once_for_each_key():
-    def keys():
-        make = Maker()
-        first = compiled_once(("a", 1), make)
-        other = compiled_once(("a", 2), make)
-        assert other is not first
-        assert compiled_once(("a", 1), make) is first
-        assert make.made == 2
-
-    in_a_new_thread(keys)
-
-
-def test_each_thread_has_its_own():
-    make, found = Maker(), []
-    threads = [
-        threading.Thread(target=lambda: found.append(compiled_once("b", make))) for _ in range(3)
-    ]
-    for thread in threads:
-        thread.start()
-        thread.join()
-    assert make.made == len(set(map(id, found))) == 3
 
 
 def test_what_was_not_used_for_long_is_dropped(monkeypatch):

@@ -16,6 +16,7 @@ from rbstab.integrate import step_ends
 from rbstab.integrate.engines import engine
 from rbstab.integrate.in_quaternions import NEVER, in_quaternions
 from rbstab.mechanics.attitude import rotation, rotations
+from rbstab.systems.schedule import NO_LEGS
 
 BODY = {"mass": 2.0, "inertia": [0.2, 0.2, 0.5], "contact_point": [0, 0, -0.4]}
 FREE: dict[str, Any] = {
@@ -170,7 +171,7 @@ def test_the_length_of_q_changes_no_motion(name):
         start = q.from_angles(given.start)
         start[[0, 1, 2, q.angles.size]] *= length
         inner = replace(
-            given, system=system, start=start, range_bound=NEVER, quaternion=False, schedule=None
+            given, system=system, start=start, range_bound=NEVER, quaternion=False, schedule=NO_LEGS
         )
         found = solved(name, inner)
         norms = np.linalg.norm(found.states[:, [0, 1, 2, q.angles.size]], axis=1)

@@ -30,15 +30,6 @@ def followed(given, engine_name="scipy"):
     return trajectory, steps
 
 
-@pytest.mark.parametrize("method", ONE_STEP_METHODS)
-def test_steps_end_on_every_sample(method):
-    # Interpolated samples would be some twenty times less exact than the steps.
-    times = np.linspace(0.0, 1.0, 38)
-    tolerances = {"rtol": 1e-8, "atol": 1e-8}
-    _, steps = followed(problem(SYSTEM, START, times, method=method, **tolerances))
-    assert set(times[1:]) <= set(steps)
-
-
 def test_samples_are_as_exact_as_steps():
     trace = solve("scipy", problem(SYSTEM, START, TIMES))
     tight = solve("scipy", problem(SYSTEM, START, TIMES, rtol=2.5e-14, atol=2.5e-14))

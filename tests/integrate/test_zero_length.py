@@ -4,11 +4,8 @@ A mass that is thrown straight at the anchor of its spring meets it at a time in
 way, the spring is an oscillator about its length without force. Beside the anchor it moves on.
 """
 
-import json
-
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from support.switching import ENGINES, MASS, data, ligament, solved
 
 import rbstab
@@ -19,7 +16,6 @@ from rbstab.integrate.status import RunStatus
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.sweep import sweep_to_folder
-from rbstab_cli.main import cli
 
 STIFFNESS, REST, SPEED = 40.0, 0.5, 10.0
 EACH = pytest.mark.parametrize("engine_name", ENGINES)
@@ -99,29 +95,6 @@ def solved_problem(given, start, engine_name):
 
 # In a config.
 
-LINES = """\
-schema_version: 2
-body: {mass: 2, inertia: [1, 1, 1], contact_point: [0, 0, 0]}
-elements:
-  strut:
-    kind: spring
-    point: [0.1, 0, 0]
-    anchor: [0.1, 0, 0]
-    stiffness: 40
-    rest_length: 0.5
-integration: {duration: 1}
-"""
-
-
-def test_the_message_names_line_and_column(tmp_path):
-    path = tmp_path / "zero.yaml"
-    path.write_text(LINES)
-    done = CliRunner().invoke(cli, ["check", str(path)])
-    assert done.exit_code == 2
-    text = "zero.yaml:6:12: elements.strut.point: is on the anchor at the start (0 m from it)"
-    assert text in " ".join(done.output.split()), done.output
-    assert "expected another point or anchor" in done.output
-
 
 def test_a_damper_without_rest_length_needs_a_direction():
     with pytest.raises(ConfigError, match="visco-elastic"):
@@ -159,18 +132,3 @@ def test_a_plan_cannot_vary_what_its_formulas_leave_out():
     load_plan({"title": "t", "base": data({"a": spring(anchor=[0, 0, 2])}), "vary": vary})
     stiffness = {"elements.a.stiffness": {"values": [1.0, 2.0]}}
     load_plan({"title": "t", "base": base, "vary": stiffness})
-
-
-# A slack ligament.
-
-
-def test_the_status_is_stored_and_shown(tmp_path):
-    path = tmp_path / "thrown.yaml"
-    path.write_text(json.dumps(thrown()))
-    arguments = ["run", str(path), "--no-prove", "-o", str(tmp_path)]
-    done = CliRunner().invoke(cli, arguments)
-    assert "zero length: strut has no length, so its direction is undefined" in done.output
-    result = rbstab.open_result(tmp_path / "thrown.h5")
-    assert result.status == "zero length"
-    shown = CliRunner().invoke(cli, ["show", str(tmp_path / "thrown.h5")])
-    assert "zero length" in shown.output

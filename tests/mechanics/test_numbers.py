@@ -17,14 +17,14 @@ from rbstab.mechanics.algebra import (
     squared_norm,
 )
 from rbstab.mechanics.derivatives import jacobian
-from rbstab.mechanics.numbers import FUNCTIONS, sin, sin_of
+from rbstab.mechanics.numbers import FUNCTIONS, sin
 
 
 def test_a_registered_function_comes_before_a_method_and_one_of_them_must_be_there():
     class Registered(SimpleNamespace):
         pass
 
-    sin_of.register(Registered, lambda _: "registered")
+    FUNCTIONS["sin"].register(Registered, lambda _: "registered")
     own = [SimpleNamespace(sin=lambda: "method"), Registered(sin=lambda: "method")]
     assert sin(np.array(own, dtype=object)).tolist() == ["method", "registered"]
     with pytest.raises(AttributeError, match="sin"):

@@ -7,11 +7,9 @@ from support.pose import angles, attitude, turned
 from support.systems import random_Z
 
 from rbstab.mechanics.attitude import (
-    angle_rates,
     in_range,
     is_upright,
     rate_matrix,
-    rate_matrix_inverse,
     regularity,
     rotation,
 )
@@ -36,8 +34,6 @@ def test_eq_01_angle_rates_follow_the_turning_body(rng):
     A = attitude(Theta)
     expected = derivative(lambda t: angles(turned(A, Omega, t)), 1e-3)
     assert relative_error(rate_matrix(Theta) @ Omega, expected) < 1e-11
-    for found in angle_rates(np.tile(Theta, (4, 1)), np.tile(Omega, (4, 1))):
-        assert relative_error(found, expected) < 1e-11
 
 
 def test_eq_01_rotation_rate_is_A_times_spin(rng):
@@ -51,11 +47,9 @@ def test_eq_01_rotation_rate_is_A_times_spin(rng):
     assert relative_error(rotation_rate(printed_rate_matrix(Theta)), expected) > 1e-2
 
 
-def test_eq_01_rate_matrix_its_inverse_and_its_determinant(rng):
+def test_eq_01_determinant_of_the_rate_matrix(rng):
     Theta = random_Z(rng)[:3]
-    B, B_inverse = rate_matrix(Theta), rate_matrix_inverse(Theta)
-    assert relative_error(B @ B_inverse, np.eye(3)) < 1e-14
-    assert regularity(Theta) * np.linalg.det(B) == pytest.approx(1, rel=1e-14)
+    assert regularity(Theta) * np.linalg.det(rate_matrix(Theta)) == pytest.approx(1, rel=1e-14)
 
 
 @pytest.mark.parametrize("end", [-1, 1])

@@ -8,24 +8,20 @@ from support.pose import turned
 from support.reading import gain, kinetic_energy, read, total_energy
 from support.systems import VARIANTS, random_body, random_state, random_system, random_Z
 
+from rbstab.mechanics.algebra import cross_matrix
 from rbstab.mechanics.constraint import centripetal_acceleration
-from rbstab.mechanics.coordinates import (
-    centre_state,
-    contact_state,
-    jacobian_of_centre_state,
-    jacobian_of_contact_state,
-)
 from rbstab.mechanics.motion import contact_directions, motion_from_centre, motion_from_contact
-from rbstab.systems.coordinates import ContactCoordinates, ManifoldCoordinates
+from rbstab.systems.coordinates import (
+    CentreCoordinates,
+    ContactCoordinates,
+    ManifoldCoordinates,
+)
 from rbstab.systems.system import System
 
 TIED = [variant for variant in VARIANTS if variant != "permanent"]
 
 
-def moved_by_both(body, anchor, Z):
-    """Return the motion of a state by Z and by W."""
-    motion = motion_from_centre(body, anchor, Z)
-    return motion, motion_from_contact(body, anchor, contact_state(motion))
+Z_of, W_of = CentreCoordinates().from_motion, ContactCoordinates().from_motion
 
 
 def test_eq_04_E_is_where_C_is_from_where_it_belongs_and_F_its_velocity(rng):
@@ -38,22 +34,27 @@ def test_eq_04_E_is_where_C_is_from_where_it_belongs_and_F_its_velocity(rng):
 
 def test_eq_04_state_is_kept_through_W_and_back(rng):
     body, anchor, Z = random_body(rng), rng.normal(size=3), random_Z(rng)
-    _, back = moved_by_both(body, anchor, Z)
-    assert relative_error(centre_state(back), Z) < 1e-15
+    back = motion_from_contact(body, anchor, W_of(motion_from_centre(body, anchor, Z)))
+    assert relative_error(Z_of(back), Z) < 1e-15
 
 
-def test_eq_06_jacobian_of_centre_state(rng):
-    body, anchor, W = random_body(rng), rng.normal(size=3), random_Z(rng)
-    motion = motion_from_contact(body, anchor, W)
-    expected = jacobian(lambda W: centre_state(motion_from_contact(body, anchor, W)), W)
-    assert relative_error(jacobian_of_centre_state(body, motion), expected) < 1e-12
+def printed_jacobian(body, motion, sign):
+    """Return ∂Z/∂W of eq. 6, or with the sign -1 ∂W/∂Z of eq. 7, as the paper prints them."""
+    R, B_inverse = body.contact_cross, np.linalg.inv(motion.B)
+    spin = motion.A @ cross_matrix(R @ motion.Omega)
+    found = np.eye(12)
+    found[6:9, :3] = sign * motion.A @ R @ B_inverse
+    found[9:, :3] = -sign * spin @ B_inverse
+    found[9:, 3:6] = sign * motion.A @ R
+    return found
 
 
-def test_eq_07_jacobian_of_contact_state(rng):
-    body, anchor, Z = random_body(rng), rng.normal(size=3), random_Z(rng)
-    motion = motion_from_centre(body, anchor, Z)
-    expected = jacobian(lambda Z: contact_state(motion_from_centre(body, anchor, Z)), Z)
-    assert relative_error(jacobian_of_contact_state(body, motion), expected) < 1e-12
+def test_eq_06_and_07_the_printed_jacobians_are_those_of_both_coordinates(rng):
+    body, anchor, y = random_body(rng), rng.normal(size=3), random_Z(rng)
+    for sign, at, to in ((1, motion_from_contact, Z_of), (-1, motion_from_centre, W_of)):
+        expected = jacobian(lambda y, at=at, to=to: to(at(body, anchor, y)), y)
+        printed = printed_jacobian(body, at(body, anchor, y), sign)
+        assert relative_error(printed, expected) < 1e-12
 
 
 @pytest.mark.parametrize("variant", TIED)

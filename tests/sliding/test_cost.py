@@ -11,8 +11,6 @@ import pytest
 from support.problems import each_engine
 from support.sliding import ball_in_a_V, paper_problem, solve_sliding
 
-from rbstab.integrate.switching import connector_switches
-
 
 def alone(problem, **switching):
     """Return a problem without the second run, with other rules for its switches."""
@@ -43,28 +41,6 @@ def test_a_switch_takes_as_many_steps_at_the_end_as_at_the_beginning():
     assert last == pytest.approx(first, rel=0.1)
     # Each step ends at a switch, but those that missed one.
     assert last < 1.1
-
-
-@each_engine
-def test_looks_at_which_axes_may_stick_become_rare(engine, monkeypatch):
-    """Between two checks pass 32 switches, or 1/64 of all so far: 64 ln 2 per doubling."""
-    looks: list[int] = []
-
-    def none_sticks(*_):
-        looks.append(len(looks))
-
-    monkeypatch.setattr(connector_switches, "most_axes_stick", none_sticks)
-    limit = 30_000 if engine == "heyoka" else 600
-    problem = paper_problem(20000, duration=2.0, samples=2, stick_energy=1e9)
-    run = solve_sliding(engine, alone(problem, switch_limit=limit))
-    total = run.switches.counts[-1].sum()
-    assert total == limit
-    assert run.switches.transitions == []
-    # The first check is at the first switch; up to 2,048 they are 32 switches apart.
-    even = min(total, 2048) / 32
-    growing = 64 * np.log(max(total / 2048, 1.0))
-    # The waits are whole numbers of switches, rounded down.
-    assert len(looks) == pytest.approx(1 + even + growing, rel=0.05)
 
 
 @each_engine

@@ -60,7 +60,7 @@ def quantities(data: dict[str, Any], near: Sensitivities, method: Method = SMOOT
         trajectory = solve("heyoka", replace(problem, times=times, rtol=1e-16))
     assert trajectory.status == "completed"
     states = dict(zip(times, trajectory.states, strict=True))
-    systems = dict(zip(times, trajectory.systems or [system] * len(times), strict=True))
+    systems = dict(zip(times, trajectory.systems, strict=True))
     for axis in range(3):
         if f"peak_time[{axis}]" in windows:
             window = windows[f"peak_time[{axis}]"]

@@ -15,7 +15,7 @@ from support.systems import random_body, random_state, random_system
 
 from rbstab.elements.registry import CONNECTORS
 from rbstab.mechanics.derivatives import jacobian
-from rbstab.mechanics.numbers import cos_of, sin_of, sqrt_of
+from rbstab.mechanics.numbers import FUNCTIONS
 from rbstab.systems.coordinates import (
     CentreCoordinates,
     ContactCoordinates,
@@ -38,9 +38,8 @@ EVERY = [
 
 ALONE = CASES + SWITCHING_CASES
 
-sin_of.register(mpmath.mpf, mpmath.sin)
-cos_of.register(mpmath.mpf, mpmath.cos)
-sqrt_of.register(mpmath.mpf, mpmath.sqrt)
+for name in ("sin", "cos", "sqrt"):
+    FUNCTIONS[name].register(mpmath.mpf, getattr(mpmath, name))
 exact = np.vectorize(mpmath.mpf, otypes=[object])
 
 

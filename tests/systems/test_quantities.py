@@ -14,7 +14,7 @@ from support.systems import random_state, random_system
 from rbstab.systems.quantities import BY_NAME, PEAKS, named_elements, observed_in
 
 ROW = """
-    Quantity("tip", "x_t", "m", _VECTOR, "end of the axis, inertial", optional=True,
+    Quantity("tip", "x_t", "m", _VECTOR, "end of the axis, inertial",
              formula=lambda seen: seen.motion.X + seen.motion.A @ np.array([0.0, 0.1, 1.0]),
              trace=True, end=", inertial",
              peak=Peak(lambda seen: seen.motion.V
@@ -30,7 +30,7 @@ name = "rbstab.systems.quantities"
 spec = importlib.util.find_spec(name)
 module = sys.modules[name] = importlib.util.module_from_spec(spec)
 source = open(spec.origin, encoding="utf-8").read()
-place = '"time from the start"),\\n'
+place = '"time from the start", always=True),\\n'
 assert source.count(place) == 1
 exec(compile(source.replace(place, place + row), spec.origin, "exec"), module.__dict__)
 rbstab.systems.quantities = module

@@ -22,7 +22,7 @@ from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.in_quaternions import LONGEST_TURN
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.integrate.step_ends import StepEnds
-from rbstab.integrate.watched_rates import EquationsInTime, audited_rates_of
+from rbstab.integrate.straight_line.equations import StraightLine, audited_rates_of
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.quaternion import beyond_ends
@@ -237,7 +237,7 @@ class _StepsOfRun:
         self.Theta = Theta.copy()
         self.q = quaternion_of(ends.systems[0])
         self._table, self.turn = np.empty(0), 0.0
-        self._equations: dict[int, tuple[EquationsInTime, Watch]] = {}
+        self._equations: dict[int, tuple[StraightLine, Watch]] = {}
 
     def steps(self) -> Steps | None:
         """Return the steps; None if the deadline has expired."""
@@ -274,11 +274,11 @@ class _StepsOfRun:
             self._divide,
         )
 
-    def _of(self, system: System) -> tuple[EquationsInTime, Watch]:
+    def _of(self, system: System) -> tuple[StraightLine, Watch]:
         """Return the rates of a system, and the values and rates of what is watched of it."""
         if id(system) not in self._equations:
             rates = audited_rates_of(system)
-            watched = EquationsInTime(_watched, system, system.timed)
+            watched = StraightLine(_watched, system, timed=system.timed)
 
             def observe(y: Array, t: float) -> Array:
                 found = watched(y + 1j * STEP * rates(y, t), t + 1j * STEP)

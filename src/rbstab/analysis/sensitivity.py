@@ -44,6 +44,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
 from rbstab.systems.impact import side_of, stop_of
 from rbstab.systems.modes import modes_of, with_modes, with_modes_at
+from rbstab.systems.schedule import schedule_of
 from rbstab.systems.system import Observation, System
 
 
@@ -176,7 +177,7 @@ def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
         _by_modes(base.problem, shifted.system),
         _derivative(shifted.start),
         _rest_energy_derivative(base, shifted.system),
-        shifted.legs,
+        schedule_of(shifted.legs),
     )
     outcome, course = base.outcome, base.course
     begin, end = base.problem.times[[0, -1]].tolist()

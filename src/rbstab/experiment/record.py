@@ -20,7 +20,7 @@ from rbstab.experiment.switching_record import event_arrays
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.problem import Problem, Trajectory, first_samples
 from rbstab.integrate.status import RunStatus
-from rbstab.integrate.watched_rates import EquationsInTime
+from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.store.variables import Variable
 from rbstab.systems.quantities import (
@@ -96,8 +96,7 @@ def zero_of(
 
     if trajectory.status in (RunStatus.RANGE_LEFT, RunStatus.DIVERGED, RunStatus.ZERO_LENGTH):
         return LyapunovZero(nearest, approached=False, is_lowest=True)
-    system = trajectory.systems[-1] if trajectory.systems else problem.system
-    last = trajectory.states[-1]
+    system, last = trajectory.systems[-1], trajectory.states[-1]
     own = last[system.coordinates.size :]
     with np.errstate(all="ignore"):
         smooth, motion = smooth_rest_system(problem), system.motion(last)
@@ -232,8 +231,7 @@ def _observed(
     count = len(trajectory.times)
     table = np.empty((count, ends[-1]))
     observe = _Observer()
-    systems = trajectory.systems or (system,) * count
-    samples = zip(systems, trajectory.states, trajectory.times.tolist(), strict=True)
+    samples = zip(trajectory.systems, trajectory.states, trajectory.times.tolist(), strict=True)
     for row, (system_now, state, t) in enumerate(samples):
         if row and deadline is not None and deadline.remaining() < -RECORDING_MARGIN:
             count = row
@@ -253,13 +251,13 @@ class _Observer:
     """
 
     def __init__(self) -> None:
-        self._of: dict[int, EquationsInTime] = {}
+        self._of: dict[int, StraightLine] = {}
 
     def __call__(self, system: System, state: Array, t: float) -> Array:
         """Return the quantities of a system that outlives this object."""
         found = self._of.get(id(system))
         if found is None:
-            found = EquationsInTime(_values, system, size=len(state))
+            found = StraightLine(_values, system, len(state), timed=system.timed)
             self._of[id(system)] = found
         return found(state, t)
 

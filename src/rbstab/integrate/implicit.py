@@ -94,10 +94,8 @@ class ImplicitRun(Run):
         self.switching, self.connector = problem.switching, connector_of(problem.system)
         self.record = SwitchRecord(problem)
         free, size = with_sides(problem.system, np.zeros(3)), len(self.y)
-        self._end, self._after = (
-            StraightLine(end_of_step, free, size + 1),
-            StraightLine(after_step, free, size + 4),
-        )
+        self._end = StraightLine(end_of_step, free, size + 1)
+        self._after = StraightLine(after_step, free, size + 4)
         motion = problem.system.motion(problem.start)
         s = self.connector.surface(motion.E, motion.F)
         # An axis exactly on the surface has the side that it enters next.
@@ -108,7 +106,7 @@ class ImplicitRun(Run):
     def result(self) -> Trajectory:
         """Integrate, and return the trajectory with its switches."""
         found = super().result()
-        return replace(found, systems=tuple(self.systems), switches=self.record.trace())
+        return replace(found, switches=self.record.trace())
 
     def stops(self) -> list[float]:
         """Return the times of the samples after the first, s."""

@@ -11,7 +11,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.integrate.step_ends import StepEnds
 from rbstab.integrate.traces import ImpactTrace, SwitchTrace
 from rbstab.mechanics.numbers import Array
-from rbstab.systems.schedule import Schedule
+from rbstab.systems.schedule import NO_LEGS, Schedule
 from rbstab.systems.system import System
 
 Progress = Callable[[float], None]
@@ -64,7 +64,7 @@ class Problem:
             `trusted_until`, which needs a second run. So does that of a sliding tie or a stop.
         exact: Builds the system and the start from the numbers of the config, in the kind of number
             to which a function converts doubles. None: the problem is not that of a config.
-        schedule: The legs of the inputs that are made of legs; None if there are no such inputs.
+        schedule: The legs of the inputs that are made of legs.
         quaternion: Whether engines integrate a quaternion in place of Θ (`InQuaternions`). The
             states of the problem and of its trajectory have Θ all the same.
     """
@@ -82,7 +82,7 @@ class Problem:
     switching: Switching | None = None
     diagnosed: bool = True
     exact: Callable[[Callable[[Array], Array]], tuple[System, Array]] | None = None
-    schedule: Schedule | None = None
+    schedule: Schedule = NO_LEGS
     quaternion: bool = False
 
     def audited_start(self) -> Array:
@@ -91,14 +91,10 @@ class Problem:
 
     def system_at_start(self) -> System:
         """Return the system with the legs of the first sample."""
-        if self.schedule is None:
-            return self.system
         return self.schedule.system_at(self.system, float(self.times[0]))
 
     def breakpoints(self) -> list[float]:
         """Return the breakpoints between the first and the last sample, s."""
-        if self.schedule is None:
-            return []
         return self.schedule.between(float(self.times[0]), float(self.times[-1]))
 
 
@@ -116,7 +112,7 @@ class Trajectory:
         steps: Accepted steps.
         evaluations: Evaluations of the rates; for the Taylor engine, of the Taylor expansion.
         switches: The switching of a sliding connector, if there is one.
-        systems: The smooth system at each sample; empty if it is that of the problem everywhere.
+        systems: The smooth system at each sample; equal ones are one object.
         impacts: The impacts against a stop, if there is one.
         supplied_energy: What the elements have supplied, ∫supplied dt, shape (n,), J; None if no
             element supplies power.
@@ -170,9 +166,7 @@ def first_samples(whole: Trajectory, count: int, deadline: Deadline) -> Trajecto
     last = float(whole.times[count - 1])
     sampled = "times", "states", "lyapunov_change", "contact_work", "systems", "supplied_energy"
     rows: dict[str, Any] = {name: getattr(whole, name) for name in sampled}
-    cut: dict[str, Any] = {
-        name: value if value is None else value[:count] for name, value in rows.items()
-    }
+    cut = {name: value[:count] for name, value in rows.items() if value is not None}
     switches, impacts, trusted, ends = (
         getattr(whole, name) for name in ("switches", "impacts", "trusted_until", "ends")
     )

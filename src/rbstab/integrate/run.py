@@ -9,7 +9,6 @@ from rbstab.integrate.step_ends import StepEnds
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import THETA
-from rbstab.systems.modes import has_modes
 from rbstab.systems.system import CONTACT_WORK, LYAPUNOV_CHANGE, System
 
 
@@ -118,13 +117,10 @@ class Run:
         self.keep_end()
 
     def _trajectory(self, status: RunStatus, detail: str) -> Trajectory:
-        problem, size = self.problem, self._size
+        size = self._size
         table = np.array([state for _, state in self.samples])
         table[:, size:] *= self.audit_scale
         times = np.array([time for time, _ in self.samples])
-        systems = tuple(self.systems) if has_modes(problem.system) else ()
-        if problem.schedule is not None:
-            systems = problem.schedule.systems_at(systems or (problem.system,) * len(times), times)
         return Trajectory(
             times,
             table[:, :size],
@@ -134,18 +130,22 @@ class Run:
             detail,
             self.steps,
             self.evaluations,
-            systems=systems,
-            supplied_energy=table[:, size] if problem.system.supplies else None,
+            systems=tuple(self.systems),
+            supplied_energy=table[:, size] if self.problem.system.supplies else None,
             breakpoints=np.array(self.reached_breakpoints),
             ends=self.ends,
         )
 
     def check_limits(self) -> None:
         """Stop a run that has reached its deadline or its limit of steps."""
-        if self.deadline.expired():
-            raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
+        self.check_deadline()
         if self.steps >= self.problem.step_limit:
             raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
+
+    def check_deadline(self) -> None:
+        """Stop a run that has reached its deadline."""
+        if self.deadline.expired():
+            raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
 
 
 def check_start(problem: Problem) -> None:

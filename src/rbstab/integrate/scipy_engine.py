@@ -25,12 +25,15 @@ from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.status import RunStatus, StopRun
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.switching.trust import integrate_trusted
-from rbstab.integrate.watched_rates import WatchedRates
 from rbstab.mechanics.constraint import projected_state
-from rbstab.mechanics.derivatives import derivative_along
+from rbstab.mechanics.derivatives import derivative_along, jacobian
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import BODY, OMEGA, PITCH
 from rbstab.systems.system import System
+
+MAX_NON_FINITE_IN_A_ROW = 1000
+"""A run stops after this many evaluations in a row without finite rates. A step that shrinks from
+1 s to round-off makes about 300."""
 
 NEEDS_JACOBIAN = ("Radau", "LSODA")
 INTERPOLATED = ("LSODA",)
@@ -70,14 +73,10 @@ class ScipyRun(DrivenRun):
 
     def __init__(self, problem: Problem, progress: Progress | None, deadline: Deadline) -> None:
         super().__init__(problem, progress, deadline)
-        self.rates = WatchedRates(self.phase.audited_rates, deadline)
         self.step_size: float | None = None
-        size = problem.system.audited_size
-        if self.owners:
-            self._clearances = StraightLine(System.clearances, problem.system, size)
-        self._projected = (
-            StraightLine(_projected, problem.system, size) if problem.project else None
-        )
+        self._non_finite = 0
+        self._clearances = StraightLine(System.clearances, problem.system)
+        self._projected = StraightLine(_projected, problem.system) if problem.project else None
         self._interpolates = problem.method in INTERPOLATED and not problem.breakpoints()
         self._largest_angle = float(np.arccos(problem.range_bound))
 
@@ -86,11 +85,6 @@ class ScipyRun(DrivenRun):
         if self._interpolates:
             return self.times[-1:]
         return sorted({*self.problem.breakpoints(), *self.times[1:]})
-
-    def go_on(self, after: Array) -> None:
-        """Go on with the rates of the current phase."""
-        super().go_on(after)
-        self.rates.audited_rates = self.phase.audited_rates
 
     def follow_to(self, stop: float) -> None:
         """Step to a time, s, or through the first event before it."""
@@ -111,16 +105,37 @@ class ScipyRun(DrivenRun):
         if self.step_size is not None:
             options["first_step"] = min(self.step_size, end - self.t)
         if problem.method in NEEDS_JACOBIAN:
-            options["jac"] = self.rates.jacobian
+            options["jac"] = self._jacobian
         method = getattr(scipy.integrate, problem.method)
-        return method(self.rates, self.t, self.y, end, **options)
+        return method(self._rates, self.t, self.y, end, **options)
+
+    def _rates(self, t: float, y: Array) -> Array:
+        """Return the audited rates. The run may end here: SciPy can repeat a step for ever."""
+        self._evaluate(1)
+        rates = self.phase.audited_rates.finite_value(y, t)
+        if rates is not None:
+            self._non_finite = 0
+            return rates
+        rates = self.phase.audited_rates.by_numpy(y, t)
+        self._non_finite = 0 if np.isfinite(rates).all() else self._non_finite + 1
+        if self._non_finite > MAX_NON_FINITE_IN_A_ROW:
+            raise StopRun(RunStatus.DIVERGED, "the rates stopped being finite")
+        return rates
+
+    def _jacobian(self, t: float, y: Array) -> Array:
+        """Return the Jacobian of the rates, for implicit methods."""
+        self._evaluate(len(y))
+        return jacobian(lambda z: self.phase.audited_rates(z, t), y)
+
+    def _evaluate(self, count: int) -> None:
+        self.evaluations += count
+        self.check_deadline()
 
     def _step(self, solver: Any) -> None:
-        if self.steps >= self.problem.step_limit:
-            raise StopRun(RunStatus.STEP_LIMIT, f"stopped after {self.steps} steps")
+        self.check_limits()
         message = self._call_solver(solver.step)
         if solver.status == "failed":
-            if self.rates.non_finite_count:
+            if self._non_finite:
                 raise StopRun(RunStatus.DIVERGED, "the rates stopped being finite")
             raise StopRun(RunStatus.SOLVER_FAILURE, f"{self.problem.method}: {message}")
         if not np.isfinite(solver.y).all():
@@ -136,8 +151,6 @@ class ScipyRun(DrivenRun):
         except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
             # Implicit methods factorize matrices and reject those that contain infinities.
             raise StopRun(RunStatus.SOLVER_FAILURE, f"{self.problem.method}: {error}") from error
-        finally:
-            self.evaluations = self.rates.evaluations
 
     def _accept(self, solver: Any) -> None:
         proposal = float(getattr(solver, "h_abs", solver.step_size))
@@ -162,8 +175,7 @@ class ScipyRun(DrivenRun):
         times = self.problem.times
         for t in times[(times > self.t) & (times <= until)].tolist():
             # One step may span all samples.
-            if self.deadline.expired():
-                raise StopRun(RunStatus.TIME_LIMIT, self.deadline.reason)
+            self.check_deadline()
             self.add_sample(t, path(t))
 
     # Events: the margins of modes, the distances of θ2 from both ends of the range, the clearances.
@@ -171,14 +183,13 @@ class ScipyRun(DrivenRun):
     def _first_event(self, solver: Any) -> Event | None:
         """Return the first event of the last step, or None."""
         ends, states = (self.t, float(solver.t)), (self.y, solver.y)
-        if not len(self.phase.signs) and not self._may_leave(ends, states):
-            if not self.owners:
-                return None
-            falls, rises = map(self._length_rates, states, ends)
-            # A length is smallest inside the step if it falls at the start and rises at the end.
-            if not ((falls < 0) & (rises >= 0)).any():
-                return None
-        slopes = tuple(map(self._event_rates, states, ends))
+        only_lengths = not len(self.phase.signs) and not self._may_leave(ends, states)
+        if only_lengths and not self.owners:
+            return None
+        falls, rises = slopes = tuple(map(self._event_rates, states, ends))
+        # A length is smallest inside the step if it falls at the start and rises at the end.
+        if only_lengths and not ((falls < 0) & (rises >= 0))[2:].any():
+            return None
         return first_event(self._events, solver.dense_output(), ends, states, slopes)
 
     def _may_leave(self, ends: tuple[float, float], states: tuple[Array, Array]) -> bool:
@@ -193,18 +204,14 @@ class ScipyRun(DrivenRun):
 
     def _events(self, y: Array, t: float) -> Array:
         pitch, most = y[PITCH], self._largest_angle
-        margins = [self.phase.margins(y, t)] if len(self.phase.signs) else []
-        lengths = [self._clearances(y)] if self.owners else []
-        return np.concatenate([*margins, [most - pitch, most + pitch], *lengths])
+        margins, lengths = self.phase.margins(y, t), self._clearances(y)
+        return np.concatenate([margins, [most - pitch, most + pitch], lengths])
 
     def _event_rates(self, y: Array, t: float) -> Array:
         rates = self.phase.audited_rates(y, t)
-        margins = [self.phase.margin_rates(y, t, rates)] if len(self.phase.signs) else []
-        lengths = [derivative_along(self._clearances, y, rates)] if self.owners else []
-        return np.concatenate([*margins, [-rates[PITCH], rates[PITCH]], *lengths])
-
-    def _length_rates(self, y: Array, t: float) -> Array:
-        return derivative_along(self._clearances, y, self.phase.audited_rates(y, t))
+        margins = self.phase.margin_rates(y, t, rates)
+        lengths = derivative_along(self._clearances, y, rates)
+        return np.concatenate([margins, [-rates[PITCH], rates[PITCH]], lengths])
 
     def _end_at(self, event: Event, solver: Any) -> None:
         """Go to an event of the last step: the run ends there, or a mode switches."""

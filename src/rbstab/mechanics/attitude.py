@@ -86,28 +86,9 @@ def rate_matrix(Theta: Array) -> Array:
     Returns:
         B, shape (3, 3), dimensionless, from body rates to angle rates.
     """
-    return np.array(_rate_rows(Theta))
-
-
-def angle_rates(Theta: Array, Omega: Array) -> Array:
-    """Return Θ̇ = B(Θ) Ω (eq. 1) of many attitudes at once.
-
-    Args:
-        Theta: Θ, shape (m, 3), rad.
-        Omega: Ω, shape (m, 3), rad/s, body.
-
-    Returns:
-        Θ̇, shape (m, 3), rad/s.
-    """
-    x, y, z = Omega.T
-    return np.stack([a * x + b * y + c * z for a, b, c in _rate_rows(Theta.T)], axis=1)
-
-
-def _rate_rows(Theta: Array) -> tuple[tuple[Number, Number, Number], ...]:
-    """Return the rows of B(Θ); Θ has the shape (3,), or (3, m) for m attitudes."""
     (_, s2, s3), (_, c2, c3) = sin(Theta), cos(Theta)
     a, b = c3 / c2, s3 / c2
-    return (a, -b, 0.0), (s3, c3, 0.0), (-s2 * a, s2 * b, 1.0)
+    return np.array([[a, -b, 0.0], [s3, c3, 0.0], [-s2 * a, s2 * b, 1.0]])
 
 
 def is_upright(Theta: Array) -> Array:
@@ -128,25 +109,6 @@ def in_range(Theta: Array) -> Array:
     theta1, _, theta3 = np.abs(Theta)
     inside: Array = (theta1 <= math.pi) & is_upright(Theta) & (theta3 <= math.pi)
     return inside
-
-
-def rate_matrix_inverse(Theta: Array) -> Array:
-    """Return B(Θ)⁻¹, with Ω = B⁻¹ Θ̇ (used by eq. 6 and 7). It is finite everywhere.
-
-    Args:
-        Theta: Θ, shape (3,), rad.
-
-    Returns:
-        B⁻¹, shape (3, 3), dimensionless.
-    """
-    (_, s2, s3), (_, c2, c3) = sin(Theta), cos(Theta)
-    return np.array(
-        [
-            [c2 * c3, s3, 0.0],
-            [-c2 * s3, c3, 0.0],
-            [s2, 0.0, 1.0],
-        ]
-    )
 
 
 def regularity(Theta: Array) -> Number:

@@ -33,6 +33,8 @@ def mobility(body: Body, c: Array) -> Array:
 def constraint_force(body: Body, c: Array, applied: Array, demand: Array) -> Array:
     """Return Λ = -[c'𝒥⁻¹c]⁻¹(c'𝒥⁻¹𝓔 + γ), the force on the body at C (eq. 15).
 
+    With P = c[c'𝒥⁻¹c]⁻¹c'𝒥⁻¹ of eq. 16, cΛ = -P𝓔 - c[c'𝒥⁻¹c]⁻¹γ. So 𝒥⁻¹(𝓔 + cΛ) is Ż of eq. 17.
+
     Args:
         body: The body.
         c: c of eq. 10, shape (12, 3).
@@ -44,28 +46,6 @@ def constraint_force(body: Body, c: Array, applied: Array, demand: Array) -> Arr
         Λ, shape (3,), N, inertial.
     """
     return -inverse(mobility(body, c)) @ (c.T @ body.mass_matrix_inverse @ applied + demand)
-
-
-def projected(body: Body, c: Array, forces: Array) -> Array:
-    """Return P x with P = c[c'𝒥⁻¹c]⁻¹c'𝒥⁻¹, where P² = P and Pc = c (eq. 16).
-
-    For a vector, P is not formed: a compiled engine would need a hundred times as many operations.
-
-    Args:
-        body: The body.
-        c: c of eq. 10, shape (12, 3).
-        forces: x, shape (12,) or (12, 12); the identity gives P.
-    """
-    return c @ (inverse(mobility(body, c)) @ (c.T @ (body.mass_matrix_inverse @ forces)))
-
-
-def manifold_rates(body: Body, c: Array, applied: Array, demand: Array) -> Array:
-    """Return Ż = 𝒥⁻¹[(I - P)𝓔 - c(c'𝒥⁻¹c)⁻¹γ], shape (12,): motion on the submanifold (eq. 17).
-
-    With the Λ of `constraint_force` this is 𝒥⁻¹(𝓔 + cΛ). Both functions have the same arguments.
-    """
-    free_part = applied - projected(body, c, applied)
-    return body.mass_matrix_inverse @ (free_part - c @ (inverse(mobility(body, c)) @ demand))
 
 
 def baumgarte_demand(body: Body, motion: Motion, rate: float | Array) -> Array:

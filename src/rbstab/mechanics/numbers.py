@@ -2,7 +2,7 @@
 
 numpy handles floats and complex numbers. All other numbers are entries of object arrays. Their own
 methods, such as ``sin`` and ``exp``, are called (python-flint's ``arb``, mpmath), unless a module
-registers another function for its kind of number (``sin_of.register(Kind, function)``).
+registers another function for its kind of number: ``FUNCTIONS["sin"].register(Kind, function)``.
 
 Each function takes one number, or an array. All are analytic where they are defined, so complex
 steps give their derivatives. There is no absolute value, and no largest or smallest of two numbers:
@@ -33,81 +33,37 @@ def _of_number(name: str, by_numpy: Callable[[Number], Number]) -> Any:
     return of
 
 
-sin_of = _of_number("sin", np.sin)
-cos_of = _of_number("cos", np.cos)
-tan_of = _of_number("tan", np.tan)
-atan_of = _of_number("atan", np.arctan)
-sqrt_of = _of_number("sqrt", np.sqrt)
-exp_of = _of_number("exp", np.exp)
-log_of = _of_number("log", np.log)
-sinh_of = _of_number("sinh", np.sinh)
-cosh_of = _of_number("cosh", np.cosh)
-tanh_of = _of_number("tanh", np.tanh)
-
-FUNCTIONS: dict[str, Any] = {
-    "sin": sin_of,
-    "cos": cos_of,
-    "tan": tan_of,
-    "atan": atan_of,
-    "sqrt": sqrt_of,
-    "exp": exp_of,
-    "log": log_of,
-    "sinh": sinh_of,
-    "cosh": cosh_of,
-    "tanh": tanh_of,
+_BY_NUMPY: dict[str, Callable[[Any], Any]] = {
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "atan": np.arctan,
+    "sqrt": np.sqrt,
+    "exp": np.exp,
+    "log": np.log,
+    "sinh": np.sinh,
+    "cosh": np.cosh,
+    "tanh": np.tanh,
 }
+
+FUNCTIONS: dict[str, Any] = {name: _of_number(name, of) for name, of in _BY_NUMPY.items()}
 """The functions of one number by name. The modules `math`, `cmath` and heyoka have the same names,
 and other kinds of number have methods of these names."""
 
 
-def sin(x: Array) -> Array:
-    """Return the sine of a number, or of each entry of an array."""
-    return _applied(np.sin, sin_of, x)
+def _function(name: str) -> Callable[[Any], Any]:
+    """Return one of the functions, of a number or of each entry of an array."""
+    by_numpy, of_number = _BY_NUMPY[name], FUNCTIONS[name]
+
+    def function(x: Any) -> Any:
+        if isinstance(x, np.ndarray):
+            return entrywise(of_number, x) if x.dtype == object else by_numpy(x)
+        return by_numpy(x) if isinstance(x, np.generic) else of_number(x)
+
+    return function
 
 
-def cos(x: Array) -> Array:
-    """Return the cosine of a number, or of each entry of an array."""
-    return _applied(np.cos, cos_of, x)
-
-
-def tan(x: Array) -> Array:
-    """Return the tangent of a number, or of each entry of an array."""
-    return _applied(np.tan, tan_of, x)
-
-
-def atan(x: Array) -> Array:
-    """Return the inverse tangent of a number, or of each entry of an array."""
-    return _applied(np.arctan, atan_of, x)
-
-
-def sqrt(x: Number) -> Number:
-    """Return the square root of a number, or of each entry of an array."""
-    return _applied(np.sqrt, sqrt_of, x)
-
-
-def exp(x: Array) -> Array:
-    """Return e to the power of a number, or of each entry of an array."""
-    return _applied(np.exp, exp_of, x)
-
-
-def log(x: Array) -> Array:
-    """Return the natural logarithm of a number, or of each entry of an array."""
-    return _applied(np.log, log_of, x)
-
-
-def sinh(x: Array) -> Array:
-    """Return the hyperbolic sine of a number, or of each entry of an array."""
-    return _applied(np.sinh, sinh_of, x)
-
-
-def cosh(x: Array) -> Array:
-    """Return the hyperbolic cosine of a number, or of each entry of an array."""
-    return _applied(np.cosh, cosh_of, x)
-
-
-def tanh(x: Array) -> Array:
-    """Return the hyperbolic tangent of a number, or of each entry of an array."""
-    return _applied(np.tanh, tanh_of, x)
+sin, cos, tan, atan, sqrt, exp, log, sinh, cosh, tanh = map(_function, FUNCTIONS)
 
 
 @singledispatch
@@ -137,11 +93,3 @@ def entrywise(function: Callable[[Any], Number], values: Array) -> Array:
     """Return an object array of a function of each entry of an array."""
     entries = [function(entry) for entry in values.ravel().tolist()]
     return np.array(entries, dtype=object).reshape(values.shape)
-
-
-def _applied(by_numpy: Callable[[Any], Any], of_number: Callable[[Number], Number], x: Any) -> Any:
-    if isinstance(x, np.ndarray):
-        if x.dtype != object:
-            return by_numpy(x)
-        return entrywise(of_number, x)
-    return by_numpy(x) if isinstance(x, np.generic) else of_number(x)

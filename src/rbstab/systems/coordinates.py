@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from rbstab.mechanics import constraint, coordinates, point, quaternion, reduced
+from rbstab.mechanics import constraint, point, quaternion, reduced
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import (
@@ -55,7 +55,7 @@ class CentreCoordinates(Coordinates):
 
     def from_motion(self, motion: Motion) -> Array:
         """Return Z."""
-        return coordinates.centre_state(motion)
+        return np.concatenate([motion.Theta, motion.Omega, motion.X, motion.V])
 
     def motion(self, body: Body, anchor: Array, y: Array, turned: Turned | None = None) -> Motion:
         """Return the motion at Z."""
@@ -73,8 +73,8 @@ class ContactCoordinates(Coordinates):
     name: ClassVar[str] = "W"
 
     def from_motion(self, motion: Motion) -> Array:
-        """Return W (eq. 4)."""
-        return coordinates.contact_state(motion)
+        """Return W (eq. 4, 38)."""
+        return np.concatenate([motion.Theta, motion.Omega, motion.E, motion.F])
 
     def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
         """Return the motion at W."""
@@ -83,13 +83,10 @@ class ContactCoordinates(Coordinates):
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
         """Return Ẇ of eq. 8, and Λ of the elements."""
         rates = free_rates(body, motion, wrench)
-        return _contact_rates(body, motion, rates), wrench.contact_force
-
-
-def _contact_rates(body: Body, motion: Motion, rates: Array) -> Array:
-    """Return Ẇ = (∂W/∂Z)Ż of eq. 8, with Ė = F and Ḟ = c'Ż + AΩ̌²R (eq. 13)."""
-    acceleration = point.acceleration(motion, body.contact_point, rates[OMEGA], rates[V_OF_Z])
-    return np.concatenate([rates[THETA], rates[OMEGA], motion.F, acceleration])
+        # Ẇ = (∂W/∂Z)Ż, with Ė = F and Ḟ = c'Ż + AΩ̌²R (eq. 13).
+        acceleration = point.acceleration(motion, body.contact_point, rates[OMEGA], rates[V_OF_Z])
+        W_rate = np.concatenate([rates[THETA], rates[OMEGA], motion.F, acceleration])
+        return W_rate, wrench.contact_force
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +114,8 @@ class ReducedCoordinates(Coordinates):
 
 
 @dataclass(frozen=True, eq=False)
-class ManifoldCoordinates(Coordinates):
-    """All twelve states Z of the held body, under eq. 17.
+class ManifoldCoordinates(CentreCoordinates):
+    """All twelve states Z of the held body, under eq. 17. Motions must be on the submanifold.
 
     Args:
         baumgarte_rate: α, 1/s, the decay rate of drift off the submanifold; 0 for eq. 17 without
@@ -130,21 +127,13 @@ class ManifoldCoordinates(Coordinates):
 
     baumgarte_rate: Number = 0.0
 
-    def from_motion(self, motion: Motion) -> Array:
-        """Return Z of a motion, which must be on the submanifold."""
-        return coordinates.centre_state(motion)
-
-    def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
-        """Return the motion at Z."""
-        return motion_from_centre(body, anchor, y)
-
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
-        """Return Ż of eq. 17, and the force of constraint (eq. 15)."""
+        """Return Ż = 𝒥⁻¹(𝓔 + cΛ) of eq. 17, and the force of constraint Λ (eq. 15)."""
         c = contact_directions(body, motion)
         applied = applied_forces(body, motion, wrench.force, wrench.couple)
         demand = constraint.baumgarte_demand(body, motion, self.baumgarte_rate)
         Lambda_ = constraint.constraint_force(body, c, applied, demand)
-        return constraint.manifold_rates(body, c, applied, demand), Lambda_
+        return body.mass_matrix_inverse @ (applied + c @ Lambda_), Lambda_
 
 
 @dataclass(frozen=True, eq=False)

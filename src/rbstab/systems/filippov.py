@@ -266,7 +266,7 @@ def sticky_rows(system: System) -> Array:
     return np.repeat(np.array([tie.sticks for tie in ties_of(system)], dtype=bool), 3)
 
 
-def sides(W: Array, b: Array, bounds: Array, tolerance: float = -BOUND_TOLERANCE) -> Array:
+def sides(W: Array, b: Array, bounds: Array) -> Array:
     """Return Filippov's choice for axes on their surfaces: 0 if it is held, else its side, ±1.
 
     The choice is that of Λ with the least ½ Λ'WΛ + b'Λ in the box.
@@ -275,19 +275,16 @@ def sides(W: Array, b: Array, bounds: Array, tolerance: float = -BOUND_TOLERANCE
         W: The mobility of the axes, positive semidefinite, shape (n, n).
         b: Their rates ṡ under all other forces, shape (n,).
         bounds: K_s, shape (n,).
-        tolerance: An axis is held if its force is at most K_s times 1 plus this.
 
     Returns:
         Shape (n,).
     """
     # In units of the bounds all forces have one size.
     mobility, rates = _definite(np.outer(bounds, bounds) * W), bounds * b
-    return pivoted(mobility, rates, np.zeros(len(b)), tolerance)[0]
+    return pivoted(mobility, rates, np.zeros(len(b)))[0]
 
 
-def pivoted(
-    mobility: Array, rates: Array, first: Array, tolerance: float = -BOUND_TOLERANCE
-) -> tuple[Array, Array]:
+def pivoted(mobility: Array, rates: Array, first: Array) -> tuple[Array, Array]:
     """Return the choice of `sides`, and Λ, in units of the bounds, by principal pivots.
 
     Of the axes that break a condition, the first one is changed, until none does. For a positive
@@ -297,7 +294,6 @@ def pivoted(
         mobility: W in units of the bounds, positive definite, shape (n, n).
         rates: b in units of the bounds, shape (n,).
         first: The choice with which to begin, shape (n,).
-        tolerance: As for `sides`.
 
     Source: J. J. Júdice and F. M. Pires, J. Optim. Theory Appl. 74 (1992) 391-411.
     """
@@ -309,7 +305,7 @@ def pivoted(
             wanted = -(rates + mobility @ force)[held]
             force[held] = np.linalg.solve(mobility[held][:, held], wanted)
         inward = -chosen * (mobility @ force + rates)
-        wrong = (inward > least) | (np.abs(force) > 1.0 + tolerance) & held
+        wrong = (inward > least) | (np.abs(force) > 1.0 - BOUND_TOLERANCE) & held
         if not wrong.any():
             break
         axis = int(wrong.argmax())

@@ -33,9 +33,15 @@ def parameters(system: System) -> dict[str, Array]:
     """
     by_name = _known.get(system)
     if by_name is None:
-        by_name = {}
-        _collect(system, "", by_name)
-        _known[system] = by_name
+        found: dict[str, Array] = {}
+
+        def add(name: str, value: Array) -> Array:
+            if name in found:
+                raise ValueError(f"two elements have the same name: {name} exists twice")
+            return found.setdefault(name, value)
+
+        map_parameters(system, add)
+        by_name = _known[system] = found
     return by_name.copy()
 
 
@@ -50,19 +56,14 @@ def map_parameters(system: System, transform: Transform) -> System:
     return mapped
 
 
-def structure(system: System, named: dict[str, Array] | None = None) -> Hashable:
+def structure(system: System) -> Hashable:
     """Return a key for the equations of a system, independent of parameter values.
 
     Two systems with equal structure have the same equations, states and parameter names.
-
-    Args:
-        system: The system.
-        named: Its `parameters`, if they are known.
     """
-    named = parameters(system) if named is None else named
     owners = (system.coordinates, *system.elements)
     kinds = [(type(owner), *_functions_and_parts(owner)) for owner in owners]
-    shapes = [(name, value.shape) for name, value in named.items()]
+    shapes = [(name, value.shape) for name, value in parameters(system).items()]
     return tuple(kinds), tuple(shapes)
 
 
@@ -73,24 +74,7 @@ def _functions_and_parts(owner: Any) -> Iterator[Hashable]:
     """
     values = [getattr(owner, field) for field in _field_names(owner.__class__)]
     yield from filter(callable, values)
-    yield from (value.__class__ for value in values if _is_dataclass(value.__class__))
-
-
-def _collect(value: Any, name: str, found: dict[str, Array]) -> None:
-    """Add each parameter in a value to those found, as `_mapped` finds them."""
-    if isinstance(value, tuple):
-        for entry in value:
-            _collect(entry, name, found)
-        return
-    names = () if isinstance(value, np.ndarray) else _field_names(value.__class__)
-    if names:
-        owner = _owner(value, name)
-        for field in names:
-            _collect(getattr(value, field), _join(owner, field), found)
-    elif isinstance(value, np.ndarray) or not _is_kept(value):
-        if name in found:
-            raise ValueError(f"two elements have the same name: {name} exists twice")
-        found[name] = value if isinstance(value, np.ndarray) else _number(value)
+    yield from (value.__class__ for value in values if is_dataclass(value))
 
 
 def _mapped(value: Any, name: str, transform: Transform) -> Any:
@@ -113,11 +97,6 @@ def _mapped(value: Any, name: str, transform: Transform) -> Any:
 def _field_names(kind: type) -> tuple[str, ...]:
     """Return the names of the fields of a dataclass; () for any other type."""
     return tuple(field.name for field in fields(kind)) if is_dataclass(kind) else ()
-
-
-@cache
-def _is_dataclass(kind: type) -> bool:
-    return is_dataclass(kind)
 
 
 def _owner(value: Any, name: str) -> str:

@@ -44,9 +44,9 @@ class Quantity(NamedTuple):
         unit: The SI unit; "1" for dimensionless quantities.
         dimensions: The dimensions of its array.
         meaning: The meaning, with frame and equation.
-        optional: Whether only some variants or coordinates have it.
         formula: Its value at a state, without the dimension `time`. A quantity without one is
             no function of the state: it is recorded with the motion.
+        always: Whether every run has it, though it has no formula.
         only_for: Returns whether a system has the quantity; None: all have it.
         trace: Whether the traces of sweeps have it.
         end: What the column of its value at the end, `final_NAME`, says behind its symbol; None:
@@ -59,12 +59,17 @@ class Quantity(NamedTuple):
     unit: str
     dimensions: tuple[str, ...]
     meaning: str
-    optional: bool = False
     formula: Formula | None = None
+    always: bool = False
     only_for: Callable[[System], bool] | None = None
     trace: bool = False
     end: str | None = None
     peak: Peak | None = None
+
+    @property
+    def optional(self) -> bool:
+        """Whether only some variants or coordinates have it."""
+        return self.only_for is not None or not (self.formula or self.always)
 
     def exists_in(self, system: System) -> bool:
         """Whether a system may have the quantity."""
@@ -93,7 +98,6 @@ def state_quantity(state: OwnState) -> Quantity:
         state.unit,
         ("time", state.dimension),
         state.description,
-        optional=True,
         formula=lambda seen: seen.own_state(state.name),
         only_for=lambda system: state.name in system.own_states,
         trace=True,
@@ -148,7 +152,7 @@ _ERROR = "bound of its error; NaN: unknown, and it is that of the samples"
 
 # fmt: off
 QUANTITIES: tuple[Quantity, ...] = (
-    Quantity("time", "t", "s", _TIME, "time from the start"),
+    Quantity("time", "t", "s", _TIME, "time from the start", always=True),
     Quantity("orientation", "Θ", "rad", _VECTOR, "Euler angles, A = A1(θ1) A2(θ2) A3(θ3) (eq. 2)",
              formula=lambda seen: seen.motion.Theta, trace=True, end="",
              peak=Peak(lambda seen: seen.motion.B @ seen.motion.Omega,
@@ -176,86 +180,75 @@ QUANTITIES: tuple[Quantity, ...] = (
              "couple of the rotational stabilizer, body (eq. 23)",
              formula=_of_stabilizer(RotationalStabilizer, "couple")),
     Quantity("element_force", "-", "N", _BY_ELEMENT,
-             "force of each element of the config, inertial", optional=True,
+             "force of each element of the config, inertial",
              formula=_of_elements("force"), only_for=_has_named_elements),
     Quantity("element_couple", "-", "N m", _BY_ELEMENT,
              "couple of each element of the config about the centre of gravity, body",
-             optional=True, formula=_of_elements("couple"), only_for=_has_named_elements),
+             formula=_of_elements("couple"), only_for=_has_named_elements),
     Quantity("lyapunov", "v", "J", _TIME, "Lyapunov function, sum of energy less energy_at_rest",
-             trace=True),
+             always=True, trace=True),
     Quantity("lyapunov_rate", "v'", "W", _TIME,
              "derivative of v, what is supplied minus what is dissipated",
              formula=_lyapunov_rate, trace=True),
     Quantity("lyapunov_change", "∫v'dt", "J", _TIME, "v' integrated together with the motion",
-             trace=True),
+             always=True, trace=True),
     Quantity("energy", "-", "J", _BY_PART, "kinetic energy, and energy stored by each element",
              formula=lambda seen: seen.energy),
     Quantity("dissipation", "-", "W", _BY_PART, "power that each part dissipates",
              formula=lambda seen: seen.dissipation),
     Quantity("supplied_power", "-", "W", _BY_PART, "power that each part supplies from outside",
-             optional=True, formula=lambda seen: seen.supplied,
+             formula=lambda seen: seen.supplied,
              only_for=lambda system: system.supplies),
     Quantity("energy_residual", "r", "J", _TIME,
-             "v(t) - v(0) - ∫v'dt, zero but for integration errors", trace=True),
+             "v(t) - v(0) - ∫v'dt, zero but for integration errors", always=True, trace=True),
     Quantity("supplied_energy", "-", "J", _TIME,
              "sum of supplied_power, integrated together with the motion",
-             optional=True, only_for=lambda system: system.supplies, trace=True),
-    Quantity("contact_work", "ε", "J", _TIME, "work of the contact force, ∫F'Λ dt (eq. 26)",
-             optional=True),
+             only_for=lambda system: system.supplies, trace=True),
+    Quantity("contact_work", "ε", "J", _TIME, "work of the contact force, ∫F'Λ dt (eq. 26)"),
     Quantity("constraint_position_residual", "|E|", "m", _TIME,
-             "how far the held point has drifted", optional=True,
+             "how far the held point has drifted",
              formula=lambda seen: sqrt(seen.motion.E @ seen.motion.E), only_for=_drifts),
     Quantity("constraint_velocity_residual", "|F|", "m/s", _TIME,
-             "how fast the held point drifts", optional=True,
+             "how fast the held point drifts",
              formula=lambda seen: sqrt(seen.motion.F @ seen.motion.F), only_for=_drifts),
-    Quantity("mode", "σ", "1", _VECTOR, "side of the surface, 0 where held on it or in a layer",
-             optional=True),
-    Quantity("switch_count", "-", "1", _VECTOR, "switches of each axis so far", optional=True),
-    Quantity("chatter_energy", "e", "J", _TIME, "½F'W⁻¹F + Σ K_s|E|, what the bouncing holds",
-             optional=True),
-    Quantity("discarded_energy", "-", "J", _TIME, "energy that sticking took away so far",
-             optional=True),
+    Quantity("mode", "σ", "1", _VECTOR, "side of the surface, 0 where held on it or in a layer"),
+    Quantity("switch_count", "-", "1", _VECTOR, "switches of each axis so far"),
+    Quantity("chatter_energy", "e", "J", _TIME, "½F'W⁻¹F + Σ K_s|E|, what the bouncing holds"),
+    Quantity("discarded_energy", "-", "J", _TIME, "energy that sticking took away so far"),
     Quantity("trusted_until", "-", "s", (),
-             "how far the motion is reproducible in double precision", optional=True),
-    Quantity("switch_time", "-", "s", ("switch",), "time of each of the first switches",
-             optional=True),
-    Quantity("switch_axis", "-", "1", ("switch",), "axis of each of the first switches",
-             optional=True),
-    Quantity("transition_time", "-", "s", ("transition",), "time of each stick and release",
-             optional=True),
-    Quantity("transition_axis", "-", "1", ("transition",), "axis of each stick and release",
-             optional=True),
-    Quantity("transition_kind", "-", "1", ("transition",), "stick or release", optional=True),
-    Quantity("impact_count", "-", "1", _TIME, "impacts against the stop so far", optional=True),
-    Quantity("impact_loss", "-", "J", _TIME, "energy that impacts took away so far",
-             optional=True),
+             "how far the motion is reproducible in double precision"),
+    Quantity("switch_time", "-", "s", ("switch",), "time of each of the first switches"),
+    Quantity("switch_axis", "-", "1", ("switch",), "axis of each of the first switches"),
+    Quantity("transition_time", "-", "s", ("transition",), "time of each stick and release"),
+    Quantity("transition_axis", "-", "1", ("transition",), "axis of each stick and release"),
+    Quantity("transition_kind", "-", "1", ("transition",), "stick or release"),
+    Quantity("impact_count", "-", "1", _TIME, "impacts against the stop so far"),
+    Quantity("impact_loss", "-", "J", _TIME, "energy that impacts took away so far"),
     Quantity("stop_contact", "-", "1", _TIME,
-             "side of the stop against which the body rests, 0 where it does not", optional=True),
-    Quantity("stop_angle", "θ_e", "rad", (), "largest |θ2|", optional=True),
-    Quantity("impact_time", "-", "s", ("impact",), "time of each of the first impacts",
-             optional=True),
+             "side of the stop against which the body rests, 0 where it does not"),
+    Quantity("stop_angle", "θ_e", "rad", (), "largest |θ2|"),
+    Quantity("impact_time", "-", "s", ("impact",), "time of each of the first impacts"),
     Quantity("impact_rate", "θ̇2", "rad/s", ("impact",),
-             "rate of θ2 just before each of the first impacts", optional=True),
+             "rate of θ2 just before each of the first impacts"),
     Quantity("rest_begin", "-", "s", ("rest",),
-             "time at which each rest against the stop begins", optional=True),
+             "time at which each rest against the stop begins"),
     Quantity("rest_end", "-", "s", ("rest",),
-             "time at which each rest against the stop ends, NaN if it does not", optional=True),
-    Quantity("energy_at_rest", "-h", "J", (), "stored energy of the rest state (eq. 28)"),
-    Quantity("energy_round_off", "-", "J", (), "v below this energy is round-off"),
+             "time at which each rest against the stop ends, NaN if it does not"),
+    Quantity("energy_at_rest", "-h", "J", (), "stored energy of the rest state (eq. 28)",
+             always=True),
+    Quantity("energy_round_off", "-", "J", (), "v below this energy is round-off", always=True),
     Quantity("rest_orientation", "Θ*", "rad", ("axis",),
-             "Θ of the rest state at which v is zero"),
+             "Θ of the rest state at which v is zero", always=True),
     Quantity("rest_position", "X*", "m", ("axis",),
-             "X of the rest state at which v is zero, inertial"),
-    Quantity("peak_contact_displacement", "-", "m", ("axis",), "E farthest from 0, by axis",
-             optional=True),
-    Quantity("peak_contact_displacement_error", "-", "m", ("axis",), _ERROR, optional=True),
-    Quantity("peak_distance", "-", "m", (), "the largest |E|", optional=True),
-    Quantity("peak_distance_error", "-", "m", (), _ERROR, optional=True),
-    Quantity("largest_pitch", "-", "rad", (), "the largest |θ2|", optional=True),
-    Quantity("largest_pitch_error", "-", "rad", (), _ERROR, optional=True),
-    Quantity("settling_time", "-", "s", (), "from here v < 1e-3 v(0); NaN: it did not settle",
-             optional=True),
-    Quantity("settling_time_error", "-", "s", (), "its error", optional=True),
+             "X of the rest state at which v is zero, inertial", always=True),
+    Quantity("peak_contact_displacement", "-", "m", ("axis",), "E farthest from 0, by axis"),
+    Quantity("peak_contact_displacement_error", "-", "m", ("axis",), _ERROR),
+    Quantity("peak_distance", "-", "m", (), "the largest |E|"),
+    Quantity("peak_distance_error", "-", "m", (), _ERROR),
+    Quantity("largest_pitch", "-", "rad", (), "the largest |θ2|"),
+    Quantity("largest_pitch_error", "-", "rad", (), _ERROR),
+    Quantity("settling_time", "-", "s", (), "from here v < 1e-3 v(0); NaN: it did not settle"),
+    Quantity("settling_time_error", "-", "s", (), "its error"),
 )
 # fmt: on
 

@@ -28,7 +28,7 @@ class Schedule:
         breakpoints: Where a leg of an input begins, shape (n,), s, ascending.
         names: The names of the inputs.
         legs: The legs of each input before the first breakpoint, and then from each of them on,
-            shape (n + 1, inputs, 3), in the order of `LEG_FIELDS`.
+            shape (n + 1, inputs, 3), in the order of `LEG_FIELDS`; floats or complex numbers.
     """
 
     breakpoints: Array
@@ -49,16 +49,6 @@ class Schedule:
         legs = zip(self.names, self.legs_at(time).tolist(), strict=True)
         return with_legs(system, {name: Leg(*leg) for name, leg in legs})
 
-    def systems_at(self, systems: tuple[System, ...], times: Array) -> tuple[System, ...]:
-        """Return systems with the legs of their times; equal ones are one object."""
-        known: dict[tuple[int, int], System] = {}
-        rows = self.breakpoints.searchsorted(times, side="right").tolist()
-        for row, system, time in zip(rows, systems, times.tolist(), strict=True):
-            key = row, id(system)
-            if key not in known:
-                known[key] = self.system_at(system, time)
-        return tuple(known[row, id(system)] for row, system in zip(rows, systems, strict=True))
-
     def places(self, offsets: Mapping[str, int]) -> Array:
         """Return the indices of the legs among all parameters, shape (inputs, 3).
 
@@ -70,24 +60,15 @@ class Schedule:
 
 
 def with_legs(system: System, legs: Mapping[str, Leg]) -> System:
-    """Return a system whose inputs have other legs, by name."""
+    """Return a system whose inputs have other legs, by name; itself if there are none."""
+    if not legs:
+        return system
     given: tuple[Any, ...] = system.elements
     elements = [
         replace(element, signal=legs[element.name]) if element.name in legs else element
         for element in given
     ]
     return System(system.body, tuple(elements), system.coordinates, system.anchor)
-
-
-def leg_at(legs: Array, time: float) -> Array:
-    """Return the leg of a signal at a time, s; a new one at its beginning.
-
-    Args:
-        legs: All its legs, shape (legs, 3), of floats or complex numbers.
-        time: The time, s.
-    """
-    leg: Array = legs[legs[1:, BEGIN].real.searchsorted(time, side="right")]
-    return leg
 
 
 def leg_parameters(system: System) -> frozenset[str]:
@@ -100,16 +81,22 @@ def leg_parameters(system: System) -> frozenset[str]:
     )
 
 
-def schedule_of(signals: Mapping[str, Array]) -> Schedule | None:
-    """Return the schedule of some inputs; None without one.
+NO_LEGS = Schedule(np.zeros(0), (), np.zeros((1, 0, 3)))
+"""The schedule without inputs."""
+
+
+def schedule_of(signals: Mapping[str, Array]) -> Schedule:
+    """Return the schedule of some inputs.
 
     Args:
-        signals: The legs of each input by its name, shape (legs, 3). The first leg is also that
-            before its beginning.
+        signals: The legs of each input by its name, shape (legs, 3), of floats or complex numbers,
+            whose real parts tell when they begin. The first leg is also that before its beginning.
     """
     if not signals:
-        return None
-    times = np.unique(np.concatenate([legs[1:, BEGIN] for legs in signals.values()]))
+        return NO_LEGS
+    times = np.unique(np.concatenate([legs[1:, BEGIN].real for legs in signals.values()]))
     starts = np.concatenate([[-np.inf], times])
-    rows = [legs[legs[1:, BEGIN].searchsorted(starts, side="right")] for legs in signals.values()]
+    rows = [
+        legs[legs[1:, BEGIN].real.searchsorted(starts, side="right")] for legs in signals.values()
+    ]
     return Schedule(times, tuple(signals), np.stack(rows, axis=1))

@@ -123,9 +123,9 @@ class System:
         """Return what is observed at a state: motion, forces, energies and powers."""
         return Observation(self, y, time)
 
-    def potential_energy(self, y: Array, time: Number = 0.0) -> Number:
+    def potential_energy(self, y: Array) -> Number:
         """Return the energy stored in all elements, J."""
-        return self.stored_energy(self.motion(y, time), y)
+        return self.stored_energy(self.motion(y), y)
 
     def stored_energy(self, motion: Motion, y: Array) -> Number:
         """Return the energy stored in all elements, J, of the motion at a state vector."""
@@ -218,14 +218,16 @@ class Observation:
     @cached_property
     def dissipation(self) -> Array:
         """The dissipation of each part, shape (parts,), W."""
-        pairs = self._acting
-        return np.array([0.0, *(element.dissipated(self.motion, own) for element, own in pairs)])
+        return self._powers("dissipated")
 
     @cached_property
     def supplied(self) -> Array:
         """The power that each part supplies, shape (parts,), W."""
+        return self._powers("supplied")
+
+    def _powers(self, kind: str) -> Array:
         pairs = self._acting
-        return np.array([0.0, *(element.supplied(self.motion, own) for element, own in pairs)])
+        return np.array([0.0, *(getattr(one, kind)(self.motion, own) for one, own in pairs)])
 
     def own_state(self, name: str) -> Array:
         """Return an own state of an element."""

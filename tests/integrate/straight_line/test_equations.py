@@ -21,7 +21,6 @@ from rbstab.config.load import load_config
 from rbstab.elements.registry import CONNECTORS
 from rbstab.integrate.implicit import after_step, end_of_step, with_sides
 from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.watched_rates import audited_rates_of
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.systems.coordinates import (
     CentreCoordinates,
@@ -29,7 +28,7 @@ from rbstab.systems.coordinates import (
     ManifoldCoordinates,
     ReducedCoordinates,
 )
-from rbstab.systems.parameters import map_parameters, parameters
+from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
 CONFIGS = sorted((Path(__file__).parents[3] / "configs").glob("*/*.yaml"))
@@ -101,27 +100,6 @@ def test_the_implicit_step(rng, h):
     y = audited(system, random_state(rng, system))
     check(end_of_step, system, np.append(y, h))
     check(after_step, system, np.concatenate([y, [h], rng.uniform(-1.0, 1.0, 3)]))
-
-
-def test_a_state_or_a_parameter_that_changes_alone_changes_the_rates_alike(rng):
-    """Terms that were merged by mistake would react to the wrong numbers."""
-    system = random_system(rng, "embedded")
-    y = audited(system, random_state(rng, system))
-    for k in range(system.size):
-        shifted = y + 0.01 * np.eye(len(y))[k]
-        expected = system.audited_rates(shifted) - system.audited_rates(y)
-        line = audited_rates_of(system)
-        assert relative_error(line(shifted) - line(y), expected) < 1e-9
-    for chosen in parameters(system):
-        changed = map_parameters(system, with_larger(chosen))
-        expected = changed.audited_rates(y) - system.audited_rates(y)
-        actual = audited_rates_of(changed)(y) - audited_rates_of(system)(y)
-        assert relative_error(actual, expected) < 1e-9, chosen
-
-
-def with_larger(chosen):
-    """Return what makes one parameter one percent larger."""
-    return lambda name, value: value * (1.01 if name == chosen else 1.0)
 
 
 def test_negative_zeros_and_integers_are_parameters_too(rng):

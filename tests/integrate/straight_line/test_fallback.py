@@ -8,7 +8,7 @@ from support.problems import problem, solve
 from support.springs import with_spring
 from support.systems import random_state, random_system
 
-from rbstab.integrate.watched_rates import audited_rates_of
+from rbstab.integrate.straight_line.equations import audited_rates_of
 
 
 def branch(E):

@@ -9,7 +9,7 @@ from support.systems import random_state, random_system
 
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.integrate.straight_line import equations as module
-from rbstab.integrate.watched_rates import audited_rates_of
+from rbstab.integrate.straight_line.equations import audited_rates_of
 from rbstab.systems.coordinates import ContactCoordinates
 
 

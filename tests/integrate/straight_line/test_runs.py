@@ -12,6 +12,6 @@ def test_a_run_evaluates_by_its_code(monkeypatch):
     """Numpy evaluates no rates of a run of a paper's variant; a fallback would be slow."""
     problem = problem_of(load_config(plain(BY_VARIANT["embedded"]), ["integration.duration=0.1"]))
     calls = []
-    monkeypatch.setattr(StraightLine, "by_numpy", lambda _line, x: calls.append(x))
+    monkeypatch.setattr(StraightLine, "by_numpy", lambda _line, *x: calls.append(x))
     assert solve("scipy", problem).status == "completed"
     assert not calls

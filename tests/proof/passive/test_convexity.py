@@ -12,9 +12,9 @@ from rbstab.proof.passive.signs import is_convex
 
 SHOWN = {
     "turned": lambda T, X: (T[0] * X[0] - T[1] * X[1] + 0.3) ** 4,
-    "a length": lambda T, X: numbers.sqrt_of(0.01 + X[0] ** 2 + (X[1] + X[2] - T[2]) ** 2),
-    "exp of a square": lambda T, X: 2.0 * (numbers.exp_of(3.0 * X[0] ** 2 + X[1]) - 1.0),
-    "minus a root": lambda T, X: -numbers.sqrt_of(2.0 - X[0] ** 2) - numbers.log_of(X[1] + 9.0),
+    "a length": lambda T, X: numbers.sqrt(0.01 + X[0] ** 2 + (X[1] + X[2] - T[2]) ** 2),
+    "exp of a square": lambda T, X: 2.0 * (numbers.exp(3.0 * X[0] ** 2 + X[1]) - 1.0),
+    "minus a root": lambda T, X: -numbers.sqrt(2.0 - X[0] ** 2) - numbers.log(X[1] + 9.0),
 }
 
 K = np.array([[4.0, 1.0, -1.0], [1.0, 3.0, 0.5], [-1.0, 0.5, 2.0]])
@@ -36,9 +36,9 @@ def _form(matrix, x):
 
 SHOWN |= {
     "a matrix in a turned frame": lambda T, X: _form(K, _turned(T, X)) + X[1] ** 4,
-    "a matrix with an eigenvalue 0": lambda T, X: _form(DEGENERATE, X) + numbers.exp_of(X[1]),
+    "a matrix with an eigenvalue 0": lambda T, X: _form(DEGENERATE, X) + numbers.exp(X[1]),
     "products of different sums": lambda T, X: (X[0] + X[1]) * (X[0] + 2.0 * X[1]) + X[1] ** 2,
-    "a function of a matrix": lambda T, X: numbers.exp_of(0.1 * _form(K, X)) - X[2],
+    "a function of a matrix": lambda T, X: numbers.exp(0.1 * _form(K, X)) - X[2],
 }
 
 NOT_SHOWN = {

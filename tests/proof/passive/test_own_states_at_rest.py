@@ -23,27 +23,27 @@ def relaxes(energy, rates):
 
 def stored(Theta, X, D):
     """½ (e - D)'K(e - D) + D'D with e = X + sin Θ."""
-    e = X + np.array([numbers.sin_of(angle) for angle in Theta])
+    e = X + np.array([numbers.sin(angle) for angle in Theta])
     return 0.5 * ((e - D) @ K @ (e - D)) + D @ D
 
 
 def root(found, Theta):
-    return found / numbers.sqrt_of(1.0 + found @ found)
+    return found / numbers.sqrt(1.0 + found @ found)
 
 
 def eyring(found, Theta):
-    return np.array([-numbers.sinh_of(-2.0 * one) * numbers.exp_of(Theta[1]) for one in found])
+    return np.array([-numbers.sinh(-2.0 * one) * numbers.exp(Theta[1]) for one in found])
 
 
 def turned(found, Theta):
-    return found * (2.0 + numbers.cos_of(Theta[0]))
+    return found * (2.0 + numbers.cos(Theta[0]))
 
 
 def stiffening(Theta, X, D):
     """Springs whose energies are no quadratics."""
-    e = X[0] + numbers.sin_of(Theta[1]) - D[0]
-    pairs = numbers.cosh_of(D[1] - D[2]) + numbers.exp_of(0.5 * D[2])
-    return numbers.exp_of(e) - e + 0.5 * D[0] * D[0] + pairs - D[2] + D[1] ** 4
+    e = X[0] + numbers.sin(Theta[1]) - D[0]
+    pairs = numbers.cosh(D[1] - D[2]) + numbers.exp(0.5 * D[2])
+    return numbers.exp(e) - e + 0.5 * D[0] * D[0] + pairs - D[2] + D[1] ** 4
 
 
 ENERGIES = {"quadratic": stored, "stiffening": stiffening}
@@ -54,7 +54,7 @@ SINGULAR = np.array([[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
 RATES = {
     "with a skew part": (lambda s, *_: (np.eye(3) + SKEW) @ s, True),
     "nearly singular": (lambda s, *_: (SINGULAR * [[1, 0.999, 1], [1, 1, 1], [1, 1, 1]]) @ s, True),
-    "a zero over what varies": (lambda s, Theta, *_: s + 0.0 / numbers.exp_of(Theta[0]), True),
+    "a zero over what varies": (lambda s, Theta, *_: s + 0.0 / numbers.exp(Theta[0]), True),
     "a cube": (lambda s, *_: s * s * s, True),
     "a root": (lambda s, Theta, *_: root(s, Theta), True),
     "Eyring": (lambda s, Theta, *_: eyring(s, Theta), True),

@@ -11,6 +11,7 @@ from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.ensemble import ensemble_engine
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
+from rbstab.systems.parameters import parameters
 
 SPIN = [f"initial.angular_velocity[{axis}]" for axis in range(3)]
 
@@ -164,11 +165,16 @@ COMPILED_IN = np.flatnonzero(~Binding(FEW, "visco-elastic").varies).tolist()
     ],
 )
 def test_a_number_that_is_compiled_in_wrong_shows_in_four_members(number, theirs, monkeypatch):
-    """Each number in turn is wrong by a millionth, or is 0.001 in place of zero."""
+    """Each number in turn is wrong by a millionth, or is not zero where it should be.
+
+    Then it is 0.001, or a millionth of the largest entry of its matrix if that is more: a coupling
+    of 0.001 N/m beside K_c = 12,300 N/m changes no column by 1e-8, and so need not show.
+    """
 
     def wrong(given):
         values = parameter_values(given)
-        values[number] = values[number] * (1 + 1e-6) if values[number] else 1e-3
+        own = np.concatenate([np.full(v.size, np.abs(v).max()) for v in parameters(given).values()])
+        values[number] += 1e-6 * values[number] if values[number] else max(1e-3, 1e-6 * own[number])
         return values
 
     monkeypatch.setattr(ensemble, "parameter_values", wrong)

@@ -96,7 +96,7 @@ def evidence_of(
     return Evidence(
         times=times,
         states=trajectory.states,
-        systems=trajectory.systems or (system,) * len(times),
+        systems=trajectory.systems,
         value=v,
         rate=arrays["lyapunov_rate"],
         dissipation=arrays["dissipation"],

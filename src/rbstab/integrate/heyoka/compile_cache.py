@@ -15,14 +15,8 @@ MAX_CACHED = 32
 varies the tolerance."""
 
 
-class _ThreadCache(threading.local):
-    """The cache entries of the current thread, the least recently used first."""
-
-    def __init__(self) -> None:
-        self.entries: OrderedDict[Hashable, Any] = OrderedDict()
-
-
-_cache = _ThreadCache()
+_cache = threading.local()
+"""Its `entries` are those of the current thread, the least recently used first."""
 
 
 def compiled_once(key: Hashable, compile_entry: Callable[[], T]) -> T:
@@ -32,7 +26,7 @@ def compiled_once(key: Hashable, compile_entry: Callable[[], T]) -> T:
         key: The kind of the entry, and everything that its code depends on.
         compile_entry: Compiles the entry.
     """
-    entries = _cache.entries
+    entries: OrderedDict[Hashable, Any] = vars(_cache).setdefault("entries", OrderedDict())
     if key not in entries:
         entries[key] = compile_entry()
         if len(entries) > MAX_CACHED:

@@ -62,7 +62,6 @@ def _scheduled(problem: Problem) -> Course:
     first = system = problem.system_at_start()
     transitions = []
     for time in problem.breakpoints():
-        assert problem.schedule is not None
         before, system = system, problem.schedule.system_at(system, time)
         transitions.append(Transition(time, (), before, system))
     return Course(first, tuple(transitions))

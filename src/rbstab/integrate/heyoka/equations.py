@@ -12,10 +12,8 @@ from rbstab.integrate.heyoka.symbols import (
     scaled_audit,
     state_symbols,
     symbols_of,
-    symbols_with_zeros,
 )
 from rbstab.mechanics.attitude import regularity
-from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import THETA
 from rbstab.systems.filippov import idle_holds
 from rbstab.systems.impact import stop_of
@@ -55,7 +53,10 @@ class CompiledEquations:
     """
 
     def __init__(self, system: System, tolerance: float) -> None:
-        symbolic, first, count = symbols_of(system, symbols_with_zeros(_zeros(system)))
+        zeros = _zeros(system)
+        symbolic, first, count = symbols_of(
+            system, lambda index: hy.expression(0.0) if index in zeros else hy.par[index]
+        )
         places = [
             first[f"{element.name}.mode"] + np.arange(element.mode_count)
             for element in system.elements
@@ -100,14 +101,12 @@ def _passing_on(
     return callback
 
 
-def _zeros(system: System, named: dict[str, Array] | None = None) -> tuple[int, ...]:
+def _zeros(system: System) -> tuple[int, ...]:
     """Return the indices of the parameters that are compiled in as zeros, with `idle_holds`."""
-    named = parameters(system) if named is None else named
-    sizes = [value.size for value in named.values()]
-    modes = mode_parameters(system)
-    is_mode = np.repeat([name in modes for name in named], sizes)
+    named, modes = parameters(system), mode_parameters(system)
+    is_mode = np.repeat([name in modes for name in named], [value.size for value in named.values()])
     idle = np.flatnonzero(is_mode)[list(idle_holds(system))]
-    return (*compiled_zeros(system, named), *idle.tolist())
+    return (*compiled_zeros(system), *idle.tolist())
 
 
 def _is_constant(event_function: Any) -> bool:
@@ -129,6 +128,5 @@ def _is_long(system: System, modes: int) -> bool:
 
 def compiled_equations(system: System, tolerance: float) -> CompiledEquations:
     """Return the equations of a system's structure and zeros, compiled once in each thread."""
-    named = parameters(system)
-    key = CompiledEquations, structure(system, named), _zeros(system, named), tolerance
+    key = CompiledEquations, structure(system), _zeros(system), tolerance
     return compiled_once(key, lambda: CompiledEquations(system, tolerance))

@@ -95,7 +95,6 @@ class HeyokaRun(DrivenRun):
     def begin_leg(self, t: float) -> None:
         """Begin the legs of the inputs at a breakpoint, s."""
         schedule = self.problem.schedule
-        assert schedule is not None
         self.t = self.integrator.time = t
         self.values[schedule.places(self.compiled.names)] = schedule.legs_at(t)
         super().begin_leg(t)

@@ -21,13 +21,8 @@ square.register(hy.expression, lambda x: x**2.0)
 hy.set_logger_level_critical()
 
 
-def open_symbol(index: int) -> Any:
-    """Return `par[index]`, a parameter whose value is set at run time."""
-    return hy.par[index]
-
-
 def symbols_of(
-    system: System, symbol_of: Callable[[int], Any] = open_symbol
+    system: System, symbol_of: Callable[[int], Any] = hy.par.__getitem__
 ) -> tuple[System, dict[str, int], int]:
     """Return a system whose parameters are symbols, by default `par[]`.
 
@@ -55,23 +50,19 @@ MATRIX = 2
 """The dimensions of a matrix."""
 
 
-def compiled_zeros(system: System, named: dict[str, Array] | None = None) -> tuple[int, ...]:
+def compiled_zeros(system: System) -> tuple[int, ...]:
     """Return the indices of the parameters that are compiled in as zeros.
 
     They are the zeros off the diagonals of all matrices, and the zeros in vectors of the elements
     of a config. So diagonal gains, a diagonal inertia and points on an axis need fewer products,
     but systems with other zeros are compiled again. Modes are no such zeros, because they change
     during a run. Vectors of the body and the controller stay open, and so do single numbers.
-
-    Args:
-        system: The system.
-        named: Its `parameters`, if they are known.
     """
     names = {element.name for element in system.elements if "name" in vars(element)}
     modes = mode_parameters(system)
     found: list[int] = []
     count = 0
-    for name, value in (parameters(system) if named is None else named).items():
+    for name, value in parameters(system).items():
         of_config = name.partition(".")[0] in names
         if value.ndim == MATRIX or (of_config and value.ndim and name not in modes):
             zeros = value == 0.0
@@ -81,11 +72,6 @@ def compiled_zeros(system: System, named: dict[str, Array] | None = None) -> tup
             found += (count + np.flatnonzero(zeros)).tolist()
         count += value.size
     return tuple(found)
-
-
-def symbols_with_zeros(zeros: tuple[int, ...]) -> Callable[[int], Any]:
-    """Return the `symbol_of` of `symbols_of` for parameters some of which are zeros."""
-    return lambda index: hy.expression(0.0) if index in zeros else open_symbol(index)
 
 
 def state_symbols(size: int) -> Array:

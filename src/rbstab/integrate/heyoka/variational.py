@@ -10,7 +10,7 @@ once (`course`). Between two of its switches modes are parameters, and at each o
 jumps (`switching.saltation`).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 import heyoka as hy
 import numpy as np
 
-from rbstab.elements.inputs.signals import Leg
 from rbstab.integrate.deadline import Deadline
 from rbstab.integrate.heyoka.compile_cache import compiled_once
 from rbstab.integrate.heyoka.symbols import (
@@ -44,7 +43,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import THETA
 from rbstab.systems.modes import modes_of, with_modes
 from rbstab.systems.parameters import parameters, structure
-from rbstab.systems.schedule import BEGIN, leg_at, with_legs
+from rbstab.systems.schedule import BEGIN, Schedule
 from rbstab.systems.system import System
 
 TOLERANCE = 1e-15
@@ -61,30 +60,22 @@ class Tangent:
             h q, with h = `derivatives.STEP`.
         start: z(0), shape (states,).
         rest_energy: The derivative by s of the stored energy of the rest state, J.
-        legs: The legs of each input that is made of them, with imaginary parts likewise, by name.
+        schedule: The legs of the inputs that are made of them, with imaginary parts likewise.
     """
 
     system: System
     start: Array
     rest_energy: float
-    legs: Mapping[str, Array]
+    schedule: Schedule
 
     def like(self, system: System, time: float) -> System:
         """Return the system of this direction in the modes of a system, with the legs of a time."""
-        legs = {name: Leg(*leg_at(legs, time).tolist()) for name, legs in self.legs.items()}
-        return with_legs(with_modes(self.system, modes_of(system)), legs)
-
-    def before(self, system: System, time: float) -> System:
-        """Return a system with the legs before those that begin at a time, s."""
-        earlier = np.nextafter(time, -np.inf)
-        legs = {name: Leg(*leg_at(legs, earlier).real.tolist()) for name, legs in self.legs.items()}
-        return with_legs(system, legs)
+        return self.schedule.system_at(with_modes(self.system, modes_of(system)), time)
 
     def delays_at(self, time: float) -> dict[str, float]:
         """Return the derivative of a breakpoint by s for each input whose leg begins there."""
-        begins = {name: leg_at(legs, time)[BEGIN] for name, legs in self.legs.items()}
-        found = {name: begin for name, begin in begins.items() if begin.real == time}
-        return {name: float(begin.imag) / STEP for name, begin in found.items()}
+        begins = zip(self.schedule.names, self.schedule.legs_at(time)[:, BEGIN], strict=True)
+        return {name: float(t.imag) / STEP for name, t in begins if t.real == time}
 
 
 class Passage(NamedTuple):
@@ -273,7 +264,8 @@ class _Run:
             shifted = self.tangent.like(first, begin)
             z = tangent_at_start(first, shifted, start, self.tangent.start, begin)
             # A load that begins at the start begins later for other s.
-            change = Transition(begin, (), self.tangent.before(first, begin), first)
+            before = self.problem.schedule.system_at(first, np.nextafter(begin, -np.inf))
+            change = Transition(begin, (), before, first)
             z = after_breakpoint(change, self.tangent.delays_at(begin), start, z)
         set_motion(self.integrator, begin, np.concatenate([start, [0.0], z, [0.0]]))
 

@@ -10,7 +10,7 @@ diagonal gains) are constants: a third of the operations remains. The modes of e
 import cmath
 import copy
 import math
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -26,8 +26,9 @@ from rbstab.systems.parameters import map_parameters, parameters, structure
 from rbstab.systems.schedule import leg_parameters
 from rbstab.systems.system import System
 
-Equations = Callable[[System, Array], Array]
-"""A function of a system and a vector, for any kind of number; its result has shape (n,)."""
+Equations = Callable[..., Array]
+"""A function of a system, a vector and perhaps the time, for any kind of number. Its result has
+shape (n,)."""
 
 MAX_CODES = 256
 """The most codes in the cache, of some 100 kB each. A sliding connector has 27 modes, each with its
@@ -35,7 +36,7 @@ own zeros, and codes of rates, event functions, energies and samples."""
 
 
 class StraightLine:
-    """The equations of one system as a function of a vector.
+    """The equations of one system as a function of a vector, and of the time if they are `timed`.
 
     numpy evaluates them instead if they cannot be traced, or if the vector or their value is not
     finite. So the errors and the non-finite numbers are those of numpy.
@@ -43,44 +44,50 @@ class StraightLine:
     Args:
         equations: The equations.
         system: The system.
-        size: The length of the vector.
+        size: The length of the vector; default that of the audited state.
+        timed: Whether they get the time as well. Without it the code has one number less.
     """
 
-    def __init__(self, equations: Equations, system: System, size: int) -> None:
-        self._equations, self._system, self._size = equations, system, size
-        self._code = _prepared(equations, system, size)
+    def __init__(
+        self, equations: Equations, system: System, size: int | None = None, *, timed: bool = False
+    ) -> None:
+        self._equations, self._system, self._timed = equations, system, timed
+        self._size = system.audited_size if size is None else size
+        self._code = _prepared(equations, system, self._size, timed)
         self._by_kind = {} if self._code is None else self._code.evaluations()
 
     def in_modes_of(self, system: System) -> "StraightLine":
         """Return the same equations of a system that differs from this one in its modes alone."""
         if idle_holds(system) != idle_holds(self._system):
-            return StraightLine(self._equations, system, self._size)
+            return StraightLine(self._equations, system, self._size, timed=self._timed)
         other = copy.copy(self)
         other._system = system
         if self._code is not None:
             other._by_kind = self._code.evaluations(modes_of(system))
         return other
 
-    def __call__(self, x: Array) -> Array:
-        """Return the value, shape (n,), at a vector of floats or complex numbers."""
-        value = self.finite_value(x)
-        return self.by_numpy(x) if value is None else value
+    def __call__(self, x: Array, t: complex = 0.0) -> Array:
+        """Return the value, shape (n,), at a vector of floats or complex numbers, and a time, s."""
+        value = self.finite_value(x, t)
+        return self.by_numpy(x, t) if value is None else value
 
-    def by_numpy(self, x: Array) -> Array:
+    def by_numpy(self, x: Array, t: complex = 0.0) -> Array:
         """Return the value as numpy evaluates it, at a vector of any kind of number."""
-        return self._equations(self._system, x)
+        return self._equations(self._system, x, *([t] if self._timed else []))
 
-    def finite_value(self, x: Array) -> Array | None:
+    def finite_value(self, x: Array, t: complex = 0.0) -> Array | None:
         """Return the value, shape (n,); None if it or x is not finite, or if there is no code."""
-        value = self.finite_entries(x)
+        value = self.finite_entries(x, t)
         return None if value is None else np.array(value)
 
-    def finite_entries(self, x: Array) -> list[Any] | None:
+    def finite_entries(self, x: Array, t: complex = 0.0) -> list[Any] | None:
         """Return `finite_value` as Python numbers: a few of them are handled faster than arrays."""
         evaluate = self._by_kind.get(x.dtype.char)
         if evaluate is None:
             return None
         entries = x.tolist()
+        if self._timed:
+            entries.append(t)
         try:
             value = evaluate(entries)
             # One number that is not finite makes the sum so. So can an overflow of the sum itself.
@@ -93,11 +100,12 @@ class StraightLine:
 
 @dataclass(frozen=True)
 class _Recipe:
-    """All that a code depends on: equations, structure, size and zeros; and a system to trace."""
+    """All that a code depends on: equations, structure, sizes and zeros; and a system to trace."""
 
     equations: Equations
     structure: Hashable
     size: int
+    timed: bool
     is_zero: tuple[bool, ...]
     system: System = field(compare=False)
 
@@ -120,32 +128,17 @@ class _Code:
         for mode, place in self.mode_places if modes else []:
             inputs[place] = modes[mode]
         try:
-            real = self.prepare(inputs, math)
+            return {"d": self.prepare(inputs, math), "D": self.prepare(inputs, cmath)}
         except (ArithmeticError, ValueError):
             return {}
-        return {"d": real, "D": _OfComplexNumbers(self.prepare, inputs)}
 
 
-class _OfComplexNumbers:
-    """The code for complex numbers, prepared at its first call: most equations need none."""
-
-    def __init__(self, prepare: Prepare, inputs: list[float]) -> None:
-        self._prepare, self._inputs = prepare, inputs
-        self._evaluate: Evaluate | None = None
-
-    def __call__(self, variables: Sequence[Any]) -> list[Any]:
-        """Compute the results from the inputs that vary."""
-        if self._evaluate is None:
-            self._evaluate = self._prepare(self._inputs, cmath)
-        return self._evaluate(variables)
-
-
-def _prepared(equations: Equations, system: System, size: int) -> _Code | None:
+def _prepared(equations: Equations, system: System, size: int, timed: bool) -> _Code | None:
     """Return the code of equations with the parameters of a system; None if there is none."""
     try:
         named = parameters(system)
         flat = [np.ravel(value) for value in named.values()]
-        kind = structure(system, named)
+        kind = structure(system)
     except ValueError:
         # Two elements have the same name, and so their parameters have.
         return None
@@ -162,7 +155,7 @@ def _prepared(equations: Equations, system: System, size: int) -> _Code | None:
     idle = np.flatnonzero(is_mode)[list(idle_holds(system))]
     is_input = (values != 0.0) | is_mode | is_leg
     is_input[idle] = False
-    recipe = _Recipe(equations, kind, size, tuple((~is_input).tolist()), system)
+    recipe = _Recipe(equations, kind, size, timed, tuple((~is_input).tolist()), system)
     prepare = _code(recipe)
     if prepare is None:
         return None
@@ -184,12 +177,19 @@ def _code(recipe: _Recipe) -> Prepare | None:
     try:
         symbolic = map_parameters(recipe.system, symbols)
         x = np.array([trace.input(varies=True) for _ in range(recipe.size)], dtype=object)
-        results = [trace.index_of(entry) for entry in recipe.equations(symbolic, x).tolist()]
+        time = [trace.input(varies=True)] if recipe.timed else []
+        values = recipe.equations(symbolic, x, *time)
+        results = [trace.index_of(entry) for entry in values.tolist()]
     except Exception:
         # An element may use a function or a branch that no trace can record. If the reason is
         # another one, numpy raises the same error.
         return None
     return compiled(trace, results)
+
+
+def audited_rates_of(system: System) -> StraightLine:
+    """Return the audited rates of a system, as a function of the audited state and the time."""
+    return StraightLine(System.audited_rates, system, timed=system.timed)
 
 
 def forget_codes() -> None:

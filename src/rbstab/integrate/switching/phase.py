@@ -6,12 +6,12 @@ positive as long as the mode is the right one; where it falls to zero, the mode 
 
 import math
 import operator
+from functools import lru_cache
 
 import numpy as np
 
 from rbstab.integrate.problem import Problem
-from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.watched_rates import EquationsInTime, audited_rates_of
+from rbstab.integrate.straight_line.equations import StraightLine, audited_rates_of
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import alone, at_start, holds_axes, slides
@@ -20,7 +20,6 @@ from rbstab.systems.modes import (
     NO_STATE,
     Modes,
     guards_at,
-    has_modes,
     mode_owners,
     modes_of,
     rate_places,
@@ -67,9 +66,8 @@ class Phase:
     """
 
     def __init__(
-        self, system: System, guards: EquationsInTime | None, rates: EquationsInTime | None = None
+        self, system: System, guards: StraightLine | None, rates: StraightLine | None = None
     ) -> None:
-        size = system.audited_size
         self.system = system
         self.audited_rates = (
             audited_rates_of(system) if rates is None else rates.in_modes_of(system)
@@ -81,14 +79,11 @@ class Phase:
             places[:] = NO_STATE
         self.rate_places = places.tolist()
         self._epsilon = np.where(places == NO_STATE, EPSILON, 0.0)
-        if len(self.signs):
-            # The code of a system that does not switch would be made in vain.
-            self._guards = guards or event_functions(system)
-            self._guards_of_state = self._guards.of_state
+        self._guards = guards or event_functions(system)
         stop = stop_of(system)
         self.rests = stop is not None and bool(stop.mode.any())
         self.alone = alone(system)
-        self._on_stop = StraightLine(laid_on_stop, system, size) if self.rests else None
+        self._on_stop = StraightLine(laid_on_stop, system) if self.rests else None
 
     def on_stop(self, y: Array) -> Array:
         """Return an audited state laid on the stop, if the body `rests`; else the state."""
@@ -96,14 +91,11 @@ class Phase:
 
     def margins(self, y: Array, t: float) -> Array:
         """Return the margins at an audited state and a time, s, shape (modes,)."""
-        # This is called ten times a step, so it leaves out what only a time needs.
-        of_state = self._guards_of_state
-        return self.signs * (self._guards(y, t) if of_state is None else of_state(y))
+        return self.signs * self._guards(y, t)
 
     def margin_list(self, y: Array, t: float) -> list[float]:
         """Return the margins as Python numbers, inf for those that are NaN; see `margins`."""
-        of_state = self._guards_of_state
-        guards = None if of_state is None else of_state.finite_entries(y)
+        guards = self._guards.finite_entries(y, t)
         if guards is None:
             found = self.margins(y, t)
             return np.where(np.isnan(found), math.inf, found).tolist()
@@ -133,15 +125,14 @@ class Phase:
         along = self.audited_rates(y, t) if rates is None else rates
         return self.signs * self._guards(y + 1j * STEP * along, t + 1j * STEP).imag / STEP
 
-    def coinciding(self, y: Array, t: float, rates: Array | None = None) -> Array:
+    def coinciding(self, y: Array, t: float) -> Array:
         """Return the indices of the modes whose margins reach zero at this state, up to round-off.
 
         Args:
             y: The audited state.
             t: The time, s.
-            rates: The audited rates there, if they are known.
         """
-        margins, falling = self.margins(y, t), -self.margin_rates(y, t, rates)
+        margins, falling = self.margins(y, t), -self.margin_rates(y, t)
         resolution = max(float(np.spacing(t)), SHORTEST)
         reach = COINCIDENCE * (resolution * falling + self._epsilon)
         return np.flatnonzero((falling > 0) & (margins <= reach))
@@ -155,9 +146,9 @@ def depend_on_loads(system: System) -> bool:
     return slides(system) or stop_of(system) is not None
 
 
-def event_functions(system: System) -> EquationsInTime:
+def event_functions(system: System) -> StraightLine:
     """Return the event functions of a system, as a function of the audited state and the time."""
-    return EquationsInTime(guards_at, system, system.timed and depend_on_loads(system))
+    return StraightLine(guards_at, system, timed=system.timed and depend_on_loads(system))
 
 
 class Phases:
@@ -175,28 +166,19 @@ class Phases:
         self._schedule = problem.schedule
         self._system = at_start(problem.system_at_start(), problem.start, first)
         same = not depend_on_loads(problem.system)
-        switches = has_modes(self._system)
-        self._guards = event_functions(self._system) if same and switches else None
-        self._rates: EquationsInTime | None = None
-        self._known: dict[Modes, Phase] = {}
-        self._after_one: dict[tuple[Phase, int], Phase] = {}
+        self._guards = event_functions(self._system) if same else None
+        self._rates: StraightLine | None = None
+        self.of = lru_cache(MAX_PHASES)(self._made)
+        self.after_one = lru_cache(MAX_PHASES)(self._after_one)
         self.first = self.of(modes_of(self._system))
 
-    def of(self, modes: Modes) -> Phase:
-        """Return the phase with these modes."""
-        if modes not in self._known:
-            if len(self._known) == MAX_PHASES:
-                self._forget()
-            same = modes == modes_of(self._system)
-            system = self._system if same else with_modes(self._system, modes)
-            phase = Phase(system, self._guards, self._rates)
-            self._rates = phase.audited_rates
-            self._known[modes] = phase
-        return self._known[modes]
-
-    def _forget(self) -> None:
-        self._known.clear()
-        self._after_one.clear()
+    def _made(self, modes: Modes) -> Phase:
+        """Return the phase with these modes; `of` keeps it."""
+        same = modes == modes_of(self._system)
+        system = self._system if same else with_modes(self._system, modes)
+        phase = Phase(system, self._guards, self._rates)
+        self._rates = phase.audited_rates
+        return phase
 
     def after(self, phase: Phase, switched: list[int]) -> Phase:
         """Return the phase after a switch.
@@ -209,19 +191,16 @@ class Phases:
         signs[switched] *= -1.0
         return self.of(tuple((0.5 * (signs + 1.0)).tolist()))
 
-    def after_one(self, phase: Phase, mode: int) -> Phase:
-        """Return the phase after a switch of one mode; see `after`."""
-        key = phase, mode
-        if key not in self._after_one:
-            self._after_one[key] = self.after(phase, [mode])
-        return self._after_one[key]
+    def _after_one(self, phase: Phase, mode: int) -> Phase:
+        """Return the phase after a switch of one mode; `after_one` keeps it."""
+        return self.after(phase, [mode])
 
     def with_leg(self, phase: Phase, t: float) -> Phase:
         """Return a phase with the legs of the inputs that begin at a breakpoint."""
-        assert self._schedule is not None
         self._system = self._schedule.system_at(self._system, t)
         self._rates = None
-        self._forget()
+        self.of.cache_clear()
+        self.after_one.cache_clear()
         return self.of(modes_of(phase.system))
 
     def owner(self, mode: int) -> str:

@@ -51,7 +51,7 @@ def integrate_trusted(
     if problem.switching is not None and not problem.switching.step:
         problem = replace(problem, system=with_connector_by_modes(problem))
     run = integrate(problem, progress)
-    if not (problem.diagnosed and bounces(problem)):
+    if not (problem.diagnosed and (_slides(problem) or stop_of(problem.system) is not None)):
         return run
     trusted = float(run.times[-1])
     # A body that meets no other thing than its stop needs several impacts.
@@ -67,12 +67,8 @@ def with_connector_by_modes(problem: Problem) -> System:
     return by_modes(problem.system, problem.start, layered=rules.layered, sticks=rules.sticks)
 
 
-def bounces(problem: Problem) -> bool:
-    """Return whether errors may grow in a motion: it slides on s = E, or has a stop."""
-    return _slides(problem) or stop_of(problem.system) is not None
-
-
 def _slides(problem: Problem) -> bool:
+    """Return whether a motion slides on s = E; errors may grow in it, and beside a stop."""
     ties = (isinstance(element, Crossing) for element in problem.system.elements)
     return problem.switching is not None or any(ties)
 

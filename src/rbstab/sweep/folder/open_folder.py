@@ -219,7 +219,7 @@ def _proof_limit(plan: Plan) -> int:
 def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
     """Return the manifest that this command would write."""
     one_by_one = plan.engine == "scipy" or any(
-        problem.switching is not None or problem.schedule is not None or has_modes(problem.system)
+        problem.switching is not None or problem.schedule.names or has_modes(problem.system)
         for problem in plan.initial_value_problems.values()
     )
     traces = plan.keep.count(plan.members) * _trace_bytes(plan) / plan.members

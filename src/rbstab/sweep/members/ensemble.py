@@ -132,7 +132,7 @@ def _copy(target: dict[str, Array], rows: Array, source: dict[str, Array]) -> No
 def _can_run_in_batches(problem: Problem) -> bool:
     """Whether nothing interrupts the steps of a problem: no switch, projection or breakpoint."""
     return not (
-        problem.switching or problem.project or problem.schedule or has_modes(problem.system)
+        problem.switching or problem.project or problem.schedule.names or has_modes(problem.system)
     )
 
 

@@ -3,8 +3,8 @@
 import functools
 
 import pytest
+from faults.disturbed_commands import Undisturbed
 from faults.hostile.reader import Reader
-from support.disturbed_commands import Undisturbed
 from support.forked_commands import CommandServer
 
 

@@ -9,9 +9,10 @@ import random
 import time
 
 import pytest
-from support.disturbed_commands import CASES, Undisturbed, daily_and_long, partial_files
+from faults.contents import partial_files
+from faults.disturbed_commands import CASES, Undisturbed, daily_and_long
+from faults.full_disks import PLENTY, SmallDisk, small_disk
 from support.forked_commands import Command, Ended
-from support.full_disks import PLENTY, SmallDisk, small_disk
 
 PAGE = 4096
 

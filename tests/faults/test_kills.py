@@ -10,8 +10,8 @@ import time
 
 import psutil
 import pytest
+from faults.disturbed_commands import SWEEP, Trials, daily_and_long
 from support.clusters import LocalProcesses
-from support.disturbed_commands import SWEEP, Trials, daily_and_long
 
 pytestmark = pytest.mark.skipif(
     not hasattr(signal, "SIGKILL"), reason="nothing is killed like that here"

@@ -11,7 +11,8 @@ import time
 
 import pytest
 from cli.conftest import GOOD
-from support.disturbed_commands import Trials, partial_files
+from faults.contents import partial_files
+from faults.disturbed_commands import Trials
 from support.forked_commands import wait_until
 
 pytestmark = [

@@ -13,29 +13,31 @@ line:
     ["resize", FOLDER, BYTES]                       0 if its size was changed
     ["unmount", FOLDER]                             0 if it was unmounted
 
-The last three work in a mount namespace of its own (see `support.full_disks`).
+The last three work in a mount namespace of its own (see `faults.full_disks`).
 """
 
+import gc
+import hashlib
 import json
 import os
+import pickle
+import signal
 import subprocess
 import sys
 from datetime import UTC, datetime
 from importlib import import_module
+from pathlib import Path
+from pkgutil import walk_packages
 from typing import Any
 
-MODULES = (
-    "rbstab.experiment.proof_cache",
-    "rbstab.experiment.run_to_file",
-    "rbstab.integrate.scipy_engine",
-    "rbstab.report.build",
-    "rbstab.report.writers.html",
-    "rbstab.report.writers.markdown",
-    "rbstab.report.writers.pdf",
-    "rbstab.report.writers.text",
-    "rbstab.sweep.sweep",
-    "rbstab_cli.work.sweeps.running",
-)
+TIME_LIMIT = 120
+"""s; a command that takes longer hangs, and is ended by SIGALRM."""
+
+PICTURES = "RBSTAB_TEST_PICTURES"
+"""The environment variable with a folder for pictures, if each is to be drawn only once."""
+
+AT_FIRST_USE = ("h5py", "jinja2", "loky.backend", "typst", "vl_convert")
+"""What libraries and the program import only where they need it."""
 
 CLOCKS = ("rbstab.experiment.provenance", "rbstab.report.build")
 """The modules that write the time into files."""
@@ -88,17 +90,50 @@ def run(folder: str, stdout: str, stderr: str, *words: str) -> None:
     # A worker of the command must not be ended with the tests, or the tests with the command.
     os.setsid()
     os.chdir(folder)
+    signal.alarm(TIME_LIMIT)
     sys.argv = ["rbstab", *words]
     main()
 
 
-if __name__ == "__main__":
-    for name in MODULES:
+def import_all() -> None:
+    """Import everything that commands import, so that no fork imports it again."""
+    for package in map(import_module, ("rbstab", "rbstab_cli")):
+        for module in walk_packages(package.__path__, f"{package.__name__}."):
+            if not module.name.endswith("__main__"):
+                import_module(module.name)
+    for name in AT_FIRST_USE:
         import_module(name)
     for name in CLOCKS:
         import_module(name).__dict__["datetime"] = StoppedClock
+    # A collection in a fork would otherwise copy the memory of all modules.
+    gc.freeze()
+
+
+def remember_pictures(folder: Path) -> None:
+    """Draw each picture of reports only once, and keep it in a folder.
+
+    Drawing takes most of the time of a report, and calls nothing that can fail.
+    """
+    from rbstab.report.writers import figure_files, markdown, pdf
+
+    draw = figure_files.figure_bytes
+
+    def figure_bytes(figure: Any, form: str, *, column: bool = False) -> bytes:
+        kept = folder / hashlib.sha256(pickle.dumps((figure, form, column))).hexdigest()
+        if not kept.exists():
+            kept.write_bytes(draw(figure, form, column=column))
+        return kept.read_bytes()
+
+    for module in (figure_files, markdown, pdf):
+        module.__dict__["figure_bytes"] = figure_bytes
+
+
+if __name__ == "__main__":
+    import_all()
+    if PICTURES in os.environ:
+        remember_pictures(Path(os.environ[PICTURES]))
     # Only this thread would exist in a fork.
-    assert len(os.listdir("/proc/self/task")) == 1  # noqa: PTH208 (nothing more to import)
+    assert len(os.listdir("/proc/self/task")) == 1  # noqa: PTH208 (names alone)
     print("ready", flush=True)  # noqa: T201
     if (request := serve()) is not None:
         run(*request)

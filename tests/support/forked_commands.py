@@ -16,8 +16,13 @@ from rbstab.store.disk.atomic import PARTIAL_SUFFIX
 
 SERVER = Path(__file__).with_name("command_server.py")
 
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-"""A process with several threads must not fork."""
+ENVIRONMENT = {
+    # A process with several threads must not fork.
+    **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
+    # The same program as here: the installed one may be another.
+    "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1]), *sys.path]),
+}
+"""The variables of a process whose forks do the work."""
 
 
 class Ended(NamedTuple):
@@ -118,7 +123,7 @@ class CommandServer:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            env=os.environ | ONE_THREAD | (environment or {}),
+            env=os.environ | ENVIRONMENT | (environment or {}),
         )
         self.pid = self._process.pid
         if self._answer() != "ready":

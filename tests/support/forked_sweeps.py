@@ -20,7 +20,7 @@ from rbstab.sweep.execution.events import ShardDone
 from rbstab.sweep.folder.open_folder import parse_part
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
-from support.forked_commands import ONE_THREAD
+from support.forked_commands import ENVIRONMENT
 from support.sweeps import FakeEngine, plan_of, plan_with_traces
 
 MEMBERS, SHARD_SIZE = 1500, 50
@@ -37,9 +37,8 @@ class ForkedSweep:
     def __init__(self, sweep: Callable[..., None], *arguments: Any) -> None:
         context = multiprocessing.get_context("forkserver")
         context.set_forkserver_preload([__name__])
-        # Python 3.11 does not tell the process to be forked where modules are. With several threads
-        # it must not fork.
-        with patch.dict(os.environ, ONE_THREAD | {"PYTHONPATH": os.pathsep.join(sys.path)}):
+        # Python 3.11 does not tell the process to be forked where modules are.
+        with patch.dict(os.environ, ENVIRONMENT):
             ensure_running()
         self.pipe, other = context.Pipe()
         self._process = context.Process(target=sweep, args=(*arguments, other))

@@ -4,14 +4,12 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
 
 import psutil
 from faults.hostile.attempts import Attempt
-
-TESTS = Path(__file__).parents[2]
+from support.forked_commands import ENVIRONMENT
 
 PATIENCE = 90.0
 """s; after this time a command counts as hanging. The promise is 5 s on an idle machine."""
@@ -59,11 +57,9 @@ class Reader:
             self._process = None
 
     def _start(self) -> "subprocess.Popen[str]":
-        # The same program as here: the installed one may be another.
-        path = os.pathsep.join([str(TESTS), *sys.path])
         self._process = subprocess.Popen(
             [sys.executable, "-m", "faults.hostile.attempts"],
-            env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"},
+            env=os.environ | ENVIRONMENT,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

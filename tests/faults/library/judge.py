@@ -3,10 +3,9 @@
 import re
 from pathlib import Path
 from typing import NamedTuple
-from urllib.parse import unquote
 
-from faults.library.contents import Content, Folder, differences, equal
-from faults.library.forks import Ended
+from faults.contents import Content, Folder, differences
+from support.forked_commands import Ended
 
 FORBIDDEN = (
     "Traceback",
@@ -25,9 +24,6 @@ ALLOWED_CODES = (0, 4)
 
 PICTURE = re.compile(r"_files/[^/]+\.png$")
 """The end of the path of a picture of a report in Markdown."""
-
-LINK = re.compile(r"!\[[^\]]*\]\(([^)]+\.png)\)")
-"""A picture in Markdown."""
 
 
 class Reference(NamedTuple):
@@ -104,7 +100,7 @@ def file_problems(reference, files, contents, changing="-"):
         expected = reference.after.get(name)
         if expected is None:
             yield f"{name} is unexpected"
-        elif not equal(contents[name], expected):
+        elif contents[name] != expected:
             wrong = ", ".join(differences(contents[name], expected)[:5])
             yield f"{name} is wrong: {wrong}"
 
@@ -122,27 +118,8 @@ def unfinished(reference, contents, optional="-"):
             continue
         if name not in contents:
             yield f"{name} is missing, but the exit code is 0"
-        elif not equal(contents[name], expected):
+        elif contents[name] != expected:
             yield f"{name} is not that of an undisturbed run, but the exit code is 0"
-
-
-def partial_files(files):
-    """Yield the partial files that are left."""
-    for name in files:
-        if name.endswith(".part"):
-            yield f"{name} is left"
-
-
-def missing_pictures(results):
-    """Yield the pictures that a report in Markdown shows, but that do not exist.
-
-    Args:
-        results: The folder of the report.
-    """
-    for report in results.glob("*.md"):
-        for link in LINK.findall(report.read_text()):
-            if not (results / unquote(link)).is_file():
-                yield f"{report.name} shows {link}, which does not exist"
 
 
 def _is_hidden(name):

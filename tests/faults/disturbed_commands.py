@@ -1,34 +1,25 @@
 """Commands that tests kill or starve, and exact comparisons of the files that they leave."""
 
-import json
 import random
-import re
 import shutil
 import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import h5py
 import pytest
 import yaml
-
-from rbstab.store.disk.atomic import PARTIAL_SUFFIX
-from rbstab.store.disk.lock import is_locked
-from rbstab.store.document import read_document
-from rbstab.store.result import open_result
-from rbstab.sweep.folder.sweep_table import read_sweep
+from faults.contents import Content, contents, missing_pictures, partial_files
 from support.configs import VISCO_ELASTIC, plain
 from support.forked_commands import Command, CommandServer, Ended
 from support.sweeping import run_sweep
 from support.sweeps import plan_of
 
+from rbstab.store.disk.lock import is_locked
+
 SPIN = "initial.angular_velocity[0]"
 
 Words = tuple[str, ...]
-
-Content = bytes | tuple[Any, ...]
-"""What must be equal in two files: the bytes, or names, types, shapes and bytes of the arrays."""
 
 
 @dataclass(frozen=True)
@@ -154,8 +145,7 @@ class Undisturbed:
             replaced = name in found and found[name] == self.after.get(name)
             removed = complete and name not in self.after
             assert replaced or removed or content in found.values(), f"{name} is lost"
-        for report in folder.glob("*.md"):
-            assert_pictures_exist(report)
+        assert list(missing_pictures(folder)) == []
 
     def assert_done(self, folder: Path, ended: Ended) -> None:
         """Assert that the command has succeeded, and all its files are as if nothing happened."""
@@ -241,56 +231,3 @@ def _write_inputs(folder: Path) -> None:
     vary = {SPIN: {"linspace": [-40, 40, 60]}}
     plan = {"title": "Spins", "base": base, "vary": vary, "keep": "traces"}
     (folder / "plan.yaml").write_text(yaml.safe_dump(plan))
-
-
-def contents(folder: Path) -> dict[str, Content]:
-    """Return the content of all files with final names. Each must be readable by the program."""
-    return {
-        str(path.relative_to(folder)): content_of(path)
-        for path in sorted(folder.rglob("*"))
-        if path.is_file() and not path.name.startswith(".")
-    }
-
-
-def content_of(path: Path) -> Content:
-    """Return what must be equal in files of equal results; they state different durations."""
-    if path.suffix == ".json" and path.parent.name == "proofs":
-        proof = read_document(path) | {"seconds": None}
-        return json.dumps(proof, sort_keys=True).encode()
-    if path.suffix != ".h5" or path.parent.name in {"traces", "shards"}:
-        return path.read_bytes()
-    if path.name == "members.h5":
-        digest = str(read_sweep(path).attributes["shards_digest"])
-    else:
-        digest = open_result(path).run_id
-    return digest, *_arrays(path)
-
-
-def _arrays(path: Path) -> list[tuple[Any, ...]]:
-    """Return all arrays of an HDF5 file, read without the program."""
-    found: list[tuple[Any, ...]] = []
-
-    def visit(name: str, item: h5py.Dataset | h5py.Group) -> None:
-        if isinstance(item, h5py.Dataset):
-            data = item[()]
-            text = data if isinstance(data, bytes) else data.tobytes()
-            if item.dtype.hasobject:
-                text = str(data.tolist() if item.shape else data).encode()
-            found.append((name, str(item.dtype), item.shape, text))
-
-    with h5py.File(path, locking=False) as file:
-        file.visititems(visit)
-    return found
-
-
-def partial_files(folder: Path) -> list[str]:
-    """Return the names of the partial files that killed writers have left."""
-    return sorted(path.name for path in folder.rglob(f".*{PARTIAL_SUFFIX}"))
-
-
-def assert_pictures_exist(report: Path) -> None:
-    """Assert that a report in Markdown has its pictures."""
-    names = re.findall(r"\]\(([^)]*\.png)\)", report.read_text(encoding="utf-8"))
-    assert names
-    for name in names:
-        assert (report.parent / name).is_file(), name

@@ -7,7 +7,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
-
 from support.forked_commands import CommandServer, wait_until
 
 BLOCKS = 1 << 20, 1 << 12

@@ -3,17 +3,15 @@
 import ast
 import re
 from functools import cache
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from support.documents import ROOT, page, tables
 
 from rbstab_cli.main import cli
 
-ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "rbstab"
-PAGE = (ROOT / "docs" / "proofs.md").read_text(encoding="utf-8")
-IN_FULL = (ROOT / "docs" / "proofs_in_full.md").read_text(encoding="utf-8")
+PAGE, IN_FULL = page("proofs"), page("proofs_in_full")
 
 NAMED = re.compile(r"`([A-Za-z_][\w.]*)`")
 PATH = re.compile(r"`([\w/]+\.py)`")
@@ -21,10 +19,7 @@ PATH = re.compile(r"`([\w/]+\.py)`")
 
 def rows(*header):
     """Return the cells of all tables with these columns."""
-    names = r"\s*\|\s*".join(re.escape(name) for name in header)
-    tables = re.findall(rf"^\|\s*{names}\s*\|\n\|[-|]+\n((?:\|.*\n)+)", PAGE, re.MULTILINE)
-    lines = [line.strip("| ") for table in tables for line in table.splitlines()]
-    return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)] for line in lines]
+    return [row for head, *rows in tables(PAGE) if head == list(header) for row in rows]
 
 
 def defined(tree):

@@ -128,9 +128,26 @@ class Undisturbed:
         """Make a folder in which the command can run."""
         shutil.copytree(self.template, folder)
 
-    def short_delay(self, rng: random.Random) -> float:
-        """Return a random time from the first partial file on, s: often some milliseconds."""
-        return rng.choice((rng.uniform(0, 0.003), float(rng.random() ** 4 * self.seconds)))
+    def generator(self, number: int) -> random.Random:
+        """Return the random numbers of a trial."""
+        return random.Random(f"{self.name} {number}")  # noqa: S311 (seeded trials)
+
+    def wait(self, command: Command, rng: random.Random, folder: Path) -> None:
+        """Wait until a random moment; half of them are close to a write.
+
+        Args:
+            command: Runs in the folder.
+            rng: The random numbers of this trial.
+            folder: The folder as this process sees it.
+        """
+        if rng.random() < 0.5:
+            time.sleep(rng.uniform(0, self.seconds))
+            return
+        there = [path for path in folder.rglob("*") if path.is_dir()]
+        new = [folder / "results/plan" / name for name in ("", "shards", "traces")]
+        command.until_writing(folder, *there, *new, folder / "report_files")
+        # Often some milliseconds.
+        time.sleep(rng.choice((rng.uniform(0, 0.003), rng.random() ** 4 * self.seconds)))
 
     def assert_whole(self, folder: Path) -> None:
         """Assert that every file is an earlier one or a right new one, and none is lost."""
@@ -148,8 +165,10 @@ class Undisturbed:
         assert list(missing_pictures(folder)) == []
 
     def assert_done(self, folder: Path, ended: Ended) -> None:
-        """Assert that the command has succeeded, and all its files are as if nothing happened."""
+        """Assert that the command has succeeded, and left what it leaves if nothing happens."""
         assert ended.code == 0, ended
+        ended.assert_no_debris()
+        assert partial_files(folder) == []
         found = contents(folder)
         for name, content in self.after.items():
             assert found.get(name) == content, name
@@ -195,28 +214,14 @@ class Trials:
         """Start the command, or another, in a new folder; return it and this trial's generator."""
         work = self.folder / str(number)
         self.done.copy_to(work)
-        rng = random.Random(f"{self.done.name} {number}")  # noqa: S311 (seeded trials)
-        return self.server.start(work, *(words or self.done.words)), rng
-
-    def wait(self, command: Command, rng: random.Random) -> None:
-        """Wait until a random moment; half of them are close to a write."""
-        if rng.random() < 0.5:
-            time.sleep(rng.uniform(0, self.done.seconds))
-            return
-        there = [path for path in command.folder.rglob("*") if path.is_dir()]
-        new = [command.folder / "results/plan" / name for name in ("", "shards", "traces")]
-        command.until_writing(command.folder, *there, *new, command.folder / "report_files")
-        time.sleep(self.done.short_delay(rng))
+        return self.server.start(work, *(words or self.done.words)), self.done.generator(number)
 
     def repeat(self, folder: Path) -> None:
         """Check what the command has left, and repeat it."""
         self.done.assert_whole(folder)
         for lock in folder.rglob(".lock"):
             assert not is_locked(lock.parent)
-        ended = self.server.run(folder, *self.done.words)
-        ended.assert_no_debris()
-        self.done.assert_done(folder, ended)
-        assert partial_files(folder) == []
+        self.done.assert_done(folder, self.server.run(folder, *self.done.words))
 
 
 def _write_inputs(folder: Path) -> None:

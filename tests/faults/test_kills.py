@@ -36,7 +36,7 @@ def test_killed_at_a_random_moment(name, numbers, undisturbed, server, tmp_path)
     trials = Trials(undisturbed(name), server, tmp_path)
     for number in numbers:
         command, rng = trials.start(number)
-        trials.wait(command, rng)
+        trials.done.wait(command, rng, command.folder)
         workers = command.workers()
         command.send(signal.SIGKILL)
         assert command.wait().code in (-signal.SIGKILL, 0)
@@ -55,9 +55,7 @@ def test_a_killed_worker_of_a_sweep(name, numbers, undisturbed, server, tmp_path
         time.sleep(rng.uniform(0, trials.done.seconds))
         with contextlib.suppress(IndexError, psutil.NoSuchProcess):
             rng.choice(command.workers()).kill()
-        ended = command.wait()
-        ended.assert_no_debris()
-        trials.done.assert_done(command.folder, ended)
+        trials.done.assert_done(command.folder, command.wait())
         trials.repeat(command.folder)
 
 

@@ -30,7 +30,7 @@ def test_terminated_at_a_random_moment(name, undisturbed, server, tmp_path):
     trials = Trials(undisturbed(name), server, tmp_path)
     for number in range(2):
         command, rng = trials.start(number)
-        trials.wait(command, rng)
+        trials.done.wait(command, rng, command.folder)
         command.send(signal.SIGTERM)
         ended = command.wait()
         # The first milliseconds of a command belong to Python: a signal ends it there.

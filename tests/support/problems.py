@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
@@ -61,8 +62,10 @@ def bare_system(
     L_t: Array = ZERO_MATRIX,
     K_r: Array = ZERO_MATRIX,
     L_r: Array = ZERO_MATRIX,
+    anchor: Any = (0.0, 0.0, 0.0),
+    others: tuple[Element, ...] = (),
 ) -> System:
-    """Return a body whose stabilizers have zero gains, unless given.
+    """Return a body whose stabilizers have zero gains, unless given, beside other elements.
 
     The stabilizers stay in with zero gains, so all these systems share one compilation.
     """
@@ -70,8 +73,9 @@ def bare_system(
         Gravity(np.asarray(weight, dtype=float)),
         TranslationalStabilizer(K_t, L_t),
         RotationalStabilizer(K_r, L_r),
+        *others,
     )
-    return System(body, elements, coordinates or CentreCoordinates(), np.zeros(3))
+    return System(body, elements, coordinates or CentreCoordinates(), np.array(anchor))
 
 
 def held_start(system: System, Theta: Any, Omega: Any) -> Array:

@@ -4,12 +4,12 @@ The searches know nothing of the proofs. They use the stored energy alone, and d
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from scipy.optimize import minimize, root
 
-from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
 from rbstab.config.schema import Config
@@ -28,8 +28,6 @@ STEP = 1e-5
 SAME = 1e-3
 """rad: how far a state that is found may be from one that is claimed."""
 
-HALF_TURN = np.array([np.pi, np.pi / 2, np.pi])
-
 
 def doubts(config: Config, claims: Claims, seed: int = 0) -> dict[str, str]:
     """Return what contradicts the claims about a config: by claim, in words.
@@ -42,57 +40,36 @@ def doubts(config: Config, claims: Claims, seed: int = 0) -> dict[str, str]:
     found: dict[str, str] = {}
     if not claims["passive"]:
         return found
-    search = _Search.of(config, np.random.default_rng(seed))
+    search = _Search(config, np.random.default_rng(seed))
     with np.errstate(all="ignore"):
         for claim, text in search.contradictions(claims):
             found.setdefault(claim, text)
     return found
 
 
-@dataclass(frozen=True, eq=False)
 class _Search:
-    """The stored energy of a body at rest, random numbers, and the largest |θ2|."""
+    """Searches with the stored energy of a body at rest alone, from random starts."""
 
-    at_rest: Configurations
-    rng: np.random.Generator
-    pitch: float
-    kept: bool
-    """Whether a barrier or a stop keeps θ2 in the range."""
-
-    outer: bool
-    """Whether barriers keep θ1 and θ3 too."""
-
-    stopped: bool
-    """Whether a stop keeps |θ2| <= pitch."""
-
-    jumps: bool
-    """Whether forces jump, so that a state need be no zero of the slope."""
-
-    turns: bool
-    """Whether the energy changes with whole turns."""
-
-    @classmethod
-    def of(cls, config: Config, rng: np.random.Generator) -> "_Search":
+    def __init__(self, config: Config, rng: np.random.Generator) -> None:
+        self.rng = rng
+        self.at_rest = configurations(smooth_rest_system(problem_of(config)))
         sections = [section.model_dump() for section in config.elements.values()]
         guards = {section.get("method"): section for section in sections}
-        kinked = {"Latch", "Counterweight"}
-        at_rest = configurations(smooth_rest_system(problem_of(config)))
-        K_r = getattr(config.controller, "K_r", None)
-        turns = K_r is not None and bool(np.any(np.asarray(K_r)))
-        outer = bool(guards.get("barrier", {}).get("outer_stiffness"))
         stop = guards.get("stop", {}).get("angle")
+        self.stopped = stop is not None
+        """Whether a stop keeps |θ2| <= pitch."""
+        self.pitch = float(stop or np.pi / 2)
+        """The largest |θ2|."""
+        self.kept = self.stopped or "barrier" in guards
+        """Whether a barrier or a stop keeps θ2 in the range."""
+        self.outer = bool(guards.get("barrier", {}).get("outer_stiffness"))
+        """Whether barriers keep θ1 and θ3 too."""
         names = {section.get("class_name") for section in sections}
-        jumps = "repelling" in guards or bool(names & kinked)
-        return cls(
-            at_rest,
-            rng,
-            float(stop or np.pi / 2),
-            stop is not None or "barrier" in guards,
-            outer,
-            stop is not None,
-            jumps,
-            turns,
-        )
+        self.jumps = "repelling" in guards or bool(names & {"Latch", "Counterweight"})
+        """Whether forces jump, so that a state need be no zero of the slope."""
+        K_r = getattr(config.controller, "K_r", None)
+        self.turns = K_r is not None and bool(np.any(np.asarray(K_r)))
+        """Whether the energy changes with whole turns."""
 
     def energy(self, q: Array) -> float:
         return float(self.at_rest.energy(np.asarray(q, dtype=float)))
@@ -124,9 +101,12 @@ class _Search:
             end = np.array([np.pi, self.pitch, np.pi])
             if name == "all_angles":
                 end *= [2.0, 1.0, 2.0]
-            yield from ((name, text) for text in self._of_states(part))
-            yield from ((name, text) for text in self._of_list(part, end))
-            yield from ((name, text) for text in self._of_level(name, part))
+            texts = (
+                self._of_states(part),
+                self._of_list(part, end),
+                self._of_level(name, part, end),
+            )
+            yield from ((name, text) for text in chain(*texts))
         yield from self._of_sum(claims)
 
     def _of_states(self, part: Claims) -> Iterator[str]:
@@ -204,14 +184,12 @@ class _Search:
         return np.asarray(near if np.abs(near - found).max() < SAME else found)
 
     def _listed(self, Theta: Array, part: Claims) -> bool:
-        others = [np.array(state["at"]) for state in part["states"]]
-        if self.turns or self.outer:
-            return any(np.abs(Theta - other).max() < SAME for other in others)
-        return any(
-            np.abs((Theta - other + np.pi) % (2 * np.pi) - np.pi).max() < SAME for other in others
-        )
+        apart = np.array([Theta - np.array(state["at"]) for state in part["states"]]).reshape(-1, 3)
+        if not (self.turns or self.outer):
+            apart = (apart + np.pi) % (2 * np.pi) - np.pi
+        return bool(np.any(np.all(np.abs(apart) < SAME, axis=-1)))
 
-    def _of_level(self, name: str, part: Claims) -> Iterator[str]:
+    def _of_level(self, name: str, part: Claims, end: Array) -> Iterator[str]:
         """Look for another state or a point of the border below c*: by descents on each face."""
         if part["level"] is None:
             return
@@ -221,8 +199,7 @@ class _Search:
                 yield f"the state at {state['at']} is below c*"
         axes = [1] if name == "all_angles" or not self.turns else [0, 1, 2]
         axes = [axis for axis in axes if not (axis == 1 and self.kept)]
-        ends = HALF_TURN * (2.0 if name == "all_angles" else 1.0)
-        ends[1] = self.pitch - 1e-9
+        ends = end - [0, 1e-9, 0]
         for axis in axes:
             for sign in (-1.0, 1.0):
                 starts = 90 if self.at_rest.size == 3 else 20

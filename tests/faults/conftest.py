@@ -14,7 +14,7 @@ def undisturbed(tmp_path_factory):
     with CommandServer(tmp_path_factory.mktemp("server")) as server:
 
         @functools.cache
-        def run(name: str) -> Undisturbed:
+        def run(name):
             return Undisturbed(name, server, tmp_path_factory.mktemp("undisturbed"))
 
         yield run

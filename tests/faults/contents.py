@@ -87,7 +87,7 @@ def _hdf5(path):
     found = {"is sealed": str(content == sealed(content[:-SEAL_SIZE]))}
     with h5py.File(path, "r", locking=False) as file:
 
-        def visit(name: str, entry: h5py.Group | h5py.Dataset) -> None:
+        def visit(name, entry):
             found.update(_attributes(name, entry))
             if isinstance(entry, h5py.Dataset):
                 data = np.asarray(entry[()])

@@ -4,14 +4,11 @@ import random
 import shutil
 import time
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
 from faults.contents import Content, contents, missing_pictures, partial_files
 from support.configs import VISCO_ELASTIC, plain
-from support.forked_commands import Command, CommandServer, Ended
 from support.sweeping import run_sweep
 from support.sweeps import plan_of
 
@@ -39,7 +36,7 @@ class Case:
     fake_members: int = 0
 
 
-def _report(suffix: str) -> Case:
+def _report(suffix):
     """Return a report that replaces another report of the same name."""
     name = f"report.{suffix}"
     older = ("report", "results/older.h5", "-o", name, "-q")
@@ -92,7 +89,7 @@ class Undisturbed:
         folder: An empty folder.
     """
 
-    def __init__(self, name: str, server: CommandServer, folder: Path) -> None:
+    def __init__(self, name, server, folder):
         self.name, case = name, CASES[name]
         self.words = case.words
         self.template = folder / "template"
@@ -124,15 +121,15 @@ class Undisturbed:
         self.size = sum((done / name).stat().st_size for name in new)
         """The bytes of the files that the command writes."""
 
-    def copy_to(self, folder: Path) -> None:
+    def copy_to(self, folder):
         """Make a folder in which the command can run."""
         shutil.copytree(self.template, folder)
 
-    def generator(self, number: int) -> random.Random:
+    def generator(self, number):
         """Return the random numbers of a trial."""
         return random.Random(f"{self.name} {number}")  # noqa: S311 (seeded trials)
 
-    def wait(self, command: Command, rng: random.Random, folder: Path) -> None:
+    def wait(self, command, rng, folder):
         """Wait until a random moment; half of them are close to a write.
 
         Args:
@@ -149,7 +146,7 @@ class Undisturbed:
         # Often some milliseconds.
         time.sleep(rng.choice((rng.uniform(0, 0.003), rng.random() ** 4 * self.seconds)))
 
-    def assert_whole(self, folder: Path) -> None:
+    def assert_whole(self, folder):
         """Assert that every file is an earlier one or a right new one, and none is lost."""
         found = contents(folder)
         for name, content in found.items():
@@ -164,7 +161,7 @@ class Undisturbed:
             assert replaced or removed or content in found.values(), f"{name} is lost"
         assert list(missing_pictures(folder)) == []
 
-    def assert_done(self, folder: Path, ended: Ended) -> None:
+    def assert_done(self, folder, ended):
         """Assert that the command has succeeded, and left what it leaves if nothing happens."""
         assert ended.code == 0, ended
         ended.assert_no_debris()
@@ -177,7 +174,7 @@ class Undisturbed:
             assert found[name] in self.before.values(), name
 
 
-def daily_and_long(counts: "dict[str, tuple[int, int]]") -> list[Any]:
+def daily_and_long(counts):
     """Return cases of a command with its numbers of trials: some for every day, more in the long
     suite.
 
@@ -205,18 +202,18 @@ class Trials:
         folder: An empty folder.
     """
 
-    def __init__(self, done: Undisturbed, server: CommandServer, folder: Path) -> None:
+    def __init__(self, done, server, folder):
         self.done = done
         self.server = server
         self.folder = folder
 
-    def start(self, number: int, *words: str) -> tuple[Command, random.Random]:
+    def start(self, number, *words):
         """Start the command, or another, in a new folder; return it and this trial's generator."""
         work = self.folder / str(number)
         self.done.copy_to(work)
         return self.server.start(work, *(words or self.done.words)), self.done.generator(number)
 
-    def repeat(self, folder: Path) -> None:
+    def repeat(self, folder):
         """Check what the command has left, and repeat it."""
         self.done.assert_whole(folder)
         for lock in folder.rglob(".lock"):
@@ -224,7 +221,7 @@ class Trials:
         self.done.assert_done(folder, self.server.run(folder, *self.done.words))
 
 
-def _write_inputs(folder: Path) -> None:
+def _write_inputs(folder):
     base = plain(VISCO_ELASTIC)
     base["body"]["inertia"] = [10.0, 8.0, 3.0]
     base["integration"] = {"duration": 0.2, "samples": 101, "rtol": 1e-8, "engine": "scipy"}

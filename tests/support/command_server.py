@@ -28,7 +28,6 @@ from datetime import UTC, datetime
 from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
-from typing import Any
 
 TIME_LIMIT = 120
 """s; a command that takes longer hangs, and is ended by SIGALRM."""
@@ -47,12 +46,12 @@ class StoppedClock(datetime):
     """A clock on which it is always the same time."""
 
     @classmethod
-    def now(cls, tz: Any = None) -> "StoppedClock":
+    def now(cls, tz=None):
         """Return the time."""
         return cls(2026, 1, 1, tzinfo=tz or UTC)
 
 
-def serve() -> list[str] | None:
+def serve():
     """Answer requests; return the words of a command in its process, and None at the end."""
     running = 0
     for line in sys.stdin:
@@ -70,14 +69,14 @@ def serve() -> list[str] | None:
     return None
 
 
-def _mount_command(request: str, folder: str, size: int = 0) -> list[str]:
+def _mount_command(request, folder, size=0):
     if request == "unmount":
         return ["umount", folder]
     options = f"size={size}" if request == "mount" else f"remount,size={size}"
     return ["mount", "-t", "tmpfs", "-o", options, "rbstab-test", folder]
 
 
-def run(folder: str, stdout: str, stderr: str, *words: str) -> None:
+def run(folder, stdout, stderr, *words):
     """Run a command in this process, and end it."""
     from rbstab_cli.main import main
 
@@ -95,7 +94,7 @@ def run(folder: str, stdout: str, stderr: str, *words: str) -> None:
     main()
 
 
-def import_all() -> None:
+def import_all():
     """Import everything that commands import, so that no fork imports it again."""
     for package in map(import_module, ("rbstab", "rbstab_cli")):
         for module in walk_packages(package.__path__, f"{package.__name__}."):
@@ -109,7 +108,7 @@ def import_all() -> None:
     gc.freeze()
 
 
-def remember_pictures(folder: Path) -> None:
+def remember_pictures(folder):
     """Draw each picture of reports only once, and keep it in a folder.
 
     Drawing takes most of the time of a report, and calls nothing that can fail.
@@ -118,7 +117,7 @@ def remember_pictures(folder: Path) -> None:
 
     draw = figure_files.figure_bytes
 
-    def figure_bytes(figure: Any, form: str, *, column: bool = False) -> bytes:
+    def figure_bytes(figure, form, *, column=False):
         kept = folder / hashlib.sha256(pickle.dumps((figure, form, column))).hexdigest()
         if not kept.exists():
             kept.write_bytes(draw(figure, form, column=column))

@@ -8,11 +8,7 @@ import functools
 import multiprocessing
 import os
 import sys
-from collections.abc import Callable
-from multiprocessing.connection import Connection
 from multiprocessing.forkserver import ensure_running
-from pathlib import Path
-from typing import Any
 from unittest.mock import patch
 
 from rbstab.store.errors import StoreError
@@ -34,7 +30,7 @@ class ForkedSweep:
         arguments: The other arguments of `sweep`.
     """
 
-    def __init__(self, sweep: Callable[..., None], *arguments: Any) -> None:
+    def __init__(self, sweep, *arguments):
         context = multiprocessing.get_context("forkserver")
         context.set_forkserver_preload([__name__])
         # Python 3.11 does not tell the process to be forked where modules are.
@@ -45,7 +41,7 @@ class ForkedSweep:
         self._process.start()
         other.close()
 
-    def receive(self) -> Any:
+    def receive(self):
         """Return what it sends next, and None if it ends before."""
         assert self.pipe.poll(120)
         try:
@@ -53,11 +49,11 @@ class ForkedSweep:
         except EOFError:
             return None
 
-    def kill(self) -> None:
+    def kill(self):
         """Kill it, as the kernel does when memory is short; it may have ended."""
         self._process.kill()
 
-    def end(self) -> int:
+    def end(self):
         """Wait until it has ended, and return its exit code."""
         self._process.join(120)
         code = self._process.exitcode
@@ -67,10 +63,10 @@ class ForkedSweep:
         return code
 
 
-def sweep_whole(path: Path, keep: str, delay: float, pipe: Connection) -> None:
+def sweep_whole(path, keep, delay, pipe):
     """Run the whole sweep in two threads, and send the number of each shard that is stored."""
 
-    def on_event(event: Any) -> None:
+    def on_event(event):
         if isinstance(event, ShardDone):
             pipe.send(event.number)
 
@@ -79,9 +75,7 @@ def sweep_whole(path: Path, keep: str, delay: float, pipe: Connection) -> None:
     sweep_to_folder(plan_with_traces(MEMBERS, keep), path, options, on_event)
 
 
-def sweep_part(
-    path: Path, part: str, delay: float, changes: dict[str, Any], pipe: Connection
-) -> None:
+def sweep_part(path, part, delay, changes, pipe):
     """Run a part of the sweep when it is told to, and send how many of its shards are done."""
     factory = functools.partial(FakeEngine, delay=delay)
     given = {"shard_size": SHARD_SIZE, "members": MEMBERS, **changes}

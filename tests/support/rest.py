@@ -35,9 +35,17 @@ def coordinates_of(variant):
 def paper_system(variant, K_r_scale=1.0, weight=WEIGHTLESS, anchor=(0.0, 0.0, 0.0)):
     """Return a paper's case; its damping is arbitrary, because rest states do not depend on it."""
     body = Body(41.0, np.diag([10.0, 8.0, 0.4]), np.array([0.15, 0.10, -0.42]))
-    gains = {"K_t": K_T, "L_t": DAMPING, "K_r": K_r_scale * K_R, "L_r": DAMPING}
-    held = {"weight": weight, "anchor": anchor, "others": CONNECTORS[variant]}
-    return bare_system(body, coordinates_of(variant), **gains, **held)
+    return bare_system(
+        body,
+        coordinates_of(variant),
+        weight=weight,
+        K_t=K_T,
+        L_t=DAMPING,
+        K_r=K_r_scale * K_R,
+        L_r=DAMPING,
+        anchor=anchor,
+        others=CONNECTORS[variant],
+    )
 
 
 def random_rest_system(rng, variant):

@@ -1,12 +1,11 @@
 """Problems with a sliding connector: the paper's body, and a ball in a V-shaped potential."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from rbstab.elements.sliding import SlidingConnector
-from rbstab.integrate.problem import Problem, Switching
+from rbstab.integrate.problem import Switching
 from rbstab.integrate.switching.trust import with_connector_by_modes
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import motion_from_centre
@@ -92,7 +91,7 @@ def pushed_ball(  # noqa: PLR0917
     return sliding_problem(body, each, Z, times, options, **gains)
 
 
-def solve_sliding(engine_name: str, given: Problem) -> Any:
+def solve_sliding(engine_name, given):
     """Return the trajectory of a problem with a sliding connector, which records its switches."""
     trajectory = solve(engine_name, given)
     assert trajectory.switches is not None

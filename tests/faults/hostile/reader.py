@@ -23,10 +23,10 @@ commands so far, and what Python keeps of earlier attempts. A user reads in a fr
 class Reader:
     """Reads files in another process."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self._process: subprocess.Popen[str] | None = None
 
-    def attempt(self, way: str, *arguments: object) -> Attempt:
+    def attempt(self, way, *arguments):
         """Read a file in one way."""
         process = self._process or self._start()
         requests, output = process.stdin, process.stdout
@@ -49,14 +49,14 @@ class Reader:
             self.close()
         return Attempt(**json.loads(line))
 
-    def close(self) -> None:
+    def close(self):
         """End the process."""
         if self._process is not None:
             self._process.kill()
             self._process.communicate()
             self._process = None
 
-    def _start(self) -> "subprocess.Popen[str]":
+    def _start(self):
         self._process = subprocess.Popen(
             [sys.executable, "-m", "faults.hostile.attempts"],
             env=os.environ | ENVIRONMENT,

@@ -64,7 +64,7 @@ class Fault(NamedTuple):
     nth: int
     lasting: bool
 
-    def __str__(self) -> str:
+    def __str__(self):
         lasting = " and later" if self.lasting else ""
         return f"{self.operation} {self.nth}{lasting}: {self.error}"
 
@@ -90,18 +90,18 @@ class Control:
         path: The file; it must exist.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path):
         with path.open("r+b") as file:
             self._memory = mmap.mmap(file.fileno(), _LAYOUT.size)
 
-    def arm(self, folder: Path, fault: Fault) -> None:
+    def arm(self, folder, fault):
         """Let a call on files in a folder fail; with `nth` = 0 calls are only counted."""
         bits = sum(_BITS[name] for name in OPERATIONS[fault.operation])
         error = 0 if fault.error == SHORT else getattr(errno, fault.error)
         numbers = bits, error, fault.nth, int(fault.lasting), 0, 0
         _LAYOUT.pack_into(self._memory, 0, *numbers, os.fsencode(folder.resolve()), b"")
 
-    def disarm(self) -> Counts:
+    def disarm(self):
         """Let all calls pass, and return what was counted."""
         *_, calls, faults, _folder, first = _LAYOUT.unpack_from(self._memory)
         _LAYOUT.pack_into(self._memory, 0, *(0,) * 6, b"", b"")

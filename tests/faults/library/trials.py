@@ -6,7 +6,6 @@ The commands are forks of a server that has loaded the library (`control.build`)
 import json
 import shlex
 import shutil
-from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
@@ -14,14 +13,13 @@ from typing import NamedTuple
 
 from faults.contents import (
     Content,
-    Folder,
     content_of,
     differences,
     files_of,
     missing_pictures,
     partial_files,
 )
-from faults.library.cases import CASES, INPUTS, Case
+from faults.library.cases import CASES, INPUTS
 from faults.library.control import CONTROL, SHORT, Control, Counts, Fault, build
 from faults.library.judge import (
     Reference,
@@ -49,7 +47,7 @@ class Trial(NamedTuple):
     ended: Ended
     problems: list[str]
 
-    def __str__(self) -> str:
+    def __str__(self):
         problems = "".join(f"  - {problem[:500]}\n" for problem in self.problems)
         return (
             f"{self.case}, {self.fault} ({self.counts.first}): exit code {self.ended.code}\n"
@@ -83,7 +81,7 @@ class Trials:
         control: The control of the library that it has loaded.
     """
 
-    def __init__(self, folder: Path, server: CommandServer, control: Control) -> None:
+    def __init__(self, folder, server, control):
         self.folder = folder
         self.server = server
         self.control = control
@@ -93,15 +91,7 @@ class Trials:
         self.repeated: dict[tuple[str, str], list[str]] = {}
         self.number = 0
 
-    def series(
-        self,
-        case: str,
-        operation: str,
-        error: str = "EIO",
-        *,
-        lasting: bool = False,
-        sample: int | None = None,
-    ) -> list[Trial]:
+    def series(self, case, operation, error="EIO", *, lasting=False, sample=None):
         """Disturb a command at its first call of an operation, its second, ... until none fails.
 
         Args:
@@ -117,7 +107,7 @@ class Trials:
         numbers = sorted({1 + (calls - 1) * k // steps for k in range(sample)} - {0})
         return [self.trial(case, fault._replace(nth=nth)) for nth in numbers]
 
-    def _until_none_fails(self, case: str, fault: Fault) -> Iterator[Trial]:
+    def _until_none_fails(self, case, fault):
         for nth in count(1):
             found = self.trial(case, fault._replace(nth=nth))
             # Without a fault it made fewer calls; this was one more undisturbed run.
@@ -126,7 +116,7 @@ class Trials:
             if not found.counts.faults:
                 return
 
-    def trial(self, name: str, fault: Fault) -> Trial:
+    def trial(self, name, fault):
         """Run a command with a fault, judge what it left, and repeat it without the fault."""
         case, reference = CASES[name], self.reference(name)
         work = self._copy(reference.template)
@@ -148,16 +138,16 @@ class Trials:
         counts = counts._replace(first=counts.first.replace(str(work.resolve()), ""))
         return Trial(name, fault, counts, ended, problems)
 
-    def _run(self, arguments: str, folder: Path) -> Ended:
+    def _run(self, arguments, folder):
         return self.server.run(folder, *shlex.split(arguments))
 
-    def reference(self, name: str) -> Reference:
+    def reference(self, name):
         """Return the undisturbed run of a case; it is made at the first call."""
         if name not in self.references:
             self.references[name] = self._make_reference(CASES[name])
         return self.references[name]
 
-    def _make_reference(self, case: Case) -> Reference:
+    def _make_reference(self, case):
         template = self._template(case.before)
         runs = []
         for _ in range(2):
@@ -176,7 +166,7 @@ class Trials:
         assert ended.stdout == other.stdout or not case.prints, (ended, other)
         return Reference(template, before_files, after, digests, ended, case.prints)
 
-    def _template(self, before: tuple[str, ...]) -> Path:
+    def _template(self, before):
         """Return a working folder in which these commands have run."""
         if before not in self.templates:
             if before:
@@ -191,16 +181,16 @@ class Trials:
             self.templates[before] = folder
         return self.templates[before]
 
-    def _new_folder(self) -> Path:
+    def _new_folder(self):
         self.number += 1
         return self.folder / str(self.number)
 
-    def _copy(self, template: Path) -> Path:
+    def _copy(self, template):
         work = self._new_folder()
         shutil.copytree(template, work)
         return work
 
-    def _contents(self, folder: Path, files: Folder) -> dict[str, Content]:
+    def _contents(self, folder, files):
         """Return the content of each file; equal files are read once."""
         keys = {name: (Path(name).suffix, digest) for name, digest in files.items()}
         for name, key in keys.items():
@@ -208,7 +198,7 @@ class Trials:
                 self.contents[key] = content_of(folder / name)
         return {name: self.contents[key] for name, key in keys.items()}
 
-    def _judge(self, name: str, work: Path, ended: Ended, optional: str = "-") -> list[str]:
+    def _judge(self, name, work, ended, optional="-"):
         reference = self.references[name]
         problems = list(message_problems(reference, ended, CASES[name].lines))
         files = files_of(work / RESULTS)
@@ -224,7 +214,7 @@ class Trials:
                 problems.append("printed something else, but the exit code is 0")
         return problems
 
-    def _repeat(self, name: str, work: Path, *, removable: bool) -> list[str]:
+    def _repeat(self, name, work, *, removable):
         """Repeat a command without faults, and judge the folder. Equal folders are tried once."""
         contents = self._contents(work / RESULTS, files_of(work / RESULTS))
         key = name, json.dumps([removable, contents], sort_keys=True)

@@ -3,7 +3,6 @@
 The searches know nothing of the proofs. They use the stored energy alone, and differences of it.
 """
 
-from collections.abc import Iterator
 from itertools import chain
 
 import numpy as np
@@ -12,12 +11,9 @@ from scipy.optimize import minimize, root
 from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
-from rbstab.config.schema import Config
 from support.bodies import least_energy
 from support.claims.compare import RANGES
-from support.claims.program import Claims
 from support.differences import hessian
-from support.systems import Array
 
 HELD_STARTS, STARTS = 60, 20
 """Random starts of a search for more states: of a body that is held, and of one that is not."""
@@ -29,7 +25,7 @@ SAME = 1e-3
 """rad: how far a state that is found may be from one that is claimed."""
 
 
-def doubts(config: Config, claims: Claims, seed: int = 0) -> dict[str, str]:
+def doubts(config, claims, seed=0):
     """Return what contradicts the claims about a config: by claim, in words.
 
     Args:
@@ -50,7 +46,7 @@ def doubts(config: Config, claims: Claims, seed: int = 0) -> dict[str, str]:
 class _Search:
     """Searches with the stored energy of a body at rest alone, from random starts."""
 
-    def __init__(self, config: Config, rng: np.random.Generator) -> None:
+    def __init__(self, config, rng):
         self.rng = rng
         self.at_rest = configurations(smooth_rest_system(problem_of(config)))
         sections = [section.model_dump() for section in config.elements.values()]
@@ -71,20 +67,20 @@ class _Search:
         self.turns = K_r is not None and bool(np.any(np.asarray(K_r)))
         """Whether the energy changes with whole turns."""
 
-    def energy(self, q: Array) -> float:
+    def energy(self, q):
         return float(self.at_rest.energy(np.asarray(q, dtype=float)))
 
-    def slope(self, q: Array) -> Array:
+    def slope(self, q):
         """Return central differences of the energy."""
         steps = STEP * np.eye(len(q))
         return np.array([(self.energy(q + h) - self.energy(q - h)) / (2 * STEP) for h in steps])
 
-    def start(self, end: Array) -> Array:
+    def start(self, end):
         """Return a random configuration with its lowest energy at these angles."""
         Theta = self.rng.uniform(-1, 1, 3) * end
         return np.concatenate([Theta, self.lowest_rest(Theta)])
 
-    def lowest_rest(self, Theta: Array) -> Array:
+    def lowest_rest(self, Theta):
         """Return X and own states of the lowest energy at given angles."""
         if self.at_rest.size == 3:
             return np.zeros(0)
@@ -92,7 +88,7 @@ class _Search:
         found = minimize(lambda x: self.energy(np.concatenate([Theta, x])), guess, method="BFGS")
         return found.x
 
-    def contradictions(self, claims: Claims) -> Iterator[tuple[str, str]]:
+    def contradictions(self, claims):
         """Yield claims with what contradicts them."""
         for name in RANGES:
             part = claims[name]
@@ -109,7 +105,7 @@ class _Search:
             yield from ((name, text) for text in chain(*texts))
         yield from self._of_sum(claims)
 
-    def _of_states(self, part: Claims) -> Iterator[str]:
+    def _of_states(self, part):
         """Compare the energy, slope and index of each proved state with those of differences."""
         for state in part["states"]:
             if not state["proved"] or "held" in state["kind"] or "ridge" in state["kind"]:
@@ -127,7 +123,7 @@ class _Search:
             if np.abs(self.slope(q)[:3]).max() > 1e-3 * np.abs(values).max():
                 yield f"U has a slope at {state['at']}"
 
-    def _of_list(self, part: Claims, end: Array) -> Iterator[str]:
+    def _of_list(self, part, end):
         """Look for states that are not listed: all that are found count against the list."""
         if not part["complete"] and part["level"] is None:
             return
@@ -147,7 +143,7 @@ class _Search:
                 yield f"a state below c* was found, at {at}, {U:.6g} J"
                 return
 
-    def _is_state(self, q: Array, end: Array) -> bool:
+    def _is_state(self, q, end):
         """Return whether a body rests at q, inside the range or pressed against its stop."""
         free = np.ones(len(q), dtype=bool)
         if self.stopped and abs(abs(q[1]) - self.pitch) < 1e-6:
@@ -159,7 +155,7 @@ class _Search:
             return False
         return self._flat(q, free) or (self.jumps and self._lowest_near(q))
 
-    def _flat(self, q: Array, free: Array) -> bool:
+    def _flat(self, q, free):
         """Return whether U is smooth at q, with a slope of zero and no degenerate curvature."""
         U, steps = self.energy(q), 1e-6 * np.eye(len(q))
         sides = [(self.energy(q + h) - U, self.energy(q - h) - U) for h in steps[free]]
@@ -169,7 +165,7 @@ class _Search:
             return False
         return bool(np.abs(sides).max() < 1e-6 * 1e-3 * max(1.0, abs(U)))
 
-    def _lowest_near(self, q: Array) -> bool:
+    def _lowest_near(self, q):
         """Return whether a search without slopes ends at q: it does at a kink that holds."""
         again = q
         for _ in range(3):
@@ -177,19 +173,19 @@ class _Search:
             again = minimize(self.energy, again, method="Nelder-Mead", options=options).x
         return bool(np.abs(again - q).max() < SAME)
 
-    def _descended(self, q: Array, end: Array) -> Array:
+    def _descended(self, q, end):
         limits = [(-one, one) for one in end - 1e-9] + [(None, None)] * (len(q) - 3)
         found = minimize(self.energy, q, jac=self.slope, bounds=limits, method="L-BFGS-B").x
         near = root(self.slope, found, method="hybr", tol=1e-10).x
         return np.asarray(near if np.abs(near - found).max() < SAME else found)
 
-    def _listed(self, Theta: Array, part: Claims) -> bool:
+    def _listed(self, Theta, part):
         apart = np.array([Theta - np.array(state["at"]) for state in part["states"]]).reshape(-1, 3)
         if not (self.turns or self.outer):
             apart = (apart + np.pi) % (2 * np.pi) - np.pi
         return bool(np.any(np.all(np.abs(apart) < SAME, axis=-1)))
 
-    def _of_level(self, name: str, part: Claims, end: Array) -> Iterator[str]:
+    def _of_level(self, name, part, end):
         """Look for another state or a point of the border below c*: by descents on each face."""
         if part["level"] is None:
             return
@@ -208,7 +204,7 @@ class _Search:
                 if least < bound - 1e-6 * max(1.0, abs(bound)):
                     yield f"U is {least:.6g} J on the border of θ{axis + 1}, below c*"
 
-    def _of_sum(self, claims: Claims) -> Iterator[tuple[str, str]]:
+    def _of_sum(self, claims):
         """Count the states: Σ (-1)^index is Euler's number of the space where θ2 is kept."""
         name = "range" if self.outer else "all_angles"
         part = claims[name]

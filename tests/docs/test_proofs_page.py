@@ -1,12 +1,11 @@
 """The proofs page: functions that check hypotheses exist, and its numbers are what is printed."""
 
-import ast
 import re
 from functools import cache
 
 import pytest
 from click.testing import CliRunner
-from support.documents import ROOT, page, tables
+from support.documents import ROOT, names_in, page, tables
 
 from rbstab_cli.main import cli
 
@@ -22,29 +21,11 @@ def rows(*header):
     return [row for head, *rows in tables(PAGE) if head == list(header) for row in rows]
 
 
-def defined(tree):
-    """Yield the names of functions, classes and their members in a module."""
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-            yield node.name
-        if isinstance(node, ast.ClassDef):
-            for member in node.body:
-                if isinstance(member, ast.FunctionDef):
-                    yield f"{node.name}.{member.name}"
-                if isinstance(member, ast.AnnAssign) and isinstance(member.target, ast.Name):
-                    yield f"{node.name}.{member.target.id}"
-
-
 def printed_by(folder, *arguments):
     """Return what a command prints; proofs are made, and stored in a folder."""
     done = CliRunner().invoke(cli, [*arguments, "--results", str(folder)], prog_name="rbstab")
     assert done.exit_code == 0, done.output
     return done.stdout
-
-
-@cache
-def names_in(path):
-    return frozenset(defined(ast.parse(path.read_text(encoding="utf-8"))))
 
 
 @cache

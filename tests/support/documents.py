@@ -1,7 +1,9 @@
 """Pages of the documentation in parts: sections, tables, blocks and numbers; its scripts."""
 
+import ast
 import re
 import sys
+from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
@@ -37,6 +39,24 @@ def tables(text):
 def blocks_of(text, language):
     """Return the texts of the fenced blocks in a language."""
     return re.findall(rf"^```{language}\n(.*?)^```$", text, flags=re.DOTALL | re.MULTILINE)
+
+
+@cache
+def names_in(path):
+    """Return the names of the functions, classes, their members and the constants of a module."""
+    tree, found = ast.parse(path.read_text(encoding="utf-8")), set()
+    owners = [
+        ("", tree),
+        *((f"{n.name}.", n) for n in ast.walk(tree) if isinstance(n, ast.ClassDef)),
+    ]
+    for owner, node in owners:
+        for one in node.body:
+            if isinstance(one, ast.FunctionDef | ast.ClassDef):
+                found |= {one.name, owner + one.name}
+            elif isinstance(one, ast.Assign | ast.AnnAssign):
+                targets = one.targets if isinstance(one, ast.Assign) else [one.target]
+                found |= {owner + target.id for target in targets if isinstance(target, ast.Name)}
+    return frozenset(found)
 
 
 def numbers(text):

@@ -18,7 +18,12 @@ Content = dict[str, str]
 Folder = dict[str, str]
 """The digest of the bytes of each file, by its path in the folder."""
 
-VOLATILE = frozenset({"@commit", "@created", "@wall_time", "@digest", "seconds", "digest"})
+VOLATILE = frozenset(
+    {
+        *("@commit", "@created", "@wall_time", "@convergence_wall_time", "@digest"),
+        *("seconds", "digest"),
+    }
+)
 """Attributes of HDF5 files, and keys of JSON files, that differ from run to run: they are blank."""
 
 DATES = re.compile(rb"Date[(>][^)<]*|ID\[[^\]]*|ID>[^<]*")

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import pytest
 import yaml
-from faults.contents import Content, contents, missing_pictures, partial_files
+from faults.contents import Content, contents, files_of, missing_pictures, partial_files
+from faults.judge import file_problems, unfinished
 from support.configs import VISCO_ELASTIC, plain
 from support.sweeping import run_sweep
 from support.sweeps import plan_of
@@ -102,7 +103,7 @@ class Undisturbed:
             path = self.template / "results" / "fake"
             run_sweep(path, plan_of(case.fake_members), shard_size=1000)
             (path / "members.h5").unlink()
-        self.before = contents(self.template)
+        self.before = files_of(self.template)
         self.first: dict[str, Content] = {}
         if case.first:
             begun = folder / "begun"
@@ -116,8 +117,8 @@ class Undisturbed:
         assert (ended.code, partial_files(done)) == (0, []), ended
         self.seconds = ended.seconds
         self.stdout = ended.stdout
-        self.after = contents(done)
-        new = [name for name, content in self.after.items() if content != self.before.get(name)]
+        self.after, self.digests = contents(done), files_of(done)
+        new = [name for name, digest in self.digests.items() if digest != self.before.get(name)]
         self.size = sum((done / name).stat().st_size for name in new)
         """The bytes of the files that the command writes."""
 
@@ -146,32 +147,18 @@ class Undisturbed:
         # Often some milliseconds.
         time.sleep(rng.choice((rng.uniform(0, 0.003), rng.random() ** 4 * self.seconds)))
 
-    def assert_whole(self, folder):
-        """Assert that every file is an earlier one or a right new one, and none is lost."""
-        found = contents(folder)
-        for name, content in found.items():
-            right = content in (self.before.get(name), self.first.get(name), self.after.get(name))
-            # An earlier result may have been moved aside.
-            assert right or content in self.before.values(), name
-        # The pictures of an older report are removed when the new one is complete.
-        complete = found.items() >= self.after.items()
-        for name, content in self.before.items():
-            replaced = name in found and found[name] == self.after.get(name)
-            removed = complete and name not in self.after
-            assert replaced or removed or content in found.values(), f"{name} is lost"
-        assert list(missing_pictures(folder)) == []
+    def problems(self, folder):
+        """Return what is wrong with the files: each is an earlier or a right one; none is lost."""
+        files, found = files_of(folder), contents(folder)
+        return [*file_problems(self, files, found, first=self.first), *missing_pictures(folder)]
 
     def assert_done(self, folder, ended):
         """Assert that the command has succeeded, and left what it leaves if nothing happens."""
         assert ended.code == 0, ended
         ended.assert_no_debris()
         assert partial_files(folder) == []
-        found = contents(folder)
-        for name, content in self.after.items():
-            assert found.get(name) == content, name
-        # A result that was moved aside when the command was killed may be there twice.
-        for name in found.keys() - self.after.keys():
-            assert found[name] in self.before.values(), name
+        problems = [*self.problems(folder), *unfinished(self, contents(folder))]
+        assert not problems, problems
 
 
 def daily_and_long(counts):
@@ -215,7 +202,8 @@ class Trials:
 
     def repeat(self, folder):
         """Check what the command has left, and repeat it."""
-        self.done.assert_whole(folder)
+        problems = self.done.problems(folder)
+        assert not problems, problems
         for lock in folder.rglob(".lock"):
             assert not is_locked(lock.parent)
         self.done.assert_done(folder, self.server.run(folder, *self.done.words))

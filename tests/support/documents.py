@@ -45,11 +45,8 @@ def blocks_of(text, language):
 def names_in(path):
     """Return the names of the functions, classes, their members and the constants of a module."""
     tree, found = ast.parse(path.read_text(encoding="utf-8")), set()
-    owners = [
-        ("", tree),
-        *((f"{n.name}.", n) for n in ast.walk(tree) if isinstance(n, ast.ClassDef)),
-    ]
-    for owner, node in owners:
+    classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    for owner, node in (("", tree), *((f"{one.name}.", one) for one in classes)):
         for one in node.body:
             if isinstance(one, ast.FunctionDef | ast.ClassDef):
                 found |= {one.name, owner + one.name}

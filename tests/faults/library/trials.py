@@ -19,15 +19,15 @@ from faults.contents import (
     missing_pictures,
     partial_files,
 )
-from faults.library.cases import CASES, INPUTS
-from faults.library.control import CONTROL, SHORT, Control, Counts, Fault, build
-from faults.library.judge import (
+from faults.judge import (
     Reference,
     file_problems,
     message_problems,
     new_lines,
     unfinished,
 )
+from faults.library.cases import CASES, INPUTS
+from faults.library.control import CONTROL, SHORT, Control, Counts, Fault, build
 from support.command_server import PICTURES
 from support.forked_commands import CommandServer, Ended
 

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 from faults.contents import Content, Folder, differences
@@ -70,7 +71,7 @@ def message_problems(reference, ended, most_lines):
             yield f"prints {word!r}"
 
 
-def file_problems(reference, files, contents, changing="-"):
+def file_problems(reference, files, contents, changing="-", first=MappingProxyType({})):
     """Yield what is wrong with the files: lost earlier results, and wrong new ones.
 
     Args:
@@ -79,6 +80,7 @@ def file_problems(reference, files, contents, changing="-"):
         contents: Their content.
         changing: The start of the names of files that may be new in another way. A new report that
             lacks a result also lacks its pictures (see `missing_pictures`).
+        first: The content of files that a first part of the command leaves.
     """
     before, after = reference.before, reference.digests
     for name, digest in before.items():
@@ -100,7 +102,7 @@ def file_problems(reference, files, contents, changing="-"):
         expected = reference.after.get(name)
         if expected is None:
             yield f"{name} is unexpected"
-        elif contents[name] != expected:
+        elif contents[name] not in (expected, first.get(name)):
             wrong = ", ".join(differences(contents[name], expected)[:5])
             yield f"{name} is wrong: {wrong}"
 
@@ -119,7 +121,8 @@ def unfinished(reference, contents, optional="-"):
         if name not in contents:
             yield f"{name} is missing, but the exit code is 0"
         elif contents[name] != expected:
-            yield f"{name} is not that of an undisturbed run, but the exit code is 0"
+            wrong = ", ".join(differences(contents[name], expected)[:5])
+            yield f"{name} is not that of an undisturbed run, but the exit code is 0: {wrong}"
 
 
 def _is_hidden(name):

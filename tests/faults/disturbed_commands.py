@@ -116,7 +116,6 @@ class Undisturbed:
         ended = server.run(done, *case.words)
         assert (ended.code, partial_files(done)) == (0, []), ended
         self.seconds = ended.seconds
-        self.stdout = ended.stdout
         self.after, self.digests = contents(done), files_of(done)
         new = [name for name, digest in self.digests.items() if digest != self.before.get(name)]
         self.size = sum((done / name).stat().st_size for name in new)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from cli.conftest import GOOD, ended, rbstab, success
-from support.ridges import LETS_GO
+from support.proved_code import LETS_GO
 from support.user_code import SPRING
 
 from rbstab.elements.user_code.template import TEMPLATE

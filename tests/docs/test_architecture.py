@@ -3,14 +3,12 @@
 import ast
 import re
 from graphlib import CycleError, TopologicalSorter
-from pathlib import Path
 
 import grimp
 import pytest
+from support.documents import ROOT, names_in, page
 
-ROOT = Path(__file__).parents[2]
-
-PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+PAGE = page("architecture")
 
 TREES = (ROOT / "src/rbstab", ROOT / "cli/rbstab_cli")
 
@@ -23,26 +21,13 @@ LARGEST_ROOM = 16
 OF_CONFIGS_AND_SHELLS = {"K_r: [1200, 1200, 1200]", "controller.K_r[0]", "--set", "rbstab --help"}
 
 
-def defined_names():
-    """Return the names of all classes, functions and constants of the program."""
-    names = set()
-    for path in MODULES:
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.FunctionDef | ast.ClassDef):
-                names.add(node.name)
-            elif isinstance(node, ast.Assign | ast.AnnAssign):
-                targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-                names |= {target.id for target in targets if isinstance(target, ast.Name)}
-    return names
-
-
 def is_path(word):
     return any((top / word).exists() for top in (ROOT, ROOT / "src/rbstab"))
 
 
 def test_what_it_names_exists():
     named = set(re.findall(r"`([^`]+)`", PAGE)) - OF_CONFIGS_AND_SHELLS
-    names = defined_names()
+    names = frozenset().union(*map(names_in, MODULES))
     assert [word for word in sorted(named) if not is_path(word) and word not in names] == []
 
 

@@ -5,10 +5,10 @@ work. `test_pages_run.py` compares what the pages show with what is printed.
 import re
 import runpy
 import tomllib
-from pathlib import Path
 
 import click
 import pytest
+from support.documents import ROOT
 from support.page_sessions import pages
 
 from rbstab.config.schema import VARIANTS, model_of
@@ -16,8 +16,6 @@ from rbstab.elements.registry import GAINS, OWN_STATES
 from rbstab.integrate.status import RunStatus
 from rbstab_cli.main import cli
 from rbstab_cli.registry import COMMANDS
-
-ROOT = Path(__file__).parents[2]
 
 
 def read(name):

@@ -3,26 +3,31 @@ the program. `test_pages_run.py` runs its commands.
 """
 
 import re
-import sys
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
 
 import numpy as np
 import pytest
+from support.documents import (
+    FIGURES,
+    ROOT,
+    assert_same_drawing,
+    blocks_of,
+    page,
+    script,
+    section,
+    tables,
+)
 
 import rbstab
 from rbstab.config.elements import RESERVED_NAMES
 from rbstab.elements.registry import KINDS as ALL_KINDS
 
-ROOT = Path(__file__).parents[2]
+PAGE = page("elements")
 KINDS = {kind: methods for kind, methods in ALL_KINDS.items() if kind != "input"}
 """The kinds of the page; inputs have a page of their own."""
 
 PROVED = ("visco-elastic", "embedded", "attitude", "guard", "spring")
 """The kinds beside which the rest state of the tied body of an example is proved to be unique."""
 
-FIGURES = ROOT / "docs" / "figures"
-PAGE = (FIGURES.parent / "elements.md").read_text(encoding="utf-8")
 SECTIONS = {
     "visco-elastic": "Visco-elastic tie",
     "embedded": "Embedded tie",
@@ -32,37 +37,21 @@ EXAMPLES = ("elements", "joint", "mounts", "sliding_ties")
 """The examples that together have all kinds."""
 
 
-def section(heading):
-    """Return the text below a heading of the page."""
-    return PAGE.split(f"\n## {heading}\n")[1].split("\n## ")[0]
-
-
 @pytest.fixture(scope="module")
 def drawings():
     """The program that makes the drawings."""
-    spec = spec_from_file_location("elements_figures", FIGURES / "elements.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    return script(FIGURES / "elements.py")
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """A working folder with the configs of the repository."""
-    (tmp_path / "configs").symlink_to(ROOT / "configs")
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+def examples():
+    return [rbstab.load_config(ROOT / f"configs/examples/{name}.yaml") for name in EXAMPLES]
 
 
 def test_the_example_is_the_file():
-    (block,) = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.DOTALL)
+    (block,) = blocks_of(PAGE, "yaml")
     path = ROOT / "configs/examples/elements.yaml"
     assert block == path.read_text(encoding="utf-8")
-    examples = [rbstab.load_config(ROOT / f"configs/examples/{n}.yaml") for n in EXAMPLES]
-    kinds = {element.kind for example in examples for element in example.elements.values()}
+    kinds = {element.kind for example in examples() for element in example.elements.values()}
     assert kinds == set(KINDS)
 
 
@@ -70,11 +59,11 @@ def test_the_example_is_the_file():
     ("kind", "method"), [(k, m) for k, methods in KINDS.items() for m in methods]
 )
 def test_each_gain_has_its_row_with_its_unit(kind, method):
-    text = section(SECTIONS.get(kind, kind.title()))
+    text = section(PAGE, SECTIONS.get(kind, kind.title()))
     if method is not None:
-        text = text.split(f"\n### Method {method}\n")[1].split("\n### ")[0]
-    rows = [line.split("|")[1:-1] for line in text.splitlines() if line.startswith("| `")]
-    units = {key.strip("` "): row[2].strip() for row in rows for key in row[0].split(",")}
+        text = section(text, f"Method {method}", "###")
+    rows = [row for _, *rows in tables(text) for row in rows if row[0].startswith("`")]
+    units = {key.strip("` "): row[2] for row in rows for key in row[0].split(",")}
     element = KINDS[kind][method]
     expected = {gain.name: gain.unit for gain in element.gains}
     expected |= {own.initial_key: own.unit for own in element.states}
@@ -84,7 +73,7 @@ def test_each_gain_has_its_row_with_its_unit(kind, method):
 
 def test_each_reserved_name_is_listed():
     for name in RESERVED_NAMES:
-        assert f"`{name}`" in section("The schema")
+        assert f"`{name}`" in section(PAGE, "The schema")
 
 
 def test_the_drawings_are_those_of_the_program(drawings):
@@ -94,17 +83,7 @@ def test_the_drawings_are_those_of_the_program(drawings):
     assert {path.name for path in FIGURES.glob("*.svg")} == set(made)
     assert all(len(words) > 60 for words, _ in used)
     for name, text in made.items():
-        stored = (FIGURES / name).read_text(encoding="utf-8")
-        assert without_numbers(stored) == without_numbers(text), "run `make figures`"
-        assert numbers(stored) == pytest.approx(numbers(text), abs=0.2)
-
-
-def without_numbers(text):
-    return re.sub(r"-?\d+\.\d+", "#", text)
-
-
-def numbers(text):
-    return [float(number) for number in re.findall(r"-?\d+\.\d+", text)]
+        assert_same_drawing(FIGURES / name, text)
 
 
 def test_the_curves_are_the_energies_of_the_page(drawings):
@@ -143,14 +122,12 @@ def test_the_example_settles_when_the_page_says():
     assert foot.dims == ("time", "axis")
 
 
-@pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize("kind", KINDS)
 def test_which_kinds_are_proved(kind):
-    config = "configs/examples/elements_proved.yaml"
-    examples = [rbstab.load_config(f"configs/examples/{n}.yaml") for n in EXAMPLES]
-    elements = [element for example in examples for element in example.elements.values()]
+    elements = [element for example in examples() for element in example.elements.values()]
     one = next(e for e in elements if e.kind == kind).model_dump(mode="json")
-    data = rbstab.load_config(config).model_dump(mode="json", exclude_none=True)
+    config = rbstab.load_config(ROOT / "configs/examples/elements_proved.yaml")
+    data = config.model_dump(mode="json", exclude_none=True)
     proof = rbstab.prove(rbstab.load_config(data | {"elements": {"one": one}}))
     assert bool(proof.unique) == (kind in PROVED)
     assert proof.every_start == (kind == "guard")

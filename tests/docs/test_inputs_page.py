@@ -3,28 +3,25 @@ and its commands run.
 """
 
 import re
-from pathlib import Path
+
+from support.documents import ROOT, blocks_of, page, section, tables
 
 import rbstab
 from rbstab.config.sections.signals import SIGNAL_UNITS, SIGNALS
 from rbstab.elements.registry import KINDS
 
-ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "inputs.md").read_text(encoding="utf-8")
+PAGE = page("inputs")
 EXAMPLE = ROOT / "configs/examples/driven.yaml"
 
 
 def rows(heading):
     """Return the rows of the tables below a heading, by the name in their first column."""
-    text = PAGE.split(f"\n## {heading}\n")[1].split("\n## ")[0]
-    lines = [line for line in text.splitlines() if line.startswith("| `")]
-    found = {line.split("`")[1]: line for line in lines}
-    # The heads of tables that name a key.
-    return {name: line for name, line in found.items() if name not in {"quantity", "kind"}}
+    found = [row for table in tables(section(PAGE, heading)) for row in table[1:]]
+    return {row[0].strip("`"): " | ".join(row[1:]) for row in found}
 
 
 def test_the_example_is_in_the_file():
-    (block,) = re.findall(r"```yaml\n(.*?)```", PAGE, flags=re.DOTALL)
+    (block,) = blocks_of(PAGE, "yaml")
     assert block in EXAMPLE.read_text(encoding="utf-8")
     inputs = [e for e in rbstab.load_config(EXAMPLE).elements.values() if e.kind == "input"]
     assert block.count("kind: input") == len(inputs) == 3
@@ -35,8 +32,8 @@ def test_each_quantity_has_its_row_with_its_unit_and_keys():
     for quantity, element in KINDS["input"].items():
         units = {gain.name: gain.unit for gain in element.gains}
         row = table.pop(str(quantity))
-        assert f" | {units['amplitude']} | " in row
-        assert row.rstrip(" |").endswith("body" if "body" in str(quantity) else "inertial")
+        assert f"{units['amplitude']} | " in row
+        assert row.endswith("body" if "body" in str(quantity) else "inertial")
         assert ("point" in units) == ("at `point`" in row)
     assert set(table) == {"point", "direction", "amplitude", "signal"}
 

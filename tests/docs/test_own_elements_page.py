@@ -1,9 +1,9 @@
 """Protects docs/own_elements.md: its element is the template, its outputs are real, names exist."""
 
 import re
-from pathlib import Path
 
 import pytest
+from support.documents import ROOT, blocks_of, page
 
 import rbstab.elements
 from rbstab.config.load import load_config
@@ -12,12 +12,10 @@ from rbstab.elements.user_code.template import TEMPLATE
 from rbstab.experiment.element_check.check import check_class
 from rbstab.sweep.plan.load import load_plan
 
-ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "own_elements.md").read_text(encoding="utf-8")
+PAGE = page("own_elements")
 EXAMPLE = ROOT / "configs" / "examples" / "cubic_spring.py"
 
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", PAGE, flags=re.DOTALL | re.MULTILINE)
-PYTHON = [text for language, text in BLOCKS if language == "python"]
+PYTHON = blocks_of(PAGE, "python")
 
 
 def test_the_element_of_the_page_is_the_template_and_the_example():
@@ -66,7 +64,7 @@ def test_the_configs_of_the_page():
     config = load_config(EXAMPLE.with_suffix(".yaml"), allow_python=True)
     assert config.elements["mine"].class_name == "CubicSpring"
     load_plan(ROOT / "configs" / "sweeps" / "cubic_spring.yaml", allow_python=True)
-    (yaml,) = [text for language, text in BLOCKS if language == "yaml"]
+    (yaml,) = blocks_of(PAGE, "yaml")
     assert yaml in EXAMPLE.with_suffix(".yaml").read_text(encoding="utf-8")
 
 

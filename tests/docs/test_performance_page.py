@@ -5,16 +5,15 @@ tolerance is chosen by its error, and a program that is missing is named.
 import importlib
 import re
 import sys
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.documents import ROOT, page, tables
 
 from rbstab.config.build import problem_of
 
-ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "performance.md").read_text()
+PAGE = page("performance")
 MEMBERS = 3
 
 
@@ -133,28 +132,18 @@ def test_a_peer_runs_as_a_process_of_its_own(peers, problem, reference, tmp_path
     assert peers.problem.largest_error(states, reference) < 1e-8
 
 
-def table_rows(text):
-    """Return the cells of each table, by row, without the line below the head."""
-    blocks = re.findall(r"(?:^\|.*\|\n)+", text, flags=re.MULTILINE)
-    split = r"(?<!\\)\|"
-    return [
-        [[cell.strip() for cell in re.split(split, line)[1:-1]] for line in block.splitlines()]
-        for block in blocks
-    ]
-
-
 def test_the_page_has_the_tables_of_all_peers(peers):
     found = peers.page.PLACE.search(PAGE)
     assert found is not None
-    rates, settings = table_rows(found[0])
+    rates, settings = tables(found[0])
     for table in (rates, settings):
         assert {len(row) for row in table} == {2 + len(peers.rows.TARGETS)}
-    assert [row[0] for row in rates[2:]] == [peer.title for peer in peers.catalogue.PEERS]
-    assert [row[-1] for row in rates[2:]] == [peer.besides for peer in peers.catalogue.PEERS]
-    for title, *cells, _ in rates[2:]:
+    assert [row[0] for row in rates[1:]] == [peer.title for peer in peers.catalogue.PEERS]
+    assert [row[-1] for row in rates[1:]] == [peer.besides for peer in peers.catalogue.PEERS]
+    for title, *cells, _ in rates[1:]:
         for cell in cells:
             stated = re.fullmatch(r"[\d,]+(\.\d+)?", cell)
             assert stated or cell.startswith(("not installed: ", "failed", "not reached")), title
-    for title, *cells, _ in settings[2:]:
+    for title, *cells, _ in settings[1:]:
         for cell, target in zip(cells, peers.rows.TARGETS, strict=True):
             assert cell == "-" or float(cell.rpartition(", ")[2]) <= target, title

@@ -1,19 +1,16 @@
 """The proofs page: functions that check hypotheses exist, and its numbers are what is printed."""
 
-import ast
 import re
 from functools import cache
-from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from support.documents import ROOT, names_in, page, tables
 
 from rbstab_cli.main import cli
 
-ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "rbstab"
-PAGE = (ROOT / "docs" / "proofs.md").read_text(encoding="utf-8")
-IN_FULL = (ROOT / "docs" / "proofs_in_full.md").read_text(encoding="utf-8")
+PAGE, IN_FULL = page("proofs"), page("proofs_in_full")
 
 NAMED = re.compile(r"`([A-Za-z_][\w.]*)`")
 PATH = re.compile(r"`([\w/]+\.py)`")
@@ -21,23 +18,7 @@ PATH = re.compile(r"`([\w/]+\.py)`")
 
 def rows(*header):
     """Return the cells of all tables with these columns."""
-    names = r"\s*\|\s*".join(re.escape(name) for name in header)
-    tables = re.findall(rf"^\|\s*{names}\s*\|\n\|[-|]+\n((?:\|.*\n)+)", PAGE, re.MULTILINE)
-    lines = [line.strip("| ") for table in tables for line in table.splitlines()]
-    return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)] for line in lines]
-
-
-def defined(tree):
-    """Yield the names of functions, classes and their members in a module."""
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-            yield node.name
-        if isinstance(node, ast.ClassDef):
-            for member in node.body:
-                if isinstance(member, ast.FunctionDef):
-                    yield f"{node.name}.{member.name}"
-                if isinstance(member, ast.AnnAssign) and isinstance(member.target, ast.Name):
-                    yield f"{node.name}.{member.target.id}"
+    return [row for head, *rows in tables(PAGE) if head == list(header) for row in rows]
 
 
 def printed_by(folder, *arguments):
@@ -45,11 +26,6 @@ def printed_by(folder, *arguments):
     done = CliRunner().invoke(cli, [*arguments, "--results", str(folder)], prog_name="rbstab")
     assert done.exit_code == 0, done.output
     return done.stdout
-
-
-@cache
-def names_in(path):
-    return frozenset(defined(ast.parse(path.read_text(encoding="utf-8"))))
 
 
 @cache

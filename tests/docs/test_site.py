@@ -2,31 +2,18 @@
 is made from the program is complete: functions, commands, gallery, drawing, numbers of members.
 """
 
-import importlib.util
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 import yaml
+from support.documents import DOCS, FIGURES, ROOT, assert_same_drawing, blocks_of, page, script
 
 import rbstab
 from rbstab_cli.registry import COMMANDS
 
-ROOT = Path(__file__).parents[2]
-DOCS = ROOT / "docs"
 BUILT_WITH = ("sphinx", "myst_parser", "furo", "sphinx_copybutton")
-
-
-def loaded(path):
-    """Return a script of the documentation as a module."""
-    spec = importlib.util.spec_from_file_location(f"docs_{path.stem}", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +35,7 @@ def site(tmp_path_factory):
 
 @pytest.mark.heavy
 def test_links_inside_the_site_lead_somewhere(site):
-    links = loaded(DOCS / "site_links.py")
+    links = script(DOCS / "site_links.py")
     assert links.broken(site) == []
     page = site / "new.html"
     page.write_text('<a href="nowhere.html">a</a><a href="index.html#nothing">b</a>')
@@ -66,8 +53,8 @@ def test_each_page_is_on_the_site(site):
 
 
 def test_each_public_name_is_in_the_api_once():
-    page = (DOCS / "api.md").read_text(encoding="utf-8")
-    found = re.findall(r"\.\. auto(?:function|class|exception):: rbstab\.(\w+)$", page, re.M)
+    text = page("api")
+    found = re.findall(r"\.\. auto(?:function|class|exception):: rbstab\.(\w+)$", text, re.M)
     assert sorted(found) == sorted(rbstab.__all__)
 
 
@@ -77,9 +64,8 @@ def test_each_public_name_has_a_docstring(name):
 
 
 def test_the_gallery_has_each_config_with_its_picture():
-    gallery = loaded(DOCS / "figures" / "gallery.py")
-    page = (DOCS / "gallery.md").read_text(encoding="utf-8")
-    assert gallery.filled(page) == page, "run docs/figures/gallery.py with the names of new configs"
+    gallery, text = script(FIGURES / "gallery.py"), page("gallery")
+    assert gallery.filled(text) == text, "run docs/figures/gallery.py with the names of new configs"
     shown = {path.stem for part in gallery.SHOWN_CONFIGS for path in gallery.configs(part)}
     assert {path.stem for path in (DOCS / "pictures/gallery").glob("*.png")} == shown
 
@@ -90,9 +76,8 @@ def test_pictures_are_small():
 
 
 def test_the_gallery_counts_the_members_of_each_plan():
-    page = (DOCS / "gallery.md").read_text(encoding="utf-8")
     rows = re.findall(
-        r"^\| \[(\w+)\]\(\.\./configs/sweeps/\1\.yaml\) .*\| ([\d,]+) \|$", page, re.M
+        r"^\| \[(\w+)\]\(\.\./configs/sweeps/\1\.yaml\) .*\| ([\d,]+) \|$", page("gallery"), re.M
     )
     plans = {path.stem for path in (ROOT / "configs/sweeps").glob("*.yaml")}
     assert {name for name, _ in rows} == plans
@@ -103,16 +88,12 @@ def test_the_gallery_counts_the_members_of_each_plan():
 
 def test_the_drawing_is_that_of_the_program():
     done = subprocess.run(
-        [sys.executable, str(DOCS / "figures" / "system.py"), "-"],
+        [sys.executable, str(FIGURES / "system.py"), "-"],
         capture_output=True,
         encoding="utf-8",
         check=True,
     )
-    stored = (DOCS / "pictures" / "system.svg").read_text(encoding="utf-8")
-    number = re.compile(r"-?\d+\.\d+")
-    assert number.sub("#", stored) == number.sub("#", done.stdout), "run `make figures`"
-    found = [[float(n) for n in number.findall(text)] for text in (stored, done.stdout)]
-    assert found[0] == pytest.approx(found[1], abs=0.2)
+    assert_same_drawing(DOCS / "pictures" / "system.svg", done.stdout)
 
 
 def test_the_citation_has_the_version():
@@ -124,8 +105,8 @@ def test_the_citation_has_the_version():
 def test_the_tutorials_use_one_box():
     """Numbers of one tutorial are used in the others."""
     pages = ["tutorial_first", "tutorial_stable", "tutorial_sweep", "choosing"]
-    texts = [(DOCS / f"{page}.md").read_text(encoding="utf-8") for page in pages]
-    boxes = [re.findall(r"```yaml\n(# box\.yaml.*?)```", text, re.S) for text in texts]
+    found = [blocks_of(page(name), "yaml") for name in pages]
+    boxes = [[text for text in texts if text.startswith("# box.yaml")] for texts in found]
     assert all(len(found) == 1 for found in boxes)
     configs = [rbstab.load_config(yaml.safe_load(found[0])) for found in boxes]
     assert all(config == configs[0] for config in configs)

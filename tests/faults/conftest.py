@@ -3,8 +3,8 @@
 import functools
 
 import pytest
+from faults.disturbed_commands import Undisturbed
 from faults.hostile.reader import Reader
-from support.disturbed_commands import Undisturbed
 from support.forked_commands import CommandServer
 
 
@@ -14,7 +14,7 @@ def undisturbed(tmp_path_factory):
     with CommandServer(tmp_path_factory.mktemp("server")) as server:
 
         @functools.cache
-        def run(name: str) -> Undisturbed:
+        def run(name):
             return Undisturbed(name, server, tmp_path_factory.mktemp("undisturbed"))
 
         yield run

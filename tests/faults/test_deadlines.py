@@ -80,13 +80,13 @@ class WorkClock:
     does not end fails when it has done `allowed` pieces of work.
     """
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def __init__(self, monkeypatch):
         self.work, self.allowed = 0, MUCH_WORK
         for name in ("rates", "audited_rates", "observe"):
             monkeypatch.setattr(System, name, self._counted(getattr(System, name)))
         by_code = StraightLine.finite_value
 
-        def counted(code: StraightLine, *x: Any) -> Any:
+        def counted(code, *x):
             # The energies of the search for a rest state take far less time than rates.
             if code._equations not in OF_ENERGIES:
                 self._count()
@@ -94,16 +94,16 @@ class WorkClock:
 
         monkeypatch.setattr(StraightLine, "finite_value", counted)
 
-    def __call__(self) -> float:
+    def __call__(self):
         self._count()
         return UNIT * self.work
 
-    def _count(self) -> None:
+    def _count(self):
         self.work += 1
         assert self.work < self.allowed, "the run goes on after its deadline"
 
-    def _counted(self, evaluate: Any) -> Any:
-        def counted(*arguments: Any) -> Any:
+    def _counted(self, evaluate):
+        def counted(*arguments):
             self._count()
             return evaluate(*arguments)
 
@@ -193,7 +193,7 @@ def test_the_second_run_shares_the_deadline(clock, law, engine):
     compile_first(problem, engine)
     clock.allowed = 10 * MUCH_WORK
 
-    def run(limit: float, *, diagnosed: bool = True) -> tuple[Any, float]:
+    def run(limit, *, diagnosed=True):
         before = clock.work
         deadline = Deadline(limit, clock)
         found = engine_of(engine)(replace(problem, diagnosed=diagnosed), None, deadline)

@@ -12,7 +12,7 @@ import sys
 import pytest
 from faults.library.cases import CASES, INPUTS
 from faults.library.control import CAN_BUILD, SHORT, Control, Fault, build
-from faults.library.harness import problems_of, running
+from faults.library.trials import problems_of, running
 
 pytestmark = pytest.mark.skipif(not CAN_BUILD, reason="no C compiler")
 
@@ -67,7 +67,7 @@ def name_of(fault):
 def test_some_failed_calls(harness, case):
     for operation, error, lasting in SOME[case]:
         trials = harness.series(case, operation, error, lasting=lasting, sample=3)
-        assert any(trial["faults"] for trial in trials), f"{operation} never failed"
+        assert any(trial.counts.faults for trial in trials), f"{operation} never failed"
         assert problems_of(trials) == ""
 
 
@@ -106,7 +106,7 @@ def test_a_process_of_its_own_ends_in_the_same_way(tmp_path, harness):
         check=False,
         timeout=120,
     )
-    assert (ended.returncode, ended.stderr) == (trial["code"], trial["stderr"])
+    assert (ended.returncode, ended.stderr) == (trial.ended.code, trial.ended.stderr)
     assert list(results.iterdir()) == []
 
 

@@ -5,13 +5,11 @@ exit code 0 and right results, or with exit code 4 and one clear line. Every fil
 Once there is space, the same command gives the same results as if nothing had happened.
 """
 
-import random
 import time
 
 import pytest
-from support.disturbed_commands import CASES, Undisturbed, daily_and_long, partial_files
-from support.forked_commands import Command, Ended
-from support.full_disks import PLENTY, SmallDisk, small_disk
+from faults.disturbed_commands import CASES, daily_and_long
+from faults.full_disks import PLENTY, small_disk
 
 PAGE = 4096
 
@@ -25,76 +23,53 @@ def disk(tmp_path_factory):
         yield found
 
 
-class Trials:
-    """Trials of one command on full disks.
+def start(done, disk):
+    # The data of a report go to stdout, which is on the disk too.
+    stdout = disk.inside / "data.txt" if done.name == "data" else None
+    return disk.server.start(disk.inside / "work", *done.words, stdout=stdout)
 
-    Args:
-        done: The command on a disk with enough space.
-        disk: The disk.
-    """
 
-    def __init__(self, done: Undisturbed, disk: SmallDisk) -> None:
-        self.done = done
-        self.disk = disk
+def size_of(disk, done, rng):
+    """Return a size of the disk: in half of the trials it is large enough at first."""
+    if rng.random() < 0.5:
+        return disk.used + PAGE + int(done.size * rng.uniform(0, 1))
+    return disk.used + SPARE + int(done.size * rng.uniform(1, 2))
 
-    def _start(self) -> Command:
-        # The data of a report go to stdout, which is on the disk too.
-        stdout = self.disk.inside / "data.txt" if self.done.name == "data" else None
-        return self.disk.server.start(self.disk.inside / "work", *self.done.words, stdout=stdout)
 
-    def run(self, number: int) -> None:
-        """Fill the disk while the command runs; then free it, and repeat the command."""
-        rng = random.Random(f"{self.done.name} {number}")  # noqa: S311 (seeded trials)
-        work = self.disk.path / "work"
-        self.disk.mount(PLENTY)
-        try:
-            self.done.copy_to(work)
-            self.disk.resize(self._size(rng) // PAGE * PAGE)
-            command = self._start()
-            self._fill(command, rng)
-            self._check(command.wait(), work)
-            self.disk.free()
-            ended = self._start().wait()
-            ended.assert_no_debris()
-            self.done.assert_done(work, ended)
-            assert partial_files(work) == []
-        finally:
-            self.disk.unmount()
+def fill(disk, command, done, rng):
+    """Fill the disk at a random moment; in half of the trials, take all freed space too."""
+    done.wait(command, rng, disk.path / "work")
+    again = rng.random() < 0.5
+    disk.fill()
+    while again and command.running:
+        time.sleep(0.001)
+        disk.fill()
 
-    def _size(self, rng: random.Random) -> int:
-        """Return a size of the disk: in half of the trials it is large enough at first."""
-        if rng.random() < 0.5:
-            return self.disk.used + PAGE + int(self.done.size * rng.uniform(0, 1))
-        return self.disk.used + SPARE + int(self.done.size * rng.uniform(1, 2))
 
-    def _fill(self, command: Command, rng: random.Random) -> None:
-        """Fill the disk at a random moment; in half of the trials, take all freed space too."""
-        if rng.random() < 0.5:
-            time.sleep(rng.uniform(0, self.done.seconds))
-        else:
-            work = self.disk.path / "work"
-            folders = [path for path in work.rglob("*") if path.is_dir()]
-            command.until_writing(work, *folders, work / "results/plan/shards")
-            time.sleep(self.done.short_delay(rng))
-        again = rng.random() < 0.5
-        self.disk.fill()
-        while again and command.running:
-            time.sleep(0.001)
-            self.disk.fill()
-
-    def _check(self, ended: Ended, work) -> None:
-        ended.assert_no_debris()
-        self.done.assert_whole(work)
-        assert ended.code in (0, 4), ended
-        if ended.code == 0:
-            self.done.assert_done(work, ended)
-        else:
-            (line,) = ended.stderr.splitlines()
-            assert "No space left on device" in line or "GB are free" in line
+def assert_done_or_refused(done, ended, work):
+    ended.assert_no_debris()
+    assert done.problems(work) == []
+    assert ended.code in (0, 4), ended
+    if ended.code == 0:
+        done.assert_done(work, ended)
+    else:
+        (line,) = ended.stderr.splitlines()
+        assert "No space left on device" in line or "GB are free" in line
 
 
 @pytest.mark.parametrize(("name", "numbers"), daily_and_long(dict.fromkeys(CASES, (2, 50))))
 def test_a_disk_that_is_filled_meanwhile(name, numbers, disk, undisturbed):
-    trials = Trials(undisturbed(name), disk)
+    done, work = undisturbed(name), disk.path / "work"
     for number in numbers:
-        trials.run(number)
+        rng = done.generator(number)
+        disk.mount(PLENTY)
+        try:
+            done.copy_to(work)
+            disk.resize(size_of(disk, done, rng) // PAGE * PAGE)
+            command = start(done, disk)
+            fill(disk, command, done, rng)
+            assert_done_or_refused(done, command.wait(), work)
+            disk.free()
+            done.assert_done(work, start(done, disk).wait())
+        finally:
+            disk.unmount()

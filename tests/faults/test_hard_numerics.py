@@ -141,7 +141,7 @@ class Axis(NamedTuple):
     start: float
     speed: float
 
-    def at(self, times: Any) -> tuple[Any, Any]:
+    def at(self, times):
         """Return x and ẋ at some times, from the exponential solution in 400 bits."""
         with ctx.workprec(400):
             m, c, k, f = (acb(value) for value in (self.m, self.c, self.k, self.f))
@@ -236,7 +236,7 @@ def exact_motion(changes, t):
         values |= {f"{section}.{k}": x for k, x in plain(TEXTS["free"])[section].items()}
     values |= {"initial.orientation": diagonal(0.0)} | changes
 
-    def along(i: int) -> Any:
+    def along(i):
         return Axis(
             values["body.mass"],
             values["controller.L_t"][i],

@@ -201,7 +201,7 @@ def test_forged_shard(folder, name):
 
 @pytest.mark.parametrize("length", [0, 1, 9, 11, 10**6, 10**12, 10**18])
 def test_shard_of_another_length(folder, length):
-    def change(index: dict[str, Any]) -> None:
+    def change(index):
         for array in index["arrays"].values():
             array["shape"][0] = length
 
@@ -220,7 +220,7 @@ def test_shard_with_the_numbers_of_other_members(folder, shift):
     [("status", 99), ("status", -1)],
 )
 def test_shard_with_wrong_values(folder, column, values):
-    def change(arrays: dict[str, Any]) -> dict[str, Any]:
+    def change(arrays):
         wrong = arrays[column].copy()
         wrong[3] = np.array(values).astype(wrong.dtype)
         return {column: wrong}

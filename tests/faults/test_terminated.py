@@ -11,7 +11,8 @@ import time
 
 import pytest
 from cli.conftest import GOOD
-from support.disturbed_commands import Trials, partial_files
+from faults.contents import partial_files
+from faults.disturbed_commands import Trials
 from support.forked_commands import wait_until
 
 pytestmark = [
@@ -29,7 +30,7 @@ def test_terminated_at_a_random_moment(name, undisturbed, server, tmp_path):
     trials = Trials(undisturbed(name), server, tmp_path)
     for number in range(2):
         command, rng = trials.start(number)
-        trials.wait(command, rng)
+        trials.done.wait(command, rng, command.folder)
         command.send(signal.SIGTERM)
         ended = command.wait()
         # The first milliseconds of a command belong to Python: a signal ends it there.

@@ -3,7 +3,7 @@
 Derivatives come from straight lines, so nothing of the bounds that they test is needed here.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from math import isnan
 from typing import Any
@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from flint import arb, arb_mat, arb_series, ctx, fmpq
 
-from rbstab.proof.enclosures.intervals import Intervals
-from rbstab.proof.exact.atoms import INNER, LET, OF, POSITIVE, STEP, VAR, Atom
+from rbstab.proof.exact.atoms import INNER, LET, OF, POSITIVE, STEP, VAR
 from rbstab.proof.exact.expr import Expr
 
 BITS = 300
@@ -21,20 +20,20 @@ Point = Mapping[int, Any]
 """The values of variables: balls."""
 
 
-def ball(x: Any) -> Any:
+def ball(x):
     """Return a number as a ball."""
     if isinstance(x, Fraction):
         return arb(fmpq(x.numerator, x.denominator))
     return x if isinstance(x, arb) else arb(x)
 
 
-def arbs(numbers: Any) -> Any:
+def arbs(numbers):
     """Return an array of doubles as exact balls of radius 0."""
     flat = [arb(number) for number in np.ravel(numbers).tolist()]
     return np.array([*flat, None], dtype=object)[:-1].reshape(np.shape(numbers))
 
 
-def series(e: Expr, given: Mapping[int, Any], length: int) -> Any:
+def series(e, given, length):
     """Return the series of an expression in t, where the variables are series in t."""
     total = arb_series([0], length)
     for m, c in e.terms.items():
@@ -47,7 +46,7 @@ def series(e: Expr, given: Mapping[int, Any], length: int) -> Any:
     return total
 
 
-def _atom(a: Atom, given: Mapping[int, Any], length: int) -> Any:
+def _atom(a, given, length):
     if a.kind == VAR:
         return given[a.argument]
     x = series(a.inner, given, length)
@@ -66,7 +65,7 @@ def _atom(a: Atom, given: Mapping[int, Any], length: int) -> Any:
     return getattr(x, a.kind)()
 
 
-def along(e: Expr, point: Point, direction: Mapping[int, int], length: int) -> list[Any]:
+def along(e, point, direction, length):
     """Return the coefficients of e(point + t direction) in t."""
     with ctx.workprec(BITS):
         lines = {
@@ -76,17 +75,17 @@ def along(e: Expr, point: Point, direction: Mapping[int, int], length: int) -> l
         return [found[k] for k in range(length)]
 
 
-def value(e: Expr, point: Point) -> Any:
+def value(e, point):
     """Return the value of an expression at a point."""
     return along(e, point, {}, 1)[0]
 
 
-def gradient(e: Expr, point: Point, numbers: Sequence[int]) -> list[Any]:
+def gradient(e, point, numbers):
     """Return its derivatives by some variables."""
     return [along(e, point, {k: 1}, 2)[1] for k in numbers]
 
 
-def hessian(e: Expr, point: Point, numbers: Sequence[int]) -> list[list[Any]]:
+def hessian(e, point, numbers):
     """Return its second derivatives: those of e along i, j and i + j."""
     with ctx.workprec(BITS):
         single = {k: along(e, point, {k: 1}, 3)[2] for k in numbers}
@@ -101,7 +100,7 @@ def hessian(e: Expr, point: Point, numbers: Sequence[int]) -> list[list[Any]]:
         ]
 
 
-def lowest(e: Expr, point: Point, free: Sequence[int]) -> dict[int, Any]:
+def lowest(e, point, free):
     """Return the point with the variables `free` where e is least, by Newton's method."""
     found = {k: ball(x) for k, x in point.items()} | {k: arb(0) for k in free}
     with ctx.workprec(BITS):
@@ -117,9 +116,7 @@ def lowest(e: Expr, point: Point, free: Sequence[int]) -> dict[int, Any]:
     raise ValueError("the lowest point is not found")
 
 
-def reduced(
-    e: Expr, point: Point, numbers: Sequence[int], free: Sequence[int]
-) -> tuple[Any, list[Any], list[list[Any]]]:
+def reduced(e, point, numbers, free):
     """Return V = min e over `free`, ∇V and ∇²V = e_aa - e_ab e_bb⁻¹ e_ba."""
     at = lowest(e, point, free) if free else point
     found = value(e, at), gradient(e, at, numbers), hessian(e, at, numbers)
@@ -134,7 +131,7 @@ def reduced(
     return found[0], found[1], reduced_hessian
 
 
-def contains(x: Intervals, place: Any, exact: Any) -> bool:
+def contains(x, place, exact):
     """Return whether an interval of an array contains what is known to a ball."""
     low, high = float(x.lo[place]), float(x.hi[place])
     if isnan(low) or isnan(high):

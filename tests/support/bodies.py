@@ -1,6 +1,5 @@
 """Boxes of bodies: configs with tolerances, their members, and what scipy finds for a member."""
 
-from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -8,19 +7,16 @@ import numpy as np
 from scipy.optimize import minimize
 
 import rbstab
-from rbstab.analysis.configuration import Configurations
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust.bodies import members_of
 from rbstab.proof.robust.numbers import Members, Part
-from rbstab.systems.system import System
 from support.config_elements import BAND, CONTROLLER, HELD, config_data, guard
 from support.paper_runs import paper_config
-from support.systems import Array
 
 
-def config_of(variant: str, *, scale: float = 1.0, **sections: Any) -> Any:
+def config_of(variant, *, scale=1.0, **sections):
     """Return a paper's body with K_r times a scale, and with other sections changed."""
     changes = sections.pop("controller", {})
     gains = {"K_r": [scale * 400.0, scale * 400.0, scale * 320.0], **changes}
@@ -41,7 +37,7 @@ STRUT |= {"stiffness": 900.0, "rest_length": 0.5}
 BAND |= {"stiffness": 100.0, "slack_length": 0.3, "toe_strain": 0.2, "damping": 8.0}
 
 
-def with_element(element: dict[str, Any], controller: dict[str, Any] = HELD) -> Config:
+def with_element(element, controller=HELD):
     """Return a config with one element."""
     return load_config(config_data({"one": element}, controller))
 
@@ -71,16 +67,14 @@ CASES: list[tuple[Config, list[str]]] = [
 """Boxes of bodies for which one rest state is proved."""
 
 
-def box_of(config: Any, *texts: str) -> tuple[Members, Part]:
+def box_of(config, *texts) -> tuple[Members, Part]:
     """Return the members of a config within tolerances, and their box."""
     tolerances = tolerances_of(config, texts)
     part = Part(tuple(one.middle for one in tolerances), tuple(one.radius for one in tolerances))
     return members_of(config, tolerances), part
 
 
-def some_bodies(
-    part: Part, rng: np.random.Generator, count: int, *, corners: bool = True
-) -> list[tuple[Fraction, ...]]:
+def some_bodies(part, rng, count, *, corners=True):
     """Return the numbers of random bodies in a box; half of them are corners."""
     found = []
     for index in range(count):
@@ -92,12 +86,12 @@ def some_bodies(
     return found
 
 
-def member(members: Members, numbers: Sequence[Fraction]) -> System:
+def member(members, numbers):
     """Return the system of one body in doubles."""
     return members.own([float(number) for number in numbers])
 
 
-def least_over_x(at_rest: Configurations, Theta: Array) -> Array:
+def least_over_x(at_rest, Theta):
     """Return the configuration of least energy at Θ; the energy is quadratic in all but Θ."""
     n = at_rest.size - 3
     q = np.concatenate([Theta, np.zeros(n)])
@@ -110,15 +104,7 @@ def least_over_x(at_rest: Configurations, Theta: Array) -> Array:
     return q
 
 
-def least_energy(
-    at_rest: Configurations,
-    axis: int,
-    angle: float,
-    rng: np.random.Generator,
-    starts: int,
-    *,
-    end: float | Array = np.inf,
-) -> float:
+def least_energy(at_rest, axis, angle, rng, starts, *, end=np.inf):
     """Return the least energy with one angle fixed, from random starts; the others within ±end."""
     high = np.full(at_rest.size, np.inf)
     high[:3] = end

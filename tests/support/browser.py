@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import Page, expect
 
 Opened = Callable[..., Page]
 """Open a report as a page, with options of the browser context."""
@@ -10,7 +10,7 @@ Opened = Callable[..., Page]
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 
 
-def drawn(page: Page, name: str) -> Locator:
+def drawn(page, name):
     """Scroll to a figure, wait until it is drawn, and return it."""
     box = page.locator(f".drawing[data-name='{name}']")
     box.scroll_into_view_if_needed()
@@ -18,7 +18,7 @@ def drawn(page: Page, name: str) -> Locator:
     return box
 
 
-def point_in(place: Locator, across: float, up: float) -> tuple[float, float]:
+def point_in(place, across, up):
     """Return a point in an element, in px of the window, by its shares of the width and height."""
     place.scroll_into_view_if_needed()
     box = place.bounding_box()
@@ -26,7 +26,7 @@ def point_in(place: Locator, across: float, up: float) -> tuple[float, float]:
     return box["x"] + across * box["width"], box["y"] + (1 - up) * box["height"]
 
 
-def point_to(box: Locator, panel: int, across: float = 0.5) -> None:
+def point_to(box, panel, across=0.5):
     """Move the pointer to half the height of a panel of a figure."""
     background = box.locator(f".p{panel}_group path.background").first
     box.page.mouse.move(*point_in(background, across, 0.5))

@@ -2,19 +2,15 @@
 
 import errno
 import os
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
-
-import pytest
 
 
-def close(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def close(folder, monkeypatch):
     """Make a folder look as if it may be neither listed nor entered; its own status is known."""
     closed = folder.absolute()
 
-    def guarded(function: Callable[..., Any], *, itself: bool) -> Callable[..., Any]:
-        def call(path: Any, *arguments: Any, **options: Any) -> Any:
+    def guarded(function, *, itself):
+        def call(path, *arguments, **options):
             if isinstance(path, str | os.PathLike):
                 whole = Path(path).absolute()
                 if closed in whole.parents or (itself and whole == closed):

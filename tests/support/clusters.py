@@ -8,7 +8,6 @@ import sys
 import time
 from pathlib import Path
 
-from rbstab.sweep.members.engine import Shard
 from support.sweeps import FakeEngine
 
 ON_A_WORKER = "RBSTAB_TEST_WORKER"
@@ -20,7 +19,7 @@ TESTS = Path(__file__).parents[1]
 class DeadlyEngine(FakeEngine):
     """An engine that kills its worker at member 7."""
 
-    def compute(self, start: int, stop: int) -> Shard:
+    def compute(self, start, stop):
         if start <= 7 < stop and ON_A_WORKER in os.environ:
             os.kill(os.getpid(), signal.SIGKILL)
         return super().compute(start, stop)
@@ -34,7 +33,7 @@ class LocalProcesses:
         environment: More environment variables for them.
     """
 
-    def __init__(self, folder: Path, environment: dict[str, str] | None = None) -> None:
+    def __init__(self, folder, environment=None):
         self.folder = folder
         path = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
         self.environment = {**os.environ, "PYTHONPATH": path, ON_A_WORKER: "1"}
@@ -45,26 +44,26 @@ class LocalProcesses:
         self.scheduler = self._start("scheduler", "--host", "127.0.0.1", *options)
         self.address = self._address()
 
-    def __enter__(self) -> "LocalProcesses":
+    def __enter__(self):
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *_):
         for process in reversed(self.processes):
             process.kill()
             process.wait()
 
-    def worker(self, *options: str) -> subprocess.Popen[bytes]:
+    def worker(self, *options):
         """Start a worker without a nanny, which would replace a killed worker."""
         fixed = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--host", "127.0.0.1")
         local = ("--local-directory", str(self.folder))
         return self._start("worker", self.address, *fixed, *local, *options)
 
-    def kill(self, process: subprocess.Popen[bytes]) -> None:
+    def kill(self, process):
         """Kill one of the processes, as the kernel does when memory is short."""
         process.send_signal(signal.SIGKILL)
         process.wait()
 
-    def _start(self, *arguments: str) -> subprocess.Popen[bytes]:
+    def _start(self, *arguments):
         log = (self.folder / f"{len(self.processes)}.log").open("wb")
         with log:
             process = subprocess.Popen(
@@ -76,7 +75,7 @@ class LocalProcesses:
         self.processes.append(process)
         return process
 
-    def _address(self) -> str:
+    def _address(self):
         """Wait for the scheduler and return its address."""
         while True:
             assert self.scheduler.poll() is None, (self.folder / "0.log").read_text()

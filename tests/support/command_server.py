@@ -13,29 +13,30 @@ line:
     ["resize", FOLDER, BYTES]                       0 if its size was changed
     ["unmount", FOLDER]                             0 if it was unmounted
 
-The last three work in a mount namespace of its own (see `support.full_disks`).
+The last three work in a mount namespace of its own (see `faults.full_disks`).
 """
 
+import gc
+import hashlib
 import json
 import os
+import pickle
+import signal
 import subprocess
 import sys
 from datetime import UTC, datetime
 from importlib import import_module
-from typing import Any
+from pathlib import Path
+from pkgutil import walk_packages
 
-MODULES = (
-    "rbstab.experiment.proof_cache",
-    "rbstab.experiment.run_to_file",
-    "rbstab.integrate.scipy_engine",
-    "rbstab.report.build",
-    "rbstab.report.writers.html",
-    "rbstab.report.writers.markdown",
-    "rbstab.report.writers.pdf",
-    "rbstab.report.writers.text",
-    "rbstab.sweep.sweep",
-    "rbstab_cli.work.sweeps.running",
-)
+TIME_LIMIT = 120
+"""s; a command that takes longer hangs, and is ended by SIGALRM."""
+
+PICTURES = "RBSTAB_TEST_PICTURES"
+"""The environment variable with a folder for pictures, if each is to be drawn only once."""
+
+AT_FIRST_USE = ("h5py", "jinja2", "loky.backend", "typst", "vl_convert")
+"""What libraries and the program import only where they need it."""
 
 CLOCKS = ("rbstab.experiment.provenance", "rbstab.report.build")
 """The modules that write the time into files."""
@@ -45,12 +46,12 @@ class StoppedClock(datetime):
     """A clock on which it is always the same time."""
 
     @classmethod
-    def now(cls, tz: Any = None) -> "StoppedClock":
+    def now(cls, tz=None):
         """Return the time."""
         return cls(2026, 1, 1, tzinfo=tz or UTC)
 
 
-def serve() -> list[str] | None:
+def serve():
     """Answer requests; return the words of a command in its process, and None at the end."""
     running = 0
     for line in sys.stdin:
@@ -68,14 +69,14 @@ def serve() -> list[str] | None:
     return None
 
 
-def _mount_command(request: str, folder: str, size: int = 0) -> list[str]:
+def _mount_command(request, folder, size=0):
     if request == "unmount":
         return ["umount", folder]
     options = f"size={size}" if request == "mount" else f"remount,size={size}"
     return ["mount", "-t", "tmpfs", "-o", options, "rbstab-test", folder]
 
 
-def run(folder: str, stdout: str, stderr: str, *words: str) -> None:
+def run(folder, stdout, stderr, *words):
     """Run a command in this process, and end it."""
     from rbstab_cli.main import main
 
@@ -88,17 +89,50 @@ def run(folder: str, stdout: str, stderr: str, *words: str) -> None:
     # A worker of the command must not be ended with the tests, or the tests with the command.
     os.setsid()
     os.chdir(folder)
+    signal.alarm(TIME_LIMIT)
     sys.argv = ["rbstab", *words]
     main()
 
 
-if __name__ == "__main__":
-    for name in MODULES:
+def import_all():
+    """Import everything that commands import, so that no fork imports it again."""
+    for package in map(import_module, ("rbstab", "rbstab_cli")):
+        for module in walk_packages(package.__path__, f"{package.__name__}."):
+            if not module.name.endswith("__main__"):
+                import_module(module.name)
+    for name in AT_FIRST_USE:
         import_module(name)
     for name in CLOCKS:
         import_module(name).__dict__["datetime"] = StoppedClock
+    # A collection in a fork would otherwise copy the memory of all modules.
+    gc.freeze()
+
+
+def remember_pictures(folder):
+    """Draw each picture of reports only once, and keep it in a folder.
+
+    Drawing takes most of the time of a report, and calls nothing that can fail.
+    """
+    from rbstab.report.writers import figure_files, markdown, pdf
+
+    draw = figure_files.figure_bytes
+
+    def figure_bytes(figure, form, *, column=False):
+        kept = folder / hashlib.sha256(pickle.dumps((figure, form, column))).hexdigest()
+        if not kept.exists():
+            kept.write_bytes(draw(figure, form, column=column))
+        return kept.read_bytes()
+
+    for module in (figure_files, markdown, pdf):
+        module.__dict__["figure_bytes"] = figure_bytes
+
+
+if __name__ == "__main__":
+    import_all()
+    if PICTURES in os.environ:
+        remember_pictures(Path(os.environ[PICTURES]))
     # Only this thread would exist in a fork.
-    assert len(os.listdir("/proc/self/task")) == 1  # noqa: PTH208 (nothing more to import)
+    assert len(os.listdir("/proc/self/task")) == 1  # noqa: PTH208 (names alone)
     print("ready", flush=True)  # noqa: T201
     if (request := serve()) is not None:
         run(*request)

@@ -50,7 +50,7 @@ CONTROLLER: dict[str, Any] = {
 HELD = CONTROLLER | {"variant": "permanent"}
 
 
-def guard(method: str, **numbers: float) -> dict[str, Any]:
+def guard(method, **numbers):
     """Return a guard."""
     return {"kind": "guard", "method": method, **numbers}
 
@@ -71,7 +71,7 @@ integration: {duration: 2}
 """Tests of error locations rely on the line numbers."""
 
 
-def config_data(elements: Any = None, controller: Any = CONTROLLER, **changes: Any) -> Any:
+def config_data(elements=None, controller=CONTROLLER, **changes):
     """Return a config of schema version 2 as new plain data.
 
     Args:
@@ -95,35 +95,35 @@ def config_data(elements: Any = None, controller: Any = CONTROLLER, **changes: A
     return deepcopy(data)
 
 
-def random_elements(rng: np.random.Generator, count: int) -> dict[str, Any]:
+def random_elements(rng, count):
     """Return random elements of random kinds; the springs are too long to be pressed to a point."""
 
-    def vector(scale: float) -> Any:
+    def vector(scale):
         return (scale * rng.normal(size=3)).tolist()
 
-    def matrix(scale: float) -> Any:
+    def matrix(scale):
         root = rng.normal(size=(3, 3))
         found = scale * (root @ root.T + np.eye(3))
         return ((found + found.T) / 2).tolist()
 
-    def number(low: float, high: float) -> float:
+    def number(low, high):
         return float(rng.uniform(low, high))
 
-    def strut() -> Any:
+    def strut():
         direction = rng.normal(size=3)
         anchor = 3 * direction / np.linalg.norm(direction)
         constants = {"stiffness": number(50, 300), "rest_length": number(2, 3.5)}
         ends = {"point": vector(0.2), "anchor": anchor.tolist()}
         return {"kind": "spring", **ends, **constants, "damping": number(0, 40)}
 
-    def tie() -> Any:
+    def tie():
         ends = {"point": vector(0.3), "anchor": vector(0.3)}
         return {"kind": "visco-elastic", **ends, "K_c": matrix(200), "L_c": matrix(20)}
 
-    def upright() -> Any:
+    def upright():
         return {"kind": "attitude", "K": matrix(40), "L": matrix(4)}
 
-    def barrier() -> Any:
+    def barrier():
         sizes = {"stiffness": number(1, 30), "outer_stiffness": number(0, 5)}
         return guard("barrier", **sizes)
 

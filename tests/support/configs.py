@@ -1,7 +1,5 @@
 """A valid config of each variant, and edited copies of it."""
 
-from collections.abc import Callable, Iterable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -46,7 +44,7 @@ _CONNECTOR = "  K_c: [12300, 12300, 9840]\n  L_c: [600, 600, 420]\n"
 _OWN_STATE = "  K_d: [12300, 12300, 9840]\n  L_d: [1200, 1200, 840]\n"
 
 
-def edited(old: str, new: str, text: str = VISCO_ELASTIC) -> str:
+def edited(old, new, text=VISCO_ELASTIC):
     """Return the text with its one occurrence of `old` replaced."""
     assert text.count(old) == 1, f"{old!r} occurs {text.count(old)} times"
     return text.replace(old, new)
@@ -69,7 +67,7 @@ BY_VARIANT = {
 }
 
 
-def plain(text: str = VISCO_ELASTIC) -> dict[str, Any]:
+def plain(text=VISCO_ELASTIC):
     """Return a config as new plain data, parsed by PyYAML and not by the program."""
     data: dict[str, Any] = yaml.safe_load(text)
     return data
@@ -87,7 +85,7 @@ SOLVER_DEFAULTS: dict[str, Any] = {
 """The documented defaults of the section `integration`, for every variant."""
 
 
-def messages_of(load: Callable[..., object], path: Path, changes: Iterable[str]) -> list[str]:
+def messages_of(load, path, changes):
     """Load a wrong file with changes, and return the messages of its ConfigError, one a problem."""
     with pytest.raises(ConfigError) as caught:
         load(path, changes)

@@ -10,14 +10,13 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 
 from rbstab.elements.attitude_spring import AttitudeSpring
-from rbstab.elements.declarations import Gain
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedTie
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
 from rbstab.elements.inputs.loads import Input
-from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
+from rbstab.elements.inputs.signals import Constant, Leg, Sine
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.registry import ELEMENTS, NAMED_ELEMENTS
 from rbstab.elements.sliding import CrossingTie, LayeredTie, SlidingConnector
@@ -40,13 +39,13 @@ INPUTS = tuple(kind for kind in NAMED_ELEMENTS if issubclass(kind, Input))
 """The elements that supply power."""
 
 
-def random_spd(rng: np.random.Generator, scale: float = 1.0) -> np.ndarray:
+def random_spd(rng, scale=1.0):
     """Return a symmetric positive definite 3x3 matrix that is far from diagonal."""
     root = rng.normal(size=(3, 3))
     return scale * (root @ root.T + 0.5 * np.eye(3))
 
 
-def random_gain(rng: np.random.Generator, gain: Gain) -> Any:
+def random_gain(rng, gain):
     """Return a random value of the shape and the definiteness that a gain declares."""
     scale = SCALES.get(gain.unit, 100.0)
     if gain.shape == "matrix":
@@ -81,14 +80,14 @@ class Form(NamedTuple):
     step: float = 1.0
 
 
-def _weight(rng: np.random.Generator) -> dict[str, Any]:
+def _weight(rng):
     return {"weight": rng.normal(size=3) * 100}
 
 
-def _sliding(slides: bool, layered: bool) -> Callable[[np.random.Generator], dict[str, Any]]:
+def _sliding(slides, layered):
     """Return what makes the surface, and the modes outside a layer or inside it."""
 
-    def made(rng: np.random.Generator) -> dict[str, Any]:
+    def made(rng):
         layer = np.full(3, float(layered))
         return {
             "rate_weight": float(slides),
@@ -101,11 +100,11 @@ def _sliding(slides: bool, layered: bool) -> Callable[[np.random.Generator], dic
     return made
 
 
-def _named(_: np.random.Generator) -> dict[str, Any]:
+def _named(_):
     return {"name": "one"}
 
 
-def _with_signal(signal: Callable[[np.random.Generator], Signal]) -> dict[str, Any]:
+def _with_signal(signal):
     """Return what makes an input with a random signal."""
     return {"fields": lambda rng: {"name": "one", "signal": signal(rng)}, "has_potential": False}
 
@@ -118,14 +117,14 @@ INPUT_FORMS = (
 """The forms of an input: one for each formula of a signal."""
 
 
-def _tie(*modes: int) -> Form:
+def _tie(*modes):
     """Return a form of a sliding tie on s = E, with its axes on each side and in a layer."""
     surface = {"rate_weight": 0.0, "slope": 1.0, "layer_width": 0.7}
     fields = {"name": "one", "mode": np.array(modes, dtype=float)} | surface
     return Form(fields=lambda _: fields)
 
 
-def _in_modes(step: float, *modes: int) -> Form:
+def _in_modes(step, *modes):
     """Return a form of an element that switches: in given modes, and undamped in the first."""
     fields = {"name": "one", "mode": np.array(modes, dtype=float)}
     return Form(str(modes), lambda _: fields, loses=step < 1 and modes[0] > 0, step=step)
@@ -154,7 +153,7 @@ FORMS: dict[type[Element], tuple[Form, ...]] = {
 """The forms of the elements with fields that are not declared gains."""
 
 
-def forms_of(kind: type[Element]) -> tuple[Form, ...]:
+def forms_of(kind):
     """Return the forms of an element."""
     return FORMS.get(kind, (Form(),))
 
@@ -176,13 +175,13 @@ INPUT_CASES = [(kind, form) for kind in INPUTS for form in forms_of(kind)]
 """Every input with each formula of a signal."""
 
 
-def case_id(case: tuple[type[Element], Form]) -> str:
+def case_id(case):
     """Return the id of a case in the names of tests."""
     kind, form = case
     return f"{kind.__name__} {form.name}".rstrip()
 
 
-def random_element(rng: np.random.Generator, kind: type[Element], form: Form | None = None) -> Any:
+def random_element(rng, kind, form=None):
     """Return a random element in one of its forms, by default in the first."""
     values = {gain.name: random_gain(rng, gain) for gain in kind.gains}
     values |= (form or forms_of(kind)[0]).fields(rng)

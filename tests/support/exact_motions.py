@@ -22,7 +22,7 @@ def middles(values):
     return found
 
 
-def state_after(system, y, step: float):
+def state_after(system, y, step):
     """Return the state a step later; the step must be short."""
     with ctx.workprec(BITS):
         found, change = _extrapolated(system.rates, y, arb(step))
@@ -30,7 +30,7 @@ def state_after(system, y, step: float):
     return found
 
 
-def state_through(system, y, step: float):
+def state_through(system, y, step):
     """Return the state a step later of a motion that may switch, and the number of switches.
 
     The times of the switches are found by Newton's method, and each begins a new step.

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from rbstab.proof.exact.atoms import INNER, OF
-from rbstab.proof.exact.expr import Expr, atom, expr, only, variable
+from rbstab.proof.exact.expr import atom, expr, only, variable
 from rbstab.proof.exact.rewriting import with_known_steps, with_outlined_steps
 
 RATIONAL = st.fractions(-3, 3, max_denominator=8)
@@ -96,7 +96,7 @@ def boxes(draw, n=3, reach=3.0):
     return np.array(lo), np.array(hi), np.array(point)
 
 
-def convex(theta: Expr, z: Expr, c: Fraction, kind: int) -> Expr:
+def convex(theta, z, c, kind):
     """Return an expression that is convex in z, coupled to an expression of other variables."""
     x = z - theta
     return [

@@ -5,13 +5,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import rbstab
-from rbstab.config.schema import Config
-from rbstab.report.model.figure import Line, Panel
+from rbstab.report.model.figure import Line
 from rbstab.report.reading.sources import Run
-from rbstab.store.result import Result
 from support import results
 from support.paper_runs import paper_config
 
@@ -34,7 +30,7 @@ KINDS: dict[str, tuple[str, bool, dict[str, Any], dict[str, Any]]] = {
 
 
 @functools.cache
-def _config(kind: str) -> Config:
+def _config(kind):
     variant, with_gravity, controller, integration = KINDS[kind]
     base = "free" if variant == "sliding" else variant
     data = paper_config(base, with_gravity, duration=0.3, samples=SAMPLES, **integration)
@@ -43,14 +39,14 @@ def _config(kind: str) -> Config:
 
 
 @functools.cache
-def _result(kind: str) -> Result:
+def _result(kind):
     result = rbstab.simulate(_config(kind))
     for variable in result.variables.values():
         variable.data.flags.writeable = False
     return result
 
 
-def run_of(kind: str, number: int = 0, label: str = "") -> Run:
+def run_of(kind, number=0, label=""):
     """Return a run of a kind, with the given number among the runs of a report."""
     return Run(
         number,
@@ -62,7 +58,7 @@ def run_of(kind: str, number: int = 0, label: str = "") -> Run:
     )
 
 
-def with_arrays(run: Run, **arrays: np.ndarray) -> Run:
+def with_arrays(run, **arrays):
     """Return the same run with other numbers in some arrays."""
     variables = dict(run.result.variables)
     for name, data in arrays.items():
@@ -70,16 +66,16 @@ def with_arrays(run: Run, **arrays: np.ndarray) -> Run:
     return replace(run, result=replace(run.result, variables=variables))
 
 
-def without_config(run: Run) -> Run:
+def without_config(run):
     """Return the same run with an unreadable config, which skips the slow eigenvalues."""
     return replace(run, config=None)
 
 
-def cut(run: Run, samples: int) -> Run:
+def cut(run, samples):
     """Return the same run, ended early after so many samples."""
     return replace(run, result=results.cut(run.result, samples))
 
 
-def lines_of(panel: Panel) -> list[Line]:
+def lines_of(panel):
     """Return the lines of a panel."""
     return [mark for mark in panel.marks if isinstance(mark, Line)]

@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -16,8 +15,13 @@ from rbstab.store.disk.atomic import PARTIAL_SUFFIX
 
 SERVER = Path(__file__).with_name("command_server.py")
 
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-"""A process with several threads must not fork."""
+ENVIRONMENT = {
+    # A process with several threads must not fork.
+    **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
+    # The same program as here: the installed one may be another.
+    "PYTHONPATH": os.pathsep.join([str(Path(__file__).parents[1]), *sys.path]),
+}
+"""The variables of a process whose forks do the work."""
 
 
 class Ended(NamedTuple):
@@ -28,7 +32,7 @@ class Ended(NamedTuple):
     stderr: str
     seconds: float
 
-    def assert_no_debris(self) -> None:
+    def assert_no_debris(self):
         """Assert that nothing was printed that is not meant for users."""
         for word in ("Traceback", "Exception ignored", "HDF5", "h5py", "leaked"):
             assert word not in self.stderr, self.stderr
@@ -43,21 +47,21 @@ class Command:
         folder: Its working folder.
     """
 
-    def __init__(self, server: "CommandServer", pid: int, folder: Path) -> None:
+    def __init__(self, server, pid, folder):
         self.pid = pid
         self.folder = folder
         self.begin = time.perf_counter()
         self._server = server
 
     @property
-    def running(self) -> bool:
+    def running(self):
         """Whether the command still runs."""
         try:
             return psutil.Process(self.pid).status() != psutil.STATUS_ZOMBIE
         except psutil.NoSuchProcess:
             return False
 
-    def workers(self) -> list[psutil.Process]:
+    def workers(self):
         """Return its worker processes that serve; helpers of the library are left out."""
         found = []
         for child in psutil.Process(self.pid).children(recursive=True):
@@ -68,12 +72,12 @@ class Command:
                 continue
         return found
 
-    def send(self, number: int) -> None:
+    def send(self, number):
         """Send a signal to the command; it may have ended."""
         # The server has not waited for it, so the ID cannot belong to another process.
         os.kill(self.pid, number)
 
-    def until_writing(self, *folders: Path) -> bool:
+    def until_writing(self, *folders):
         """Wait until it writes a file into one of the folders; return False if it ends before."""
         while True:
             for folder in folders:
@@ -84,7 +88,7 @@ class Command:
             if not self.running:
                 return False
 
-    def until_workers(self, count: int) -> bool:
+    def until_workers(self, count):
         """Wait until it has so many workers; return False if it ends before."""
         while self.running:
             if len(self.workers()) >= count:
@@ -92,7 +96,7 @@ class Command:
             time.sleep(0.01)
         return False
 
-    def wait(self) -> Ended:
+    def wait(self):
         """Wait until it has ended."""
         code = int(self._server.ask("wait"))
         seconds = time.perf_counter() - self.begin
@@ -109,55 +113,53 @@ class CommandServer:
         environment: More environment variables.
     """
 
-    def __init__(
-        self, folder: Path, prefix: Sequence[str] = (), environment: dict[str, str] | None = None
-    ) -> None:
+    def __init__(self, folder, prefix=(), environment=None):
         self.output = [folder / "stdout", folder / "stderr"]
         self._process = subprocess.Popen(
             [*prefix, sys.executable, str(SERVER)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            env=os.environ | ONE_THREAD | (environment or {}),
+            env=os.environ | ENVIRONMENT | (environment or {}),
         )
         self.pid = self._process.pid
         if self._answer() != "ready":
             self.close()
             raise OSError(f"{' '.join(prefix)} failed")
 
-    def __enter__(self) -> "CommandServer":
+    def __enter__(self):
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *_):
         self.close()
 
-    def close(self) -> None:
+    def close(self):
         """End the server. Commands that still run are not ended."""
         with self._process:
             self._process.kill()
 
-    def start(self, folder: Path, *words: str, stdout: Path | None = None) -> Command:
+    def start(self, folder, *words, stdout=None):
         """Start `rbstab` with these words in a folder."""
         files = [str(stdout or self.output[0]), str(self.output[1])]
         return Command(self, int(self.ask("start", str(folder), *files, *words)), folder)
 
-    def run(self, folder: Path, *words: str) -> Ended:
+    def run(self, folder, *words):
         """Run `rbstab` with these words in a folder until it has ended."""
         return self.start(folder, *words).wait()
 
-    def ask(self, *request: str | int) -> str:
+    def ask(self, *request):
         """Send a request to the server, and return its answer."""
         assert self._process.stdin is not None
         self._process.stdin.write(json.dumps(request) + "\n")
         self._process.stdin.flush()
         return self._answer()
 
-    def _answer(self) -> str:
+    def _answer(self):
         assert self._process.stdout is not None
         return self._process.stdout.readline().strip()
 
 
-def wait_until(condition: Callable[[], bool], seconds: float = 30.0) -> bool:
+def wait_until(condition, seconds=30.0):
     """Wait until a condition holds; return False if it does not in this time."""
     end = time.monotonic() + seconds
     while not condition():

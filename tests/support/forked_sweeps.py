@@ -8,11 +8,7 @@ import functools
 import multiprocessing
 import os
 import sys
-from collections.abc import Callable
-from multiprocessing.connection import Connection
 from multiprocessing.forkserver import ensure_running
-from pathlib import Path
-from typing import Any
 from unittest.mock import patch
 
 from rbstab.store.errors import StoreError
@@ -20,7 +16,7 @@ from rbstab.sweep.execution.events import ShardDone
 from rbstab.sweep.folder.open_folder import parse_part
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
-from support.forked_commands import ONE_THREAD
+from support.forked_commands import ENVIRONMENT
 from support.sweeps import FakeEngine, plan_of, plan_with_traces
 
 MEMBERS, SHARD_SIZE = 1500, 50
@@ -34,19 +30,18 @@ class ForkedSweep:
         arguments: The other arguments of `sweep`.
     """
 
-    def __init__(self, sweep: Callable[..., None], *arguments: Any) -> None:
+    def __init__(self, sweep, *arguments):
         context = multiprocessing.get_context("forkserver")
         context.set_forkserver_preload([__name__])
-        # Python 3.11 does not tell the process to be forked where modules are. With several threads
-        # it must not fork.
-        with patch.dict(os.environ, ONE_THREAD | {"PYTHONPATH": os.pathsep.join(sys.path)}):
+        # Python 3.11 does not tell the process to be forked where modules are.
+        with patch.dict(os.environ, ENVIRONMENT):
             ensure_running()
         self.pipe, other = context.Pipe()
         self._process = context.Process(target=sweep, args=(*arguments, other))
         self._process.start()
         other.close()
 
-    def receive(self) -> Any:
+    def receive(self):
         """Return what it sends next, and None if it ends before."""
         assert self.pipe.poll(120)
         try:
@@ -54,11 +49,11 @@ class ForkedSweep:
         except EOFError:
             return None
 
-    def kill(self) -> None:
+    def kill(self):
         """Kill it, as the kernel does when memory is short; it may have ended."""
         self._process.kill()
 
-    def end(self) -> int:
+    def end(self):
         """Wait until it has ended, and return its exit code."""
         self._process.join(120)
         code = self._process.exitcode
@@ -68,10 +63,10 @@ class ForkedSweep:
         return code
 
 
-def sweep_whole(path: Path, keep: str, delay: float, pipe: Connection) -> None:
+def sweep_whole(path, keep, delay, pipe):
     """Run the whole sweep in two threads, and send the number of each shard that is stored."""
 
-    def on_event(event: Any) -> None:
+    def on_event(event):
         if isinstance(event, ShardDone):
             pipe.send(event.number)
 
@@ -80,9 +75,7 @@ def sweep_whole(path: Path, keep: str, delay: float, pipe: Connection) -> None:
     sweep_to_folder(plan_with_traces(MEMBERS, keep), path, options, on_event)
 
 
-def sweep_part(
-    path: Path, part: str, delay: float, changes: dict[str, Any], pipe: Connection
-) -> None:
+def sweep_part(path, part, delay, changes, pipe):
     """Run a part of the sweep when it is told to, and send how many of its shards are done."""
     factory = functools.partial(FakeEngine, delay=delay)
     given = {"shard_size": SHARD_SIZE, "members": MEMBERS, **changes}

@@ -3,10 +3,9 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 
-def printed_with_hash_seeds(script: str, path: Path) -> set[str]:
+def printed_with_hash_seeds(script, path):
     """Run a script on a file under two hash seeds, and return what the processes print.
 
     The hash seed decides the order of sets: a name that depends on it is printed twice.

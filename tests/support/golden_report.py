@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from rbstab.report.build import report_of
-from rbstab.report.model.document import Cards, Report, Table
+from rbstab.report.model.document import Cards, Table
 from rbstab.report.reading.sources import read_sources
 
 ROOT = Path(__file__).parents[2]
@@ -33,7 +33,7 @@ TIMES = re.compile(r", \d+ steps, [\d.]+ s$")
 """The end of a sentence that differs from run to run."""
 
 
-def make(folder: Path) -> list[Path]:
+def make(folder):
     """Run all configs and return the files of their results."""
     for name, patterns, more in (("proved", PROVED, []), ("computed", COMPUTED, ["--no-prove"])):
         configs = [str(path) for p in patterns for path in sorted((ROOT / "configs").glob(p))]
@@ -43,12 +43,12 @@ def make(folder: Path) -> list[Path]:
     return sorted(folder.glob("*/*.h5"))
 
 
-def said_of(paths: list[Path]) -> dict[str, Any]:
+def said_of(paths):
     """Return what a report of each run says, by the name of the run."""
     return {path.stem: _said(report_of(read_sources([path]), "")) for path in paths}
 
 
-def _said(report: Report) -> dict[str, Any]:
+def _said(report):
     blocks = [block for section in report.sections for block in section.blocks]
     said: dict[str, Any] = {}
     for block in blocks:

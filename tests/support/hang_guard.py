@@ -2,19 +2,18 @@
 
 import signal
 import threading
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 
-def within(seconds: float, function: Callable[..., Any], *arguments: Any) -> Any:
+def within(seconds, function, *arguments):
     """Call a function, return or raise its outcome, and fail if it takes longer than `seconds`.
 
     The function runs in a daemon thread, which is abandoned when it does not end.
     """
     outcome: dict[str, Any] = {}
 
-    def call() -> None:
+    def call():
         try:
             outcome["value"] = function(*arguments)
         except BaseException as error:  # raised again below, in the test's thread
@@ -30,13 +29,13 @@ def within(seconds: float, function: Callable[..., Any], *arguments: Any) -> Any
 
 
 @contextmanager
-def time_limit(seconds: int) -> Iterator[None]:
+def time_limit(seconds):
     """Fail if the block takes longer; it runs in the main thread, as signal handlers require.
 
     Not on Windows. Calls that wait inside a library, without looking at signals, are not ended.
     """
 
-    def fail(_signal: int, _frame: Any) -> None:
+    def fail(_signal, _frame):
         raise AssertionError(f"still running after {seconds} s")
 
     before = signal.signal(signal.SIGALRM, fail)

@@ -24,7 +24,7 @@ SIGNALS: dict[str, dict[str, Any]] = {"constant": {"kind": "constant"}, "sine": 
 """A signal of each kind."""
 
 
-def force(signal: dict[str, Any], **changes: Any) -> dict[str, Any]:
+def force(signal, **changes):
     """Return a force of 3 N along x at the centre of gravity."""
     return {
         "kind": "input",
@@ -36,7 +36,7 @@ def force(signal: dict[str, Any], **changes: Any) -> dict[str, Any]:
     } | changes
 
 
-def couple(signal: dict[str, Any], quantity: str = "couple", **changes: Any) -> dict[str, Any]:
+def couple(signal, quantity="couple", **changes):
     """Return a couple of 2 N m about no axis of symmetry."""
     return {
         "kind": "input",
@@ -47,7 +47,7 @@ def couple(signal: dict[str, Any], quantity: str = "couple", **changes: Any) -> 
     } | changes
 
 
-def driven(elements: dict[str, Any], engine: str = "scipy", **sections: Any) -> dict[str, Any]:
+def driven(elements, engine="scipy", **sections):
     """Return the plain data of a config with inputs, and with no controller by default."""
     integration = {"duration": 1.0, "samples": 21, "engine": engine}
     return {
@@ -58,12 +58,12 @@ def driven(elements: dict[str, Any], engine: str = "scipy", **sections: Any) -> 
     } | sections
 
 
-def problem(data: dict[str, Any]) -> Any:
+def problem(data):
     """Return the problem of plain data."""
     return problem_of(load_config(data))
 
 
-def value_at(signal: dict[str, Any], t: np.ndarray) -> np.ndarray:
+def value_at(signal, t):
     """Return a signal that is given by a formula or by a table, by other means than legs.
 
     At a jump it is the value after it.
@@ -80,9 +80,7 @@ def value_at(signal: dict[str, Any], t: np.ndarray) -> np.ndarray:
     return np.interp(t, signal["times"], signal["values"])
 
 
-def linear_response(
-    rates: np.ndarray, push: np.ndarray, legs: np.ndarray, times: np.ndarray
-) -> np.ndarray:
+def linear_response(rates, push, legs, times):
     """Return the states of ẏ = My + p s(t) from rest, for a signal of legs, by matrix exponentials.
 
     Args:
@@ -95,7 +93,7 @@ def linear_response(
     augmented = np.zeros((size + 2, size + 2))
     augmented[:size, :size], augmented[:size, size], augmented[size, size + 1] = rates, push, 1.0
 
-    def moved(y: np.ndarray, begin: float, end: float) -> np.ndarray:
+    def moved(y, begin, end):
         level, slope, start = legs[int(np.searchsorted(legs[1:, 2], begin, side="right"))]
         s = np.array([level + slope * (begin - start), slope])
         return (expm(augmented * (end - begin)) @ np.concatenate([y, s]))[:size]

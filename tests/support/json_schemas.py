@@ -1,18 +1,16 @@
 """Validators of the JSON Schemas for editors, and their errors in a YAML text."""
 
-from typing import Any
-
 import jsonschema
 
 from rbstab.config.source import parse_source
 
 
-def validator_of(schema: dict[str, Any]) -> jsonschema.Draft202012Validator:
+def validator_of(schema):
     """Check that a schema is valid itself, and return its validator."""
     jsonschema.Draft202012Validator.check_schema(schema)
     return jsonschema.Draft202012Validator(schema)
 
 
-def schema_errors(validator: jsonschema.Draft202012Validator, text: str) -> list[Any]:
+def schema_errors(validator, text):
     """Return the errors that a schema finds in a YAML text."""
     return list(validator.iter_errors(parse_source(text, "a").data))

@@ -2,15 +2,13 @@
 that is held at its contact point without a load.
 """
 
-from typing import Any
-
 BODY = {"mass": 3.5, "inertia": [0.059, 0.059, 0.006], "contact_point": [0, 0, -0.186]}
 
 WEIGHT_MOMENT = 3.5 * 9.81 * 0.186
 """m g l, N m/rad: the leg stands upright if its spring is stiffer than this, 6.386."""
 
 
-def leg(stiffness: float = 10.0, **sections: Any) -> dict[str, Any]:
+def leg(stiffness=10.0, **sections):
     """Return the config of a leg whose spring has this stiffness about x and y, N m/rad."""
     return {
         "schema_version": 2,
@@ -35,7 +33,7 @@ def leg(stiffness: float = 10.0, **sections: Any) -> dict[str, Any]:
     } | sections
 
 
-def held(**initial: Any) -> dict[str, Any]:
+def held(**initial):
     """Return the config of a body that is held at its contact point, without a load."""
     return {
         "body": {"mass": 12, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, -0.25]},
@@ -51,7 +49,7 @@ def held(**initial: Any) -> dict[str, Any]:
     }
 
 
-def held_leg(K_r: Any = (5, 5, 2.5), elements: Any = None, **sections: Any) -> dict[str, Any]:
+def held_leg(K_r=(5, 5, 2.5), elements=None, **sections):
     """Return the config of a leg that stands on its knee, which holds it."""
     return {
         "schema_version": 2,

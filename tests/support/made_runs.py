@@ -1,6 +1,5 @@
 """Results of made up runs: every number is known in closed form."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -32,18 +31,12 @@ REGION = "certified region"
 PARTS = ("kinetic", "gravity", "translational stabilizer", "rotational stabilizer", "connector")
 
 
-def made_config(*changes: str, text: str = VISCO_ELASTIC, **more: Any) -> str:
+def made_config(*changes, text=VISCO_ELASTIC, **more):
     """Return the resolved YAML config of a made up run; `more` are further keys."""
     return resolved_yaml(load_config({**plain(text), **more}, changes))
 
 
-def made_result(
-    config: str | None = None,
-    *,
-    verdicts: dict[str, str] | None = None,
-    level: tuple[float, float] = (np.nan, np.nan),
-    **attributes: Any,
-) -> Result:
+def made_result(config=None, *, verdicts=None, level=(np.nan, np.nan), **attributes):
     """Return a made up result.
 
     Args:
@@ -83,13 +76,13 @@ def made_result(
     return Result(variables, {**_attributes(text), **attributes}, text)
 
 
-def made_file(path: Path, config: str | None = None, **more: Any) -> Path:
+def made_file(path, config=None, **more):
     """Write a made up result to a file and return its path."""
     write_result(path, made_result(config, **more))
     return path
 
 
-def _arrays() -> dict[str, np.ndarray]:
+def _arrays():
     t = np.linspace(0.0, 2.0, 401)
     # |E| is largest at t = 0.9975, half way between two samples.
     phase, rate = 0.5 * np.pi * (t + 0.0025), 0.5 * np.pi
@@ -135,7 +128,7 @@ def _arrays() -> dict[str, np.ndarray]:
     }
 
 
-def _attributes(config: str) -> dict[str, str | int | float]:
+def _attributes(config):
     data = yaml.safe_load(config)
     try:
         identity = run_id(load_config(data))

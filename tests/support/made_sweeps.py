@@ -1,7 +1,6 @@
 """Sweeps with made up members, written by the store from a real plan."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from rbstab.sweep.folder.sweep_table import MEMBERS, digest_of_all
 from rbstab.sweep.members.engine import Shard
 from rbstab.sweep.members.outcome import STATUSES, columns_of
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.plan.plan import Plan, plan_id
+from rbstab.sweep.plan.plan import plan_id
 from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
 from support.configs import VISCO_ELASTIC, plain
 
@@ -29,14 +28,12 @@ GRID = {f"{SPIN}[0]": {"linspace": [-2, 2, 5]}, f"{SPIN}[1]": {"linspace": [0, 3
 Columns = Callable[[dict[str, Any]], dict[str, Any]]
 
 
-def code(status: str) -> int:
+def code(status):
     """Return the code of a status in a file."""
     return STATUSES.index(RunStatus(status))
 
 
-def write_sweep(
-    path: Path, vary: dict[str, Any], columns: Columns = lambda _: {}, **plan_keys: Any
-) -> SweepFile:
+def write_sweep(path, vary, columns=lambda _: {}, **plan_keys):
     """Write a sweep and return it as a source of a report.
 
     Args:
@@ -75,7 +72,7 @@ def write_sweep(
     return SweepFile(0, "sweep-1", path.parent.name, path)
 
 
-def _arrays(plan: Plan, columns: Columns) -> dict[str, Any]:
+def _arrays(plan, columns):
     varied = varied_columns(plan, 0, plan.members)
     arrays = {name: one.data for name, one in varied.items()} | {RUN: np.arange(plan.members)}
     for name, column in columns_of(plan).items():

@@ -6,7 +6,6 @@ Run as a script with the JUnit files of pytest, it replaces the times of the tes
 import json
 import sys
 from collections import defaultdict
-from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -18,7 +17,7 @@ LEAST = 0.25
 """s: times of all cases of a test below this one are not kept."""
 
 
-def measured(report: Path) -> Seconds:
+def measured(report):
     """Return the mean time of the cases of each test in a JUnit file of pytest."""
     times: dict[tuple[str, str], list[float]] = defaultdict(list)
     for case in ElementTree.parse(report).iter("testcase"):  # noqa: S314 (pytest wrote it)
@@ -32,7 +31,7 @@ def measured(report: Path) -> Seconds:
     return found
 
 
-def _file_of(dotted: str) -> tuple[str, list[str]]:
+def _file_of(dotted):
     """Return the file of a dotted name of a module and classes, and the classes."""
     parts = dotted.split(".")
     if parts[0] == TESTS.name:
@@ -44,7 +43,7 @@ def _file_of(dotted: str) -> tuple[str, list[str]]:
     raise FileNotFoundError(dotted)
 
 
-def _known(seconds: Seconds) -> Iterator[tuple[str, dict[str, float]]]:
+def _known(seconds):
     """Yield the times that matter, of files that exist."""
     for file, tests in sorted(seconds.items()):
         kept = {name: time for name, time in sorted(tests.items()) if time}
@@ -52,7 +51,7 @@ def _known(seconds: Seconds) -> Iterator[tuple[str, dict[str, float]]]:
             yield file, kept
 
 
-def main(reports: list[str]) -> None:
+def main(reports):
     """Replace the times of the tests in the reports."""
     seconds = read_seconds() if SECONDS_FILE.exists() else {}
     for report in reports:

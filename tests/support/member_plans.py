@@ -50,37 +50,37 @@ TURNS = np.array(
 """Spins with several turns, and past θ2 = ±90°."""
 
 
-def drawn(base: Any, vary: Any, members: int = 12, **more: Any) -> Plan:
+def drawn(base, vary, members=12, **more):
     """Return a plan of drawn members."""
     return load_plan(
         {"base": base, "vary": vary, "design": "random", "members": members, "seed": 3} | more
     )
 
 
-def keeping(plan: Plan, every: int) -> Plan:
+def keeping(plan, every):
     """Return a plan that keeps the motion of every so many members; 0: of none."""
     keep = {"traces": {"every": every}} if every else "summary"
     return load_plan(plan_data(plan) | {"keep": keep})
 
 
-def listed(base: Any, **vary: Any) -> Plan:
+def listed(base, **vary):
     """Return a plan of a grid of values."""
     return load_plan({"base": base, "vary": {key: {"values": vary[key]} for key in vary}})
 
 
-def paper(variant: str, with_gravity: bool = True, **changes: Any) -> Any:
+def paper(variant, with_gravity=True, **changes):
     """Return a short config of a case of the paper."""
     return paper_config(variant, with_gravity, **{**SHORT, **changes})
 
 
-def attached() -> Any:
+def attached():
     """Return the config of a body that starts on its anchor."""
     base = paper("visco-elastic")
     initial = {key: value for key, value in base["initial"].items() if key != "position"}
     return base | {"initial": initial | {"attached": True}}
 
 
-def turning(coordinates: str = "quaternion", samples: int = 21) -> Plan:
+def turning(coordinates="quaternion", samples=21):
     """Return the plan of a tied body with the spins of `TURNS`."""
     base = {
         "schema_version": 2,
@@ -98,7 +98,7 @@ def turning(coordinates: str = "quaternion", samples: int = 21) -> Plan:
     return load_plan({"base": base, "vary": {"spin": {"zip": spins}}})
 
 
-def with_inputs(elements: Any, vary: Any, **more: Any) -> Plan:
+def with_inputs(elements, vary, **more):
     """Return a plan of a tied body with inputs."""
     base = driven(elements, "heyoka", controller=CONTROLLER, integration={"samples": 17})
     return load_plan({"base": base, "vary": vary} | more)
@@ -111,7 +111,7 @@ PITCHING = paper("free", False, initial={"angular_velocity": [0, 0, 0]})
 PITCH = "initial.angular_velocity[1]"
 
 
-def switching(engine: str = "heyoka") -> Plan:
+def switching(engine="heyoka"):
     """Return a plan of a body with a ligament and a guard."""
     stabilizers = {"K_t": [40, 50, 60], "L_t": [4, 5, 6], "K_r": [30, 40, 50], "L_r": [3, 4, 5]}
     base = data(
@@ -123,7 +123,7 @@ def switching(engine: str = "heyoka") -> Plan:
     return listed(base, **{"elements.a.stiffness": [40.0, 80.0, 160.0]})
 
 
-def stopped(engine: str = "heyoka") -> Plan:
+def stopped(engine="heyoka"):
     """Return a plan of a held body that falls against a stop."""
     controller = {"variant": "permanent", "K_t": [40.0] * 3, "L_t": [9.0] * 3}
     base = data(
@@ -137,7 +137,7 @@ def stopped(engine: str = "heyoka") -> Plan:
     return listed(base, **{"elements.end.restitution": [0.0, 0.4]})
 
 
-def sliding() -> Plan:
+def sliding():
     """Return a plan of sliding members and batched ones, in alternating pairs."""
     base = paper("visco-elastic", False, controller=SLOPE, duration=0.05, samples=5)
     vary = {
@@ -220,10 +220,10 @@ PLANS: dict[str, tuple[Callable[[], Plan], set[int]]] = {
 class RecordedSingleRuns(SingleRuns):
     """Single runs that record the members which the batch engine leaves to them."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan):
         super().__init__(plan, "heyoka")
         self.members: set[int] = set()
 
-    def compute(self, start: int, stop: int) -> Any:
+    def compute(self, start, stop):
         self.members |= set(range(start, stop))
         return super().compute(start, stop)

@@ -4,7 +4,6 @@ Where heyoka is installed, nothing here has an effect.
 """
 
 import importlib.util
-from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
@@ -20,7 +19,7 @@ NEEDED = pytest.mark.skipif(not INSTALLED, reason=REASON)
 
 
 @contextmanager
-def skipped() -> Iterator[None]:
+def skipped():
     """Skip the test if heyoka is not installed and the block ends with the error that says so."""
     try:
         yield
@@ -30,5 +29,5 @@ def skipped() -> Iterator[None]:
         pytest.skip(REASON)
 
 
-def _is_of_heyoka(error: EngineMissingError | ModuleNotFoundError) -> bool:
+def _is_of_heyoka(error):
     return isinstance(error, EngineMissingError) or (error.name or "").startswith("heyoka")

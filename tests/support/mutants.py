@@ -18,7 +18,6 @@ import sys
 import tempfile
 import time
 import tomllib
-from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from queue import SimpleQueue
@@ -64,7 +63,7 @@ class Mutant(NamedTuple):
     first: tuple[str, ...] = ()
     survives: str = ""
 
-    def changed(self, root: Path = ROOT) -> str:
+    def changed(self, root=ROOT):
         """Return the text of the changed file.
 
         Raises:
@@ -76,7 +75,7 @@ class Mutant(NamedTuple):
         return text.replace(self.old, self.new)
 
 
-def mutants(rooms: Sequence[str] = ()) -> Iterator[Mutant]:
+def mutants(rooms=()):
     """Return the mutants of some rooms; of all rooms by default."""
     for path in sorted(FOLDER.glob("*.toml")):
         if not rooms or path.stem in rooms:
@@ -86,7 +85,7 @@ def mutants(rooms: Sequence[str] = ()) -> Iterator[Mutant]:
                 yield Mutant(path.stem, tuple(table["tests"]), first=first, **entry)
 
 
-def killer(mutant: Mutant, tree: Path) -> str:
+def killer(mutant, tree):
     """Return the test that notices a mutant, "" if none does; `tree` is a copy of the program."""
     file = tree / mutant.file
     original = file.read_text(encoding="utf-8")
@@ -98,7 +97,7 @@ def killer(mutant: Mutant, tree: Path) -> str:
         file.write_text(original, encoding="utf-8")
 
 
-def first_failure(tests: Sequence[str], marks: str, tree: Path) -> str:
+def first_failure(tests, marks, tree):
     """Return the first of some tests that fails against a copy of the program; "" if none does.
 
     Raises:
@@ -127,12 +126,12 @@ def first_failure(tests: Sequence[str], marks: str, tree: Path) -> str:
 @click.command()
 @click.argument("rooms", nargs=-1)
 @click.option("--processes", default=2, show_default=True)
-def main(rooms: tuple[str, ...], processes: int) -> None:
+def main(rooms, processes):
     """Run the mutants of some ROOMS, or of all, and list the survivors."""
     chosen = list(mutants(rooms))
     trees: SimpleQueue[Path] = SimpleQueue()
 
-    def run(mutant: Mutant) -> bool:
+    def run(mutant):
         tree, begin = trees.get(), time.perf_counter()
         try:
             failed = killer(mutant, tree)

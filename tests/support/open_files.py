@@ -3,13 +3,10 @@
 import errno
 import os
 import sys
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import psutil
-import pytest
 
 from rbstab.store.disk import atomic
 
@@ -20,13 +17,13 @@ NAMES = {"rename": 2, "replace": 2, "unlink": 1, "remove": 1}
 """Functions of `os` that change a name, and how many of their first arguments must be closed."""
 
 
-def open_descriptors() -> int:
+def open_descriptors():
     """Return how many files this process has open."""
     process = psutil.Process()
     return int(process.num_handles() if sys.platform == "win32" else process.num_fds())
 
 
-def is_open(path: Any) -> bool:
+def is_open(path):
     """Return whether this process has the file of a path open."""
     for descriptor in os.listdir(DESCRIPTORS):  # noqa: PTH208 (Path would open files itself)
         with suppress(OSError):
@@ -35,14 +32,14 @@ def is_open(path: Any) -> bool:
     return False
 
 
-def keep_open_files(monkeypatch: pytest.MonkeyPatch) -> None:
+def keep_open_files(monkeypatch):
     """Let `os` refuse to rename, replace and remove open files, as Windows does.
 
     A hard link of an open file is allowed there.
     """
 
-    def refusing(call: Callable[..., None], count: int) -> Callable[..., None]:
-        def refuse(*paths: Any, **options: Any) -> None:
+    def refusing(call, count):
+        def refuse(*paths, **options):
             for path in paths[:count]:
                 # A descriptor of a folder makes the path relative; rbstab uses none.
                 if "dir_fd" not in options and is_open(path):

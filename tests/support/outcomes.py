@@ -11,8 +11,6 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
-from rbstab.config.numbers import Entry
-from rbstab.experiment.tuning.sensitivities import Sensitivities
 from support.problems import solve
 
 STEP = 5e-4
@@ -39,7 +37,7 @@ POINTS = np.cos(np.pi * (np.arange(11) + 0.5) / 11)
 """Chebyshev points: they interpolate a motion of 50 rad/s to 1e-13 in a window."""
 
 
-def quantities(data: dict[str, Any], near: Sensitivities, method: Method = SMOOTH) -> np.ndarray:
+def quantities(data, near, method=SMOOTH):
     """Return the quantities of `near` for a config, searching extremes close to those of `near`."""
     problem = problem_of(load_config(data))
     system, end = problem.system, problem.times[-1]
@@ -85,7 +83,7 @@ def quantities(data: dict[str, Any], near: Sensitivities, method: Method = SMOOT
     return np.array([found[name] for name in names])
 
 
-def differences(data: dict[str, Any], given: Sensitivities, method: Method = SMOOTH) -> np.ndarray:
+def differences(data, given, method=SMOOTH):
     """Return the derivatives of `given` by central differences of runs, shape (entries, m).
 
     Args:
@@ -96,12 +94,10 @@ def differences(data: dict[str, Any], given: Sensitivities, method: Method = SMO
     return np.array([_difference(data, entry, given, method) for entry in given.entries])
 
 
-def _difference(
-    data: dict[str, Any], entry: Entry, given: Sensitivities, method: Method
-) -> np.ndarray:
+def _difference(data, entry, given, method):
     size, step = abs(entry.value) or 1.0, method.step
 
-    def run(shift: float) -> np.ndarray:
+    def run(shift):
         changed = copy.deepcopy(data)
         for *path, last in entry.paths:
             parent: Any = changed
@@ -114,28 +110,28 @@ def _difference(
     return (8 * near - far) / (12 * step * size)
 
 
-def _window(hint: float, end: float, half_width: float) -> np.ndarray:
+def _window(hint, end, half_width):
     # A peak at an end of the run stays at that end.
     return np.array([hint]) if hint in {0.0, end} else hint + half_width * POINTS
 
 
-def _at_impact(window: np.ndarray, impacts: np.ndarray) -> np.ndarray:
+def _at_impact(window, impacts):
     """Return the impact in a window, or the window if there is none."""
     inside = impacts[(impacts > window.min()) & (impacts < window.max())]
     assert len(inside) < 2
     return inside if len(inside) else window
 
 
-def _fitted(window: np.ndarray, values: np.ndarray) -> Chebyshev:
+def _fitted(window, values):
     return Chebyshev.fit(window, values, len(window) - 1, domain=_domain(window))
 
 
-def _domain(window: np.ndarray) -> tuple[float, float]:
+def _domain(window):
     middle, half_width = window.mean(), np.ptp(window) / np.ptp(POINTS)
     return middle - half_width, middle + half_width
 
 
-def _root(window: np.ndarray, curve: Chebyshev) -> float:
+def _root(window, curve):
     low, high = _domain(window)
     roots: np.ndarray = np.array([complex(root) for root in curve.roots()])
     real = roots[np.abs(roots.imag) < 1e-9].real
@@ -143,14 +139,14 @@ def _root(window: np.ndarray, curve: Chebyshev) -> float:
     return float(root)
 
 
-def _peak(window: np.ndarray, E: np.ndarray, F: np.ndarray) -> tuple[float, float]:
+def _peak(window, E, F):
     if len(window) == 1:
         return float(window[0]), float(E[0])
     turning = _root(window, _fitted(window, F))
     return turning, float(_fitted(window, E)(turning))
 
 
-def _settling(window: np.ndarray, value: dict[float, float]) -> float:
+def _settling(window, value):
     if len(window) == 1:
         return float(window[0])
     return _root(window, _fitted(window, np.log([value[t] / (1e-3 * value[0.0]) for t in window])))

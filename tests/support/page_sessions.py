@@ -21,7 +21,6 @@ import shlex
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -128,7 +127,7 @@ class Session:
     printed: list[str] = field(default_factory=list)
     differences: list[Difference] = field(default_factory=list)
 
-    def run(self, text: str) -> list[Difference]:
+    def run(self, text):
         """Run all blocks of a page, and return the outputs that differ."""
         prepare(self.folder, with_configs=self.page not in FROM_NOTHING)
         with contextlib.chdir(self.folder):
@@ -142,7 +141,7 @@ class Session:
                 previous = block
         return self.differences
 
-    def _run(self, block: Block, previous: Block | None) -> None:
+    def _run(self, block, previous):
         if block.language == "console":
             self._run_console(block)
         elif block.language == "python":
@@ -158,11 +157,11 @@ class Session:
         elif block.language == "text" and previous is not None:
             self._find_excerpt(block, previous)
 
-    def _find_excerpt(self, block: Block, previous: Block) -> None:
+    def _find_excerpt(self, block, previous):
         if previous.language == "console" and not contains(self.printed, block.lines):
             self.differences.append(Difference(block.start, block.lines, self.printed, True))
 
-    def _run_console(self, block: Block) -> None:
+    def _run_console(self, block):
         for command in commands(block):
             if skipped(self.page, command.words):
                 continue
@@ -173,19 +172,19 @@ class Session:
             else:
                 assert code == 0, f"{self.page}: {command.words}: {output}"
 
-    def _run_prompts(self, block: Block) -> None:
+    def _run_prompts(self, block):
         for example in doctest.DocTestParser().get_examples("\n".join([*block.lines, ""])):
             with contextlib.redirect_stdout(io.StringIO()) as output:
                 exec(compile(example.source, self.page, "single"), self.names)  # noqa: S102
             first = block.start + example.lineno + example.source.count("\n")
             self._compare(first, lines_of(example.want), lines_of(output.getvalue()))
 
-    def _compare(self, start: int, shown: list[str], printed: list[str]) -> None:
+    def _compare(self, start, shown, printed):
         if not agrees(shown, printed):
             self.differences.append(Difference(start, shown, printed))
 
 
-def prepare(folder: Path, *, with_configs: bool) -> None:
+def prepare(folder, *, with_configs):
     """Fill an empty folder: the configs of the repository, and small plans with known names."""
     if with_configs:
         (folder / "configs").symlink_to(ROOT / "configs")
@@ -208,13 +207,13 @@ STAND_INS = {
 }
 
 
-def skipped(page: str, text: str) -> bool:
+def skipped(page, text):
     """Return whether a command or a block is one of those that are not executed."""
     exceptions = NOT_EXECUTED["*"] | NOT_EXECUTED.get(page, {})
     return text.removeprefix("$ ").startswith(tuple(exceptions))
 
 
-def blocks(text: str) -> list[Block]:
+def blocks(text):
     """Return the blocks of a page that are programs or outputs."""
     found, lines = [], iter(enumerate(text.splitlines()))
     for number, line in lines:
@@ -224,7 +223,7 @@ def blocks(text: str) -> list[Block]:
     return found
 
 
-def commands(block: Block) -> Iterator[Command]:
+def commands(block):
     """Yield the commands of a `console` block with what the page shows of their output."""
     starts = [n for n, line in enumerate(block.lines) if line.startswith("$ ")]
     for start, end in itertools.pairwise([*starts, len(block.lines)]):
@@ -234,7 +233,7 @@ def commands(block: Block) -> Iterator[Command]:
         yield Command(words, block.lines[first:end], block.start + first)
 
 
-def execute(command: str) -> tuple[int, str]:
+def execute(command):
     """Run a command in the working folder; return its exit code and what it prints."""
     words = shlex.split(command)
     if words[0] in SHELL:
@@ -254,7 +253,7 @@ def execute(command: str) -> tuple[int, str]:
     return ran.exit_code, ran.stderr
 
 
-def rewritten(text: str, differences: list[Difference]) -> str:
+def rewritten(text, differences):
     """Return a page with new outputs in place of those that differ."""
     lines = text.splitlines()
     for difference in reversed(differences):
@@ -271,18 +270,18 @@ def rewritten(text: str, differences: list[Difference]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def pages() -> list[str]:
+def pages():
     """Return the pages of the documentation, relative to the repository."""
     found = [*ROOT.glob("docs/*.md"), ROOT / "README.md", ROOT / "results/README.md"]
     return sorted(path.relative_to(ROOT).as_posix() for path in found)
 
 
-def differences_of(page: str, folder: Path) -> list[Difference]:
+def differences_of(page, folder):
     """Run a page in an empty folder."""
     return Session(page, folder).run((ROOT / page).read_text(encoding="utf-8"))
 
 
-def main(names: list[str]) -> int:
+def main(names):
     """Write new outputs into pages; say which outputs need a hand."""
     by_hand = 0
     for page in names or pages():

@@ -36,7 +36,7 @@ END = 2.0
 """s: the last time in the figures and motions."""
 
 
-def figures() -> tuple[Figure, ...]:
+def figures():
     """Return figures with every kind of mark."""
     t = np.linspace(0, END, 41)
     x, y = np.array([1.0, 10.0, 100.0]), np.array([0.0, 1.0])
@@ -116,7 +116,7 @@ def figures() -> tuple[Figure, ...]:
     return over_time, maps, counts
 
 
-def motion(name: str = "run-1") -> Animation:
+def motion(name="run-1"):
     """Return the motion of a tetrahedron along x, with half a turn about z."""
     times = np.linspace(0, END, 21)
     half = np.pi * times / END / 2
@@ -134,7 +134,7 @@ def motion(name: str = "run-1") -> Animation:
     )
 
 
-def table(rows: int = 3, columns: int = 12) -> Table:
+def table(rows=3, columns=12):
     """Return a wide table whose numbers sort differently from their texts."""
     values = [10.0, 9.0, float("nan"), 2e-3, *map(float, range(rows))][:rows]
     names = ["beta", "alpha", "gamma", *(f"row {n}" for n in range(rows))][:rows]
@@ -146,7 +146,7 @@ def table(rows: int = 3, columns: int = 12) -> Table:
     return Table("numbers", "Numbers", heads, cells, "A note.")
 
 
-def report() -> Report:
+def report():
     """Return a report with tables, motions, figures and an unread file."""
     return Report(
         "A report",
@@ -161,7 +161,7 @@ def report() -> Report:
     )
 
 
-def hostile_report() -> Report:
+def hostile_report():
     """Return a report in which every text is hostile markup."""
     line = Line(np.arange(3.0), np.arange(3.0), HOSTILE)
     cells = Cells(

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 import rbstab
-from rbstab import Result
-from support.systems import VARIANTS, Array
+from support.systems import VARIANTS
 
 REFERENCE: dict[str, Any] = json.loads(
     (Path(__file__).parents[1] / "data" / "paper_state.json").read_text(encoding="utf-8")
@@ -24,21 +23,14 @@ CASE_NAMES = [f"{variant}{'-gravity' if with_gravity else ''}" for variant, with
 _GAINS = ("Kt", "Lt", "Kr", "Lr", "Kc", "Lc", "Kd", "Ld")
 
 
-def reference_case(variant: str, with_gravity: bool) -> dict[str, Any]:
+def reference_case(variant, with_gravity):
     """Return the parameters, the initial state and the states of a variant in the reference."""
     name = variant.replace("-", "")
     case: dict[str, Any] = REFERENCE["cases"][f"{name}/{'g' if with_gravity else '0'}/S0_paper"]
     return case
 
 
-def paper_config(
-    variant: str,
-    with_gravity: bool = False,
-    *,
-    controller: dict[str, Any] | None = None,
-    initial: dict[str, Any] | None = None,
-    **integration: Any,
-) -> dict[str, Any]:
+def paper_config(variant, with_gravity=False, *, controller=None, initial=None, **integration):
     """Return the config of a paper's case: 401 samples over two seconds, unless changed here."""
     case = reference_case(variant, with_gravity)
     parameters = case["params"]
@@ -59,7 +51,7 @@ def paper_config(
 
 
 @functools.cache
-def paper_run(variant: str, with_gravity: bool, engine: str) -> Result:
+def paper_run(variant, with_gravity, engine):
     """Return the read-only run of a paper's case at the default tolerances and samples."""
     result = rbstab.simulate(paper_config(variant, with_gravity, engine=engine))
     for variable in result.variables.values():
@@ -71,7 +63,7 @@ LOOSE_TOLERANCES = (1e-4, 1e-6, 1e-8)
 
 
 @functools.cache
-def loose_run(engine: str, rtol: float, method: str = "DOP853") -> Result:
+def loose_run(engine, rtol, method="DOP853"):
     """Return half a second of the visco-elastic case with gravity, at a loose tolerance."""
     integration: dict[str, Any] = {"engine": engine, "rtol": rtol, "duration": 0.5, "samples": 6}
     if engine != "heyoka":
@@ -80,6 +72,6 @@ def loose_run(engine: str, rtol: float, method: str = "DOP853") -> Result:
     return rbstab.simulate(config)
 
 
-def paper_matrix(variant: str, name: str) -> Array:
+def paper_matrix(variant, name):
     """Return a diagonal parameter of a case as a matrix."""
     return np.diag(reference_case(variant, with_gravity=False)["params"][name])

@@ -5,12 +5,12 @@ import math
 import re
 
 
-def lines_of(output: str) -> list[str]:
+def lines_of(output):
     """Return the lines of an output, without spaces and empty lines at their ends."""
     return [line.rstrip() for line in output.strip("\n").splitlines()]
 
 
-def agrees(shown: list[str], printed: list[str]) -> bool:
+def agrees(shown, printed):
     """Return whether an output is what a page shows; `...` stands for any lines."""
     shown = [*itertools.dropwhile(lambda line: not line, shown)]
     while shown and not shown[-1]:
@@ -35,12 +35,12 @@ def agrees(shown: list[str], printed: list[str]) -> bool:
     return True
 
 
-def contains(printed: list[str], shown: list[str]) -> bool:
+def contains(printed, shown):
     """Return whether lines follow each other in an output."""
     return any(same(shown, printed[n : n + len(shown)]) for n in range(len(printed)))
 
 
-def same(shown: list[str], printed: list[str]) -> bool:
+def same(shown, printed):
     """Return whether lines say the same, but for round-off and the time that was taken."""
     if len(shown) != len(printed):
         return False
@@ -48,7 +48,7 @@ def same(shown: list[str], printed: list[str]) -> bool:
     return all(_same_line(without_time(a), without_time(b)) for a, b in pairs)
 
 
-def without_time(line: str) -> str:
+def without_time(line):
     """Return a line without what differs from one processor or moment to another."""
     line = re.sub(r"\b(in|about|,) [\d.e-]+ s\b(?=[^/]|$)", r"\1 # s", line)
     line = re.sub(r"known to \S+ J", "known to # J", line)
@@ -62,7 +62,7 @@ def without_time(line: str) -> str:
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[+-]?\d+)?")
 
 
-def _same_line(shown: str, printed: str) -> bool:
+def _same_line(shown, printed):
     a, b = (" ".join(NUMBER.sub("#", line).split()) for line in (shown, printed))
     numbers = zip(NUMBER.findall(shown), NUMBER.findall(printed), strict=True)
     return a == b and all(

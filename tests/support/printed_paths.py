@@ -5,17 +5,17 @@ import shlex
 import sys
 
 
-def printed(text: str) -> str:
+def printed(text):
     """Return a text with the separators of this system in place of the slashes of its paths."""
     return text.replace("/", os.sep)
 
 
-def words_of(line: str) -> list[str]:
+def words_of(line):
     """Return the words of a printed command, as a shell of this system reads them."""
     return read_by_windows(line) if sys.platform == "win32" else shlex.split(line)
 
 
-def read_by_windows(line: str) -> list[str]:
+def read_by_windows(line):
     """Return the words that a program of Windows receives: the rules of its C library."""
     words: list[str] = []
     word, in_quotes, backslashes = "", False, 0

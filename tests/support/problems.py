@@ -9,12 +9,10 @@ from rbstab.elements.gravity import Gravity
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.integrate.engines import engine
-from rbstab.integrate.problem import Problem, Trajectory
-from rbstab.mechanics.body import Body
+from rbstab.integrate.problem import Problem
 from rbstab.mechanics.motion import motion_from_contact
-from rbstab.systems.coordinates import CentreCoordinates, Coordinates
+from rbstab.systems.coordinates import CentreCoordinates
 from rbstab.systems.system import System
-from support.systems import Array
 
 ENGINES = ("scipy", "heyoka")
 
@@ -32,7 +30,7 @@ METHODS = [
 ZERO_MATRIX = np.zeros((3, 3))
 
 
-def problem(system: System, start: Any, times: Any, **changes: Any) -> Problem:
+def problem(system, start, times, **changes):
     """Return a problem with the defaults of a config and a generous time limit."""
     settings: dict[str, Any] = {
         "rtol": 1e-12,
@@ -47,22 +45,24 @@ def problem(system: System, start: Any, times: Any, **changes: Any) -> Problem:
     return Problem(system=system, start=start, times=times, **(settings | changes))
 
 
-def solve(engine_name: str, given: Problem) -> Trajectory:
+def solve(engine_name, given):
     """Return the trajectory of a problem, computed by the engine of that name."""
     return engine(engine_name)(given)
 
 
 def bare_system(
-    body: Body,
-    coordinates: Coordinates | None = None,
+    body,
+    coordinates=None,
     *,
-    weight: Any = (0.0, 0.0, 0.0),
-    K_t: Array = ZERO_MATRIX,
-    L_t: Array = ZERO_MATRIX,
-    K_r: Array = ZERO_MATRIX,
-    L_r: Array = ZERO_MATRIX,
-) -> System:
-    """Return a body whose stabilizers have zero gains, unless given.
+    weight=(0.0, 0.0, 0.0),
+    K_t=ZERO_MATRIX,
+    L_t=ZERO_MATRIX,
+    K_r=ZERO_MATRIX,
+    L_r=ZERO_MATRIX,
+    anchor=(0.0, 0.0, 0.0),
+    others=(),
+):
+    """Return a body whose stabilizers have zero gains, unless given, beside other elements.
 
     The stabilizers stay in with zero gains, so all these systems share one compilation.
     """
@@ -70,11 +70,12 @@ def bare_system(
         Gravity(np.asarray(weight, dtype=float)),
         TranslationalStabilizer(K_t, L_t),
         RotationalStabilizer(K_r, L_r),
+        *others,
     )
-    return System(body, elements, coordinates or CentreCoordinates(), np.zeros(3))
+    return System(body, elements, coordinates or CentreCoordinates(), np.array(anchor))
 
 
-def held_start(system: System, Theta: Any, Omega: Any) -> Array:
+def held_start(system, Theta, Omega):
     """Return the state vector of a body with orientation Θ and spin Ω whose contact point rests."""
     W = np.concatenate([Theta, Omega, np.zeros(6)])
     motion = motion_from_contact(system.body, system.anchor, W)

@@ -8,27 +8,21 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from rbstab.analysis.rest_state import RestState, rest_state_at
+from rbstab.analysis.rest_state import rest_state_at
 from rbstab.config.build import problem_of, system_of
-from rbstab.config.schema import Config
-from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.tied import bounds_of
-from rbstab.proof.entries import ProvedState
-from rbstab.proof.exact.expr import Expr, expr, variable
+from rbstab.proof.exact.expr import expr, variable
 from rbstab.proof.limits import MOST
-from rbstab.proof.model import Energy, ExactSystem, energy_of
+from rbstab.proof.model import Energy, energy_of
 from rbstab.proof.record import energy_record
-from rbstab.proof.regions.regions import Regions
 from rbstab.proof.rest_points import RestStates
 from rbstab.proof.rest_states import Body
 from rbstab.systems.parameters import map_parameters
-from rbstab.systems.system import System
 
 PROOF = dict[str, Any]
 
 
-def body_of(system: System, exact_system: ExactSystem | None = None) -> Body:
+def body_of(system, exact_system=None):
     """Return a system with its exact energy; by default its doubles mean the numbers they show."""
     without = replace(system, elements=tuple(e for e in system.elements if not e.from_user))
     return Body(
@@ -36,7 +30,7 @@ def body_of(system: System, exact_system: ExactSystem | None = None) -> Body:
     )
 
 
-def energy_of_config(config: Config) -> Energy:
+def energy_of_config(config):
     """Return the exact energy of a body, by the numbers of its config."""
     return energy_of(problem_of(config).system, partial(system_of, config))
 
@@ -44,14 +38,7 @@ def energy_of_config(config: Config) -> Energy:
 _BODIES: WeakKeyDictionary[RestStates, Body] = WeakKeyDictionary()
 
 
-def rest_states(
-    system: System,
-    exact_system: ExactSystem | None = None,
-    *,
-    proof: bool = True,
-    seed: int = 0,
-    box_limit: int = MOST,
-) -> RestStates:
+def rest_states(system, exact_system=None, *, proof=True, seed=0, box_limit=MOST):
     """Return the rest states of a system in the range of eq. 5, proved or looked for."""
     with np.errstate(all="ignore"):
         body = body_of(system, exact_system)
@@ -60,7 +47,7 @@ def rest_states(
     return found
 
 
-def unwrapped_rest_states(rest: RestStates, limit: int | None = None) -> RestStates | None:
+def unwrapped_rest_states(rest, limit=None):
     """Return those for all real θ1 and θ3; None if nothing bounds these."""
     with np.errstate(all="ignore"):
         body = _BODIES[rest]
@@ -70,35 +57,35 @@ def unwrapped_rest_states(rest: RestStates, limit: int | None = None) -> RestSta
     return wide
 
 
-def regions_of(rest: RestStates) -> Regions:
+def regions_of(rest):
     """Return c* and the regions of the minima in a range."""
     with np.errstate(all="ignore"):
         return _BODIES[rest].regions(rest)
 
 
-def rest_state_of(rest: RestStates, point: ProvedState) -> RestState:
+def rest_state_of(rest, point):
     """Return one of the rest states in a list, with its remaining gradient."""
     body = _BODIES[rest]
     return rest_state_at(body.at_rest, body.configuration(np.array(point.orientation)))
 
 
-def slopes_of(rest: RestStates, Theta: Array) -> Array:
+def slopes_of(rest, Theta):
     """Return ∇U at one point of shape (3,), J/rad, in doubles."""
     return _BODIES[rest].bounded.at(np.asarray(Theta)[:, np.newaxis])[1][:, 0]
 
 
-def stored_energies(proof: Proof, Theta: Array) -> Array:
+def stored_energies(proof, Theta):
     """Return U of a stored proof at points of shape (m, 3), J, in doubles."""
     assert proof.reduced_energy is not None
     return bounds_of(proof.reduced_energy.energy).at(np.asarray(Theta).T)[0]
 
 
-def _squared_distance(centre: tuple[float, float, float]) -> Expr:
+def _squared_distance(centre):
     apart = (variable(k) - expr(Fraction(x)) for k, x in enumerate(centre))
     return sum((x * x for x in apart), expr(0)).scaled(Fraction(1, 2))
 
 
-def parabola(centre: tuple[float, float, float], bound: float) -> PROOF:
+def parabola(centre, bound):
     """Return a proof for U = ½ |Θ - centre|², J, with a certified region up to a bound."""
     box = [[x - 1e-9 for x in centre], [x + 1e-9 for x in centre]]
     return {

@@ -1,6 +1,6 @@
-"""Files with elements of users: with several minima, with switches, or with own states."""
+"""Files with elements of users that proofs read, or refuse: springs, guards, and what lets go."""
 
-from support.user_code import element_text
+from support.user_code import CREEPING_TIE, element_text
 
 _NUMBERS = (
     'Gain("k", "1", "strength", shape="number"), Gain("soft", "1", "where it begins", '
@@ -41,6 +41,14 @@ REPELLING_GUARD = element_text(
 )
 """What `kind: guard` with `method: repelling` is; its class does not say that its force jumps."""
 
+OUTWARDS = REPELLING_GUARD.replace("mode_count", "kinked = True\n    mode_count").replace(
+    "self.k", "(-self.k)"
+)
+"""A couple away from θ2 = 0, beyond an angle: the opposite of a repelling guard."""
+
+LETS_GO = (CREEPING_TIE.parent / "latch.py").read_text(encoding="utf-8")
+LETS_GO = LETS_GO.replace("class Latch", "class Mine")
+"""A spring to an upright body that lets go where it is stretched too far."""
 
 CUBIC_OF_CENTRE = element_text(
     """

@@ -14,7 +14,7 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def problems(tag: str, root: Path = ROOT) -> list[str]:
+def problems(tag, root=ROOT):
     """Return what disagrees with a tag such as v1.2.3; nothing if a release may be made of it."""
     version = tag.removeprefix("v")
     project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -30,7 +30,7 @@ def problems(tag: str, root: Path = ROOT) -> list[str]:
     return found
 
 
-def notes(tag: str, root: Path = ROOT) -> str:
+def notes(tag, root=ROOT):
     """Return the part of the changelog that belongs to a tag; empty if there is none."""
     changes = (root / "CHANGELOG.md").read_text(encoding="utf-8")
     version = re.escape(tag.removeprefix("v"))
@@ -40,7 +40,7 @@ def notes(tag: str, root: Path = ROOT) -> str:
     return section[1].strip() if section else ""
 
 
-def main(tag: str) -> int:
+def main(tag):
     """Print the notes of a tag, or what disagrees with it; return the exit code."""
     found = problems(tag)
     for problem in found:

@@ -3,13 +3,10 @@
 import numpy as np
 
 from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.gravity import Gravity
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.body import Body
 from rbstab.systems.coordinates import CentreCoordinates, ReducedCoordinates
-from rbstab.systems.system import System
+from support.problems import bare_system
 from support.systems import random_system
 
 HEAVY = (0.0, 0.0, -410.0)
@@ -37,14 +34,18 @@ def coordinates_of(variant):
 
 def paper_system(variant, K_r_scale=1.0, weight=WEIGHTLESS, anchor=(0.0, 0.0, 0.0)):
     """Return a paper's case; its damping is arbitrary, because rest states do not depend on it."""
-    elements = (
-        Gravity(np.array(weight)),
-        TranslationalStabilizer(K_T, DAMPING),
-        RotationalStabilizer(K_r_scale * K_R, DAMPING),
-        *CONNECTORS[variant],
-    )
     body = Body(41.0, np.diag([10.0, 8.0, 0.4]), np.array([0.15, 0.10, -0.42]))
-    return System(body, elements, coordinates_of(variant), np.array(anchor))
+    return bare_system(
+        body,
+        coordinates_of(variant),
+        weight=weight,
+        K_t=K_T,
+        L_t=DAMPING,
+        K_r=K_r_scale * K_R,
+        L_r=DAMPING,
+        anchor=anchor,
+        others=CONNECTORS[variant],
+    )
 
 
 def random_rest_system(rng, variant):
@@ -63,9 +64,6 @@ def inverted_pendulum(stiffness, moment):
     U = ½ Σ k_i θ_i² - a (1 - cos θ1 cos θ2). Here a is the moment of the weight about the contact
     point when the body lies flat. If k2 > a, a rest state has θ2 = θ3 = 0 and k1 θ1 = a sin θ1.
     """
-    elements = (
-        Gravity(np.array([0.0, 0.0, -moment])),
-        RotationalStabilizer(np.diag(np.asarray(stiffness, dtype=float)), DAMPING),
-    )
     body = Body(1.0, np.eye(3), np.array([0.0, 0.0, -1.0]))
-    return System(body, elements, ReducedCoordinates(), np.zeros(3))
+    gains = {"K_r": np.diag(np.asarray(stiffness, dtype=float)), "L_r": DAMPING}
+    return bare_system(body, ReducedCoordinates(), weight=(0.0, 0.0, -moment), **gains)

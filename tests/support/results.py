@@ -2,11 +2,8 @@
 
 import hashlib
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rbstab.store.disk.seal import FORMAT
 from rbstab.store.result import Result
@@ -15,7 +12,7 @@ from rbstab.store.variables import Variable
 AWKWARD = [0.0, -0.0, np.inf, -np.inf, np.nan, 5e-324, 1.7976931348623157e308, 0.1, -1 / 3]
 
 
-def result(seed: int = 0, samples: int = 5) -> Result:
+def result(seed=0, samples=5) -> Result:
     """Return a result with random arrays; seeds change the numbers, not the sizes."""
     rng = np.random.default_rng(seed)
     vectors = rng.normal(size=(samples, 3))
@@ -42,19 +39,19 @@ def result(seed: int = 0, samples: int = 5) -> Result:
     return Result(variables, attributes, f"title: Fall 2 – θ\nseed: {seed}\n")
 
 
-def with_data(result: Result, name: str, data: NDArray[Any]) -> Result:
+def with_data(result, name, data):
     """Return a result with other data in an array; the arrays themselves are read-only."""
     changed = {name: result.variables[name]._replace(data=data)}
     return replace(result, variables=result.variables | changed)
 
 
-def sealed(content: bytes) -> bytes:
+def sealed(content):
     """Return content with a right seal: anybody can make one, as it is no signature."""
     digest = hashlib.sha256(content).hexdigest()
     return content + f"\nrbstab format {FORMAT:03d} sha256 {digest}\n".encode()
 
 
-def assert_equal(found: Result, expected: Result) -> None:
+def assert_equal(found, expected):
     """Assert that two results are bitwise equal, with names, order, units and texts."""
     assert list(found.variables) == list(expected.variables)
     for name, variable in expected.variables.items():
@@ -73,7 +70,7 @@ def assert_equal(found: Result, expected: Result) -> None:
     assert found.config == expected.config
 
 
-def flip(path: Path, share: float = 0.5) -> Path:
+def flip(path, share=0.5):
     """Change a bit of a file, at this share of its size."""
     content = bytearray(path.read_bytes())
     content[int(share * len(content))] ^= 1
@@ -81,7 +78,7 @@ def flip(path: Path, share: float = 0.5) -> Path:
     return path
 
 
-def cut(result: Result, samples: int) -> Result:
+def cut(result, samples):
     """Return a result that ended early, after so many samples."""
     variables = {
         name: v._replace(data=v.data[:samples]) if v.dimensions[:1] == ("time",) else v

@@ -1,16 +1,13 @@
 """Checks that hold for the sections of every report, and readers of their figures and tables."""
 
-from collections.abc import Iterable
-
 import numpy as np
 
-from rbstab.report.model.document import Section, Table
+from rbstab.report.model.document import Table
 from rbstab.report.model.figure import Cells, Figure, Line, Points
-from rbstab.report.reading.sources import SweepFile
 from rbstab.report.sweeps.sections import sweep_part
 
 
-def check_sections(sections: Iterable[Section]) -> None:
+def check_sections(sections):
     """Assert that sections are complete: unique names, matching shapes, no empty first cells."""
     sections = tuple(sections)
     blocks = [block for section in sections for block in section.blocks]
@@ -28,7 +25,7 @@ def check_sections(sections: Iterable[Section]) -> None:
             _check_figure(block)
 
 
-def _check_figure(figure: Figure) -> None:
+def _check_figure(figure):
     assert figure.panels
     for panel in figure.panels:
         for mark in panel.marks:
@@ -43,7 +40,7 @@ def _check_figure(figure: Figure) -> None:
                 assert len(mark.x) == len(mark.y)
 
 
-def figures_in(sections: Iterable[Section]) -> dict[str, Figure]:
+def figures_in(sections):
     """Return all figures by name; the names must be unique."""
     blocks = [block for section in sections for block in section.blocks]
     found = [block for block in blocks if isinstance(block, Figure)]
@@ -52,17 +49,17 @@ def figures_in(sections: Iterable[Section]) -> dict[str, Figure]:
     return by_name
 
 
-def tables(sections: Iterable[Section]) -> dict[str, Table]:
+def tables(sections):
     """Return all tables by name."""
     blocks = [block for section in sections for block in section.blocks]
     return {block.name: block for block in blocks if isinstance(block, Table)}
 
 
-def texts(table: Table) -> list[list[str]]:
+def texts(table):
     """Return the text of each cell, row by row."""
     return [[cell.text for cell in row] for row in table.rows]
 
 
-def sweep_sections(sweep: SweepFile) -> tuple[Section, ...]:
+def sweep_sections(sweep):
     """Return the sections on the only sweep of a report, with its card."""
     return sweep_part(sweep, alone=True).sections

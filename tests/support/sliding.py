@@ -1,49 +1,45 @@
 """Problems with a sliding connector: the paper's body, and a ball in a V-shaped potential."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
-from rbstab.elements.gravity import Gravity
-from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import SlidingConnector
-from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.integrate.problem import Problem, Switching
+from rbstab.integrate.problem import Switching
 from rbstab.integrate.switching.trust import with_connector_by_modes
 from rbstab.mechanics.body import Body
 from rbstab.mechanics.motion import motion_from_centre
 from rbstab.systems.coordinates import ContactCoordinates
 from rbstab.systems.modes import modes_of, with_modes
-from rbstab.systems.system import System
 from support.paper_runs import REFERENCE
-from support.problems import solve
+from support.problems import bare_system, problem, solve
 
 SLOPE_REFERENCE = REFERENCE["cases"]["sliding_surface_c20/0/Ks20000"]
 """The paper's body with K_s = 20000 N on s = F + 20E, computed by another program."""
 
 
-def problem(body, elements, connector, Z, times, switching):  # noqa: PLR0917
-    system = System(body, (*elements, connector), ContactCoordinates(), np.zeros(3))
+def sliding_problem(body, element, Z, times, switching, **stabilized):
+    """Return the problem of a body with a sliding connector beside the stabilizers."""
+    system = bare_system(body, ContactCoordinates(), others=(element,), **stabilized)
     start = system.start(motion_from_centre(body, np.zeros(3), Z), np.zeros(0))
-    return Problem(
-        system, start, times, 1e-12, 1e-12, "DOP853", 1e-3, False, 10**8, 120.0, switching
-    )
+    options = {"step_limit": 10**8, "time_limit": 120.0, "switching": switching}
+    return problem(system, start, times, **options)
 
 
 def paper_problem(K_s, slope=None, duration=2.0, samples=41, layer=None, **switching):
     """Return the paper's body with the force K_s on s = E, or on s = F + slope E."""
     body = Body(41.0, np.diag([10.0, 8.0, 0.4]), np.array([0.15, 0.1, -0.42]))
-    elements = (
-        Gravity(np.zeros(3)),
-        TranslationalStabilizer(np.diag([4100.0, 4100.0, 3280.0]), np.diag([200.0, 200.0, 140.0])),
-        RotationalStabilizer(np.diag([400.0, 400.0, 320.0]), np.diag([60.0, 60.0, 42.0])),
-    )
+    gains = {
+        "K_t": np.diag([4100.0, 4100.0, 3280.0]),
+        "L_t": np.diag([200.0, 200.0, 140.0]),
+        "K_r": np.diag([400.0, 400.0, 320.0]),
+        "L_r": np.diag([60.0, 60.0, 42.0]),
+    }
     Z = np.zeros(12)
     Z[3:6] = 16, 32, -16
     times = np.linspace(0, duration, samples)
     options = Switching(layered=layer is not None, **switching)
-    return problem(body, elements, connector(K_s, slope, layer), Z, times, options)
+    return sliding_problem(body, connector(K_s, slope, layer), Z, times, options, **gains)
 
 
 def connector(K_s, slope=None, layer=None):
@@ -82,19 +78,20 @@ def pushed_ball(  # noqa: PLR0917
     the motion of another, which is unaffected, so the load is a known function of time.
     """
     body = Body(mass, np.eye(3), np.zeros(3))
-    damping = np.zeros((3, 3)) if damping is None else damping
-    elements = (
-        Gravity(np.array(load, dtype=float)),
-        TranslationalStabilizer(np.array(coupling, dtype=float), damping),
-        RotationalStabilizer(np.eye(3), np.eye(3)),
-    )
+    gains = {
+        "weight": load,
+        "K_t": np.array(coupling, dtype=float),
+        "L_t": np.zeros((3, 3)) if damping is None else damping,
+        "K_r": np.eye(3),
+        "L_r": np.eye(3),
+    }
     Z = np.concatenate([np.zeros(6), X, V])
     each = replace(connector(1.0, slope, layer), K_s=np.array(K_s, dtype=float))
     options = Switching(layered=layer is not None, **switching)
-    return problem(body, elements, each, Z, np.asarray(times, dtype=float), options)
+    return sliding_problem(body, each, Z, times, options, **gains)
 
 
-def solve_sliding(engine_name: str, given: Problem) -> Any:
+def solve_sliding(engine_name, given):
     """Return the trajectory of a problem with a sliding connector, which records its switches."""
     trajectory = solve(engine_name, given)
     assert trajectory.switches is not None

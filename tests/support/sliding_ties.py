@@ -10,7 +10,7 @@ from support.switching import data
 ROOT = Path(__file__).parents[2]
 
 
-def tie(point=(0.0, 0.0, 0.0), force=30.0, surface: Any = "position", **changes):
+def tie(point=(0.0, 0.0, 0.0), force=30.0, surface="position", **changes):
     ends = {"point": list(point), "anchor": list(point)}
     return {"kind": "sliding", **ends, "K_s": [force] * 3, "surface": surface} | changes
 

@@ -52,32 +52,32 @@ class Memory:
         pid: Its ID.
     """
 
-    def __init__(self, name: str, pid: int) -> None:
+    def __init__(self, name, pid):
         self.name = name
         self.process = psutil.Process(pid)
         self.samples: list[tuple[float, int]] = []
         """The share of the members that was done, and the memory, bytes."""
 
-    def sample(self, share: float) -> None:
+    def sample(self, share):
         """Read the memory; the process may have ended."""
         with suppress(psutil.NoSuchProcess):
             self.samples.append((share, int(self.process.memory_info().rss)))
 
-    def largest(self, begin: float, end: float) -> int:
+    def largest(self, begin, end):
         """Return the largest memory while the share was between two values, bytes."""
         return max((size for share, size in self.samples if begin <= share < end), default=0)
 
     @property
-    def growth(self) -> int:
+    def growth(self):
         """The bytes by which it grew after the first part of the sweep."""
         return self.largest(WARM_UP, 1) - self.largest(0, WARM_UP)
 
     @property
-    def needed_to_finish(self) -> int:
+    def needed_to_finish(self):
         """The bytes by which it grew when all shards were there: the members file was written."""
         return max(0, self.largest(1, np.inf) - self.largest(0, 1))
 
-    def __str__(self) -> str:
+    def __str__(self):
         return f"{self.name} {self.largest(0, np.inf) / 1e6:.0f} MB"
 
 
@@ -101,7 +101,7 @@ class Soaked(NamedTuple):
     equal: bool
 
     @property
-    def problems(self) -> list[str]:
+    def problems(self):
         """Return what is wrong, as sentences."""
         found = [
             f"the {name} grew by {size / 1e6:.0f} MB (at most {MAX_GROWTH / 1e6:.0f} MB)"
@@ -117,7 +117,7 @@ class Soaked(NamedTuple):
         return found + ([] if self.kills else ["no worker was killed: the sweep is too short"])
 
 
-def soak(folder: Path, members: int, kill_interval: float, say: Say = print) -> Soaked:
+def soak(folder, members, kill_interval, say=print):
     """Sweep with and without kills, and compare.
 
     Args:
@@ -148,7 +148,7 @@ def soak(folder: Path, members: int, kill_interval: float, say: Say = print) -> 
     )
 
 
-def _write_plan(path: Path, members: int) -> None:
+def _write_plan(path, members):
     base = plain(VISCO_ELASTIC)
     base["body"]["inertia"] = [10.0, 8.0, 3.0]
     base["integration"] = {"duration": 0.5, "samples": 51, "rtol": 1e-8}
@@ -158,7 +158,7 @@ def _write_plan(path: Path, members: int) -> None:
     path.write_text(yaml.safe_dump(plan))
 
 
-def _start(folder: Path, name: str, *options: str) -> "subprocess.Popen[bytes]":
+def _start(folder, name, *options):
     command = ("sweep", str(folder / "plan.yaml"), "-o", str(folder / name), "--engine", "heyoka")
     with (folder / f"{name}.log").open("wb") as log:
         return subprocess.Popen(
@@ -166,9 +166,7 @@ def _start(folder: Path, name: str, *options: str) -> "subprocess.Popen[bytes]":
         )
 
 
-def _sweep_and_kill(
-    folder: Path, members: int, cluster: LocalProcesses, kill_interval: float, say: Say
-) -> tuple[int, list[Memory]]:
+def _sweep_and_kill(folder, members, cluster, kill_interval, say):
     """Sweep on a cluster; return the number of killed workers, and the memory of the others."""
     lasting, victim = cluster.worker(), cluster.worker()
     sweep = _start(folder, "killed", "--dask", str(cluster.file))
@@ -195,12 +193,12 @@ def _sweep_and_kill(
     return kills, memories
 
 
-def shard_files_of(folder: Path) -> list[Path]:
+def shard_files_of(folder):
     """Return the paths of the shards in a folder; it may not exist yet."""
     return list(folder.glob("[0-9]*.h5"))
 
 
-def _equal(one: Path, other: Path) -> bool:
+def _equal(one, other):
     files = [read_sweep(path / "members.h5") for path in (one, other)]
     digests = {table.attributes["shards_digest"] for table in files}
     same = all(
@@ -209,7 +207,7 @@ def _equal(one: Path, other: Path) -> bool:
     return len(digests) == 1 and same and shard_files(one) == shard_files(other)
 
 
-def main() -> None:
+def main():
     """Run the soak, print its verdict, and end with exit code 1 if something is wrong."""
     parser = argparse.ArgumentParser(description="Sweep while workers are killed.")
     parser.add_argument("--members", type=int, default=MEMBERS)

@@ -3,10 +3,7 @@
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from rbstab.elements.element import Element, force_at_contact
-from rbstab.systems.system import System
 from support.systems import random_system
 
 
@@ -23,7 +20,7 @@ class Spring(Element):
         return force_at_contact(-self.k * self.g(motion.E))
 
 
-def with_spring(rng: np.random.Generator, g: Any) -> System:
+def with_spring(rng, g):
     """Return a random free body with a spring."""
     system = random_system(rng, "free")
     return replace(system, elements=(*system.elements, Spring(700.0, g)))

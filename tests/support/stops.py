@@ -1,17 +1,14 @@
 """Bodies with a stop, a constant load on θ2, and closed forms of their motions."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from rbstab.elements.element import Element, couple_on_body
 from rbstab.integrate.engines import engine
-from rbstab.integrate.problem import Problem, Trajectory
-from rbstab.mechanics.motion import Motion, Wrench
-from rbstab.mechanics.numbers import Array, Number
+from rbstab.integrate.problem import Problem
+from rbstab.mechanics.numbers import Number
 from rbstab.mechanics.states import PITCH
-from rbstab.systems.system import System
 from support.switching import TIGHT, data, problem
 
 ANGLE = 0.3
@@ -28,26 +25,26 @@ class Drive(Element):
     name: str = "drive"
     couple: Number
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion, own):
         """Return the couple, by the second row of B."""
         return couple_on_body(self.couple * motion.B[PITCH])
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion, own):
         """Return the energy -cθ2, J."""
         return -self.couple * motion.Theta[PITCH]
 
 
-def stop(restitution: float = 0.5, angle: float = ANGLE) -> dict[str, Any]:
+def stop(restitution=0.5, angle=ANGLE):
     """Return a stop."""
     return {"kind": "guard", "method": "stop", "angle": angle, "restitution": restitution}
 
 
-def stopped(restitution: float, spin: float, **integration: Any) -> dict[str, Any]:
+def stopped(restitution, spin, **integration):
     """Return a body that turns about its second principal axis, between two stops."""
     return data({"end": stop(restitution)}, {"angular_velocity": [0, spin, 0]}, integration)
 
 
-def pressed(config: dict[str, Any], engine_name: str, couple: float, **integration: Any) -> Problem:
+def pressed(config, engine_name, couple, **integration):
     """Return the problem of plain data for an engine, with a `Drive`."""
     settings = config["integration"] | TIGHT[engine_name] | {"engine": engine_name} | integration
     given: Problem = problem(config | {"integration": settings})
@@ -55,25 +52,25 @@ def pressed(config: dict[str, Any], engine_name: str, couple: float, **integrati
     return replace(given, system=replace(given.system, elements=elements))
 
 
-def solution(given: Problem, engine_name: str) -> Any:
+def solution(given, engine_name):
     """Return the trajectory of a problem by an engine."""
     return engine(engine_name)(given)
 
 
-def energies(found: Trajectory) -> Array:
+def energies(found):
     """Return the sum of all energies at each sample, J."""
     pairs = zip(found.systems, found.states, strict=True)
     return np.array([system.observe(y).energy.sum() for system, y in pairs])
 
 
-def residual(found: Trajectory) -> float:
+def residual(found):
     """Return the largest |v(t) - v(0) - ∫v' dt + what impacts took away|, J."""
     v = energies(found)
     assert found.impacts is not None
     return float(np.abs(v - v[0] - found.lyapunov_change + found.impacts.lost).max())
 
 
-def couple_of(system: System, y: Array) -> float:
+def couple_of(system, y):
     """Return the couple τ on θ2 by which the stop holds a body."""
     (place,) = [i for i, one in enumerate(system.elements) if one.holds]
     observed = system.observe(y)

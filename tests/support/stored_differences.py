@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.experiment.tuning.sensitivities import Sensitivities, sensitivities
+from rbstab.experiment.tuning.sensitivities import sensitivities
 from support.outcomes import SMOOTH, SWITCHING, differences
 from support.paper_runs import paper_config
 
@@ -41,14 +41,7 @@ FULL_GAINS = {
 }
 
 
-def config(
-    variant: str,
-    start: dict[str, Any],
-    *,
-    controller: dict[str, Any] | None = None,
-    duration: float = 1.2,
-    **integration: Any,
-) -> dict[str, Any]:
+def config(variant, start, *, controller=None, duration=1.2, **integration):
     """Return the config of a case."""
     data = paper_config(variant, controller=controller, duration=duration, **integration)
     data["gravity"] = GRAVITY
@@ -81,13 +74,13 @@ ELEMENTS: dict[str, dict[str, Any]] = {
 SLIDING = {"variant": "sliding", "K_s": [3000.0, 2500.0, 2000.0]}
 
 
-def load(signal: dict[str, Any]) -> dict[str, Any]:
+def load(signal):
     """Return an input whose load changes with a signal."""
     at = {"quantity": "force", "point": [0.01, 0.02, 0.2], "direction": [1.0, 0.2, -0.3]}
     return {"kind": "input", **at, "amplitude": 200.0, "signal": signal}
 
 
-def with_elements(elements: dict[str, Any], **given: Any) -> dict[str, Any]:
+def with_elements(elements, **given):
     """Return the config of a case with elements."""
     return config("free", START, **given) | {"schema_version": 2, "elements": elements}
 
@@ -173,7 +166,7 @@ METHODS["rest"] = SWITCHING._replace(step=1e-4)
 CASES["embedded-full-gains"]["body"]["inertia"] = [[10, 0.6, -0.4], [0.6, 8, 0.5], [-0.4, 0.5, 3]]
 
 
-def stored_differences(name: str, found: Sensitivities) -> np.ndarray:
+def stored_differences(name, found):
     """Return the stored derivatives of a case, for the entries and quantities that were found.
 
     Shape (entries, quantities).
@@ -186,7 +179,7 @@ def stored_differences(name: str, found: Sensitivities) -> np.ndarray:
     return np.array(stored["derivatives"])
 
 
-def main() -> None:
+def main():
     """Compute the derivatives of all cases, and store them."""
     lines = []
     for name, data in CASES.items():

@@ -1,14 +1,11 @@
 """Proofs of stored runs, made once and stored beside copies of them; sweeps with proved members."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_file
 from rbstab.experiment.stored_config import stored_config
-from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.store.dataset_file import write_dataset
 from rbstab.store.document import write_document
 from rbstab.store.result import open_result
@@ -18,13 +15,13 @@ from rbstab.sweep.proofs.columns import CONVERGENCE
 
 
 @cache
-def _proof_of(run: Path) -> Proof:
+def _proof_of(run):
     config = stored_config(open_result(run)).config
     assert config is not None
     return prove(config)
 
 
-def store_proof_of(run: Path, folder: Path) -> Path:
+def store_proof_of(run, folder):
     """Store a proof of the config of a stored run in a folder of results; return its file."""
     config = stored_config(open_result(run)).config
     assert config is not None
@@ -34,7 +31,7 @@ def store_proof_of(run: Path, folder: Path) -> Path:
     return path
 
 
-def say_proved(sweep: Path, members: Iterable[int]) -> None:
+def say_proved(sweep, members):
     """Say in the members file of a sweep that these members converge to rest state 1."""
     file = sweep / "members.h5"
     table = read_table(file, MEMBERS)

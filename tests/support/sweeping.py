@@ -2,7 +2,6 @@
 
 import hashlib
 import threading
-from typing import Any
 
 from rbstab.sweep.execution.events import ShardDone
 from rbstab.sweep.folder.sweep_table import read_sweep
@@ -46,10 +45,10 @@ class Listener(EventRecorder):
 HARMS = ("flip", "cut", "empty", "swap", "seal", "longer")
 
 
-def harmed(content: bytes, other: bytes, harm: str) -> bytes:
+def harmed(content, other, harm):
     """Return what is left of the content of a file; `other` is that of another file."""
 
-    def flipped(at: int) -> bytes:
+    def flipped(at):
         return content[:at] + bytes([content[at] ^ 1]) + content[at:][1:]
 
     return {
@@ -62,7 +61,7 @@ def harmed(content: bytes, other: bytes, harm: str) -> bytes:
     }[harm]
 
 
-def run_sweep(path, plan=None, listener=None, factory=FakeEngine, **changes: Any):
+def run_sweep(path, plan=None, listener=None, factory=FakeEngine, **changes):
     """Run a sweep with a fake engine.
 
     The plan states the engine scipy, so no member is compared with SciPy afterwards.

@@ -1,8 +1,6 @@
 """Plans of many members, and a fast engine that makes up their results."""
 
 import time
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -11,20 +9,19 @@ from rbstab.sweep.members.engine import Shard, columns_of_failed
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.load import load_plan
-from rbstab.sweep.plan.plan import Plan
 from support.configs import VISCO_ELASTIC, plain
 
 SHORT = {"duration": 0.02, "samples": 5, "rtol": 1e-6}
 
 
-def plan_of(members: int = 60, **changes: Any) -> Plan:
+def plan_of(members=60, **changes):
     """Return a plan whose initial spin varies along a grid."""
     spin = {"linspace": [-40, 40, members]}
     data = {"title": "Fake", "base": plain(VISCO_ELASTIC)}
     return load_plan({**data, "vary": {"initial.angular_velocity[0]": spin}, **changes})
 
 
-def plan_with_traces(members: int = 60, keep: Any = "traces", **changes: Any) -> Plan:
+def plan_with_traces(members=60, keep="traces", **changes):
     """Return the same plan with five samples, stored as traces."""
     base = {**plain(VISCO_ELASTIC), "integration": SHORT}
     return plan_of(members, **{"keep": keep, "base": base, **changes})
@@ -40,15 +37,13 @@ class FakeEngine:
         raising: Members at which the engine raises an unexpected error.
     """
 
-    def __init__(
-        self, plan: Plan, delay: float = 0.0, failing: Any = (), raising: Any = ()
-    ) -> None:
+    def __init__(self, plan, delay=0.0, failing=(), raising=()):
         self.plan = plan
         self.delay = delay
         self.failing = failing
         self.raising = raising
 
-    def compute(self, start: int, stop: int) -> Shard:
+    def compute(self, start, stop):
         time.sleep(self.delay * (stop - start))
         if any(start <= member < stop for member in self.raising):
             raise ZeroDivisionError("made up")
@@ -63,7 +58,7 @@ class FakeEngine:
                 found["status"][member - start] = STATUSES.index(RunStatus.DIVERGED)
         return Shard(found, self._traces(start, stop, spin))
 
-    def _traces(self, start: int, stop: int, spin: Any) -> Any:
+    def _traces(self, start, stop, spin):
         chosen = self.plan.keep.selected(start, stop)
         if not chosen.any():
             return None
@@ -75,6 +70,6 @@ class FakeEngine:
         return traces
 
 
-def shard_files(folder: Path, of: str = "shards") -> dict[str, bytes]:
+def shard_files(folder, of="shards"):
     """Return the content of the shards of a folder, or of their traces, by file name."""
     return {path.name: path.read_bytes() for path in sorted((folder / of).glob("[0-9]*"))}

@@ -1,7 +1,5 @@
 """Bodies with elements that switch, and closed forms of their motions."""
 
-from typing import Any
-
 import numpy as np
 from mpmath import mp
 
@@ -19,12 +17,7 @@ TIGHT = {"scipy": {"rtol": 3e-14, "atol": 1e-15}, "heyoka": {"rtol": 1e-16}}
 MASS, INERTIA = 2.0, 1.5
 
 
-def data(
-    elements: dict[str, Any],
-    initial: dict[str, Any] | None = None,
-    integration: dict[str, Any] | None = None,
-    **sections: Any,
-) -> dict[str, Any]:
+def data(elements, initial=None, integration=None, **sections):
     """Return a config of a body on elements alone: no controller and no gravity."""
     return {
         "schema_version": 2,
@@ -35,7 +28,7 @@ def data(
     } | sections
 
 
-def ligament(side: float = 1.0, **changes: Any) -> dict[str, Any]:
+def ligament(side=1.0, **changes):
     """Return a ligament of the centre of gravity that goes taut where -side x > 0.3 m."""
     return {
         "kind": "ligament",
@@ -47,25 +40,25 @@ def ligament(side: float = 1.0, **changes: Any) -> dict[str, Any]:
     } | changes
 
 
-def guard(method: str, size: float, soft_angle: float = 0.3) -> dict[str, Any]:
+def guard(method, size, soft_angle=0.3):
     """Return a stiff or a repelling guard."""
     strength = "stiffness" if method == "stiff" else "couple"
     return {"kind": "guard", "method": method, strength: size, "soft_angle": soft_angle}
 
 
-def problem(config: dict[str, Any]) -> Any:
+def problem(config):
     """Return the problem of plain data."""
     return problem_of(load_config(config))
 
 
-def solved(config: dict[str, Any], engine_name: str, **integration: Any) -> Any:
+def solved(config, engine_name, **integration):
     """Return the trajectory of plain data by an engine, at its smallest tolerances."""
     tight = TIGHT[engine_name] | {"engine": engine_name} | integration
     changed = config | {"integration": config["integration"] | tight}
     return engine(engine_name)(problem(changed))
 
 
-def toe_bounce(speed: float, k: float, length: float, toe: float) -> tuple[float, float, float]:
+def toe_bounce(speed, k, length, toe):
     """Return when a mass that meets a ligament leaves its toe, enters it again, and is free, s.
 
     The mass arrives at t = 0 along the line, and goes beyond the toe. In the toe its speed follows
@@ -75,7 +68,7 @@ def toe_bounce(speed: float, k: float, length: float, toe: float) -> tuple[float
     with mp.workdps(30):
         m, k, length, toe, speed = map(mp.mpf, (MASS, k, length, toe, speed))
 
-        def speed_at(strain: Any) -> Any:
+        def speed_at(strain):
             return mp.sqrt(speed**2 - 2 * length * k * strain**3 / (12 * toe) / m)
 
         through = mp.quad(lambda strain: length / speed_at(strain), [0, 2 * toe])
@@ -84,7 +77,7 @@ def toe_bounce(speed: float, k: float, length: float, toe: float) -> tuple[float
         return float(through), float(through + beyond), float(2 * through + beyond)
 
 
-def random_ligament(rng: np.random.Generator, mode: tuple[float, float]) -> Ligament:
+def random_ligament(rng, mode):
     """Return a ligament between random points, in given modes."""
     return Ligament(
         name="x",
@@ -98,7 +91,7 @@ def random_ligament(rng: np.random.Generator, mode: tuple[float, float]) -> Liga
     )
 
 
-def random_guard(rng: np.random.Generator, kind: Any, mode: tuple[float, float]) -> Any:
+def random_guard(rng, kind, mode):
     """Return a stiff or a repelling guard in given modes."""
     strength = "stiffness" if kind is StiffGuard else "couple"
     size, angle = float(rng.uniform(50, 200)), float(rng.uniform(0.2, 1.2))

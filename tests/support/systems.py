@@ -12,7 +12,7 @@ from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
 from rbstab.mechanics.body import Body
-from rbstab.systems.coordinates import CentreCoordinates, Coordinates
+from rbstab.systems.coordinates import CentreCoordinates
 from rbstab.systems.system import System
 from support.elements import random_element, random_spd
 
@@ -21,12 +21,12 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 VARIANTS = ("free", "permanent", "visco-elastic", "embedded")
 
 
-def random_body(rng: np.random.Generator) -> Body:
+def random_body(rng):
     """Return a body with a full inertia matrix, which may be physically impossible."""
     return Body(float(rng.uniform(1, 50)), random_spd(rng, 3.0), rng.normal(size=3) * 0.4)
 
 
-def random_elements(rng: np.random.Generator, variant: str) -> tuple[Element, ...]:
+def random_elements(rng, variant):
     """Return gravity, both stabilizers and the variant's connector, with full gain matrices.
 
     A variant is one of `VARIANTS` or any name of a connector in the registry.
@@ -46,9 +46,7 @@ def random_elements(rng: np.random.Generator, variant: str) -> tuple[Element, ..
     return tuple(elements)
 
 
-def random_system(
-    rng: np.random.Generator, variant: str, coordinates: Coordinates | None = None
-) -> System:
+def random_system(rng, variant, coordinates=None):
     """Return a random system of a variant with a random anchor; by default in coordinates Z."""
     return System(
         random_body(rng),
@@ -58,13 +56,13 @@ def random_system(
     )
 
 
-def random_Z(rng: np.random.Generator) -> Array:
+def random_Z(rng):
     """Return a random state [Θ, Ω, X, V] with θ2 well inside its range."""
     Theta = rng.uniform(-1, 1, size=3) * np.array([3.0, 1.3, 3.0])
     return np.concatenate([Theta, rng.normal(size=3) * 5, rng.normal(size=6)])
 
 
-def random_state(rng: np.random.Generator, system: System) -> Array:
+def random_state(rng, system):
     """Return a random state vector of a system (in `manifold`: not on the constraint manifold)."""
     size = system.coordinates.size
     own = rng.normal(size=system.size - size) * 0.2

@@ -50,7 +50,7 @@ def chosen_by(target):
 
 
 def is_chosen(expression, marks):
-    def has(name: str, /, **_: object) -> bool:
+    def has(name, /, **_):
         return name in marks
 
     return Expression.compile(expression).evaluate(has)

@@ -39,19 +39,19 @@ Seconds = dict[str, dict[str, float]]
 """By file and by test: the mean time of a case, s."""
 
 
-def read_seconds() -> Seconds:
+def read_seconds():
     """Return the measured times."""
     found: Seconds = json.loads(SECONDS_FILE.read_text(encoding="utf-8"))
     return found
 
 
-def names_of(node_id: str) -> tuple[str, str]:
+def names_of(node_id):
     """Return the file of a test, relative to the folder of all tests, and the name without case."""
     file, _, name = node_id.partition("[")[0].partition("::")
     return file.removeprefix("tests/"), name
 
 
-def mark_by_time(items: list[Item], seconds: Seconds) -> None:
+def mark_by_time(items, seconds):
     """Mark the tests that take long."""
     tests = defaultdict(list)
     for item in items:
@@ -67,24 +67,24 @@ def mark_by_time(items: list[Item], seconds: Seconds) -> None:
             item.add_marker(pytest.mark.long)
 
 
-def within(limit: float, each: float, count: int) -> int:
+def within(limit, each, count):
     """Return how many of some cases run within a limit, at least one."""
     return count if each * count <= limit else max(1, int(limit / each))
 
 
-def values_of(item: Item) -> Case:
+def values_of(item):
     """Return the values of the parameters of a case, without seeds."""
     given = item.callspec.params if hasattr(item, "callspec") else {}
     return {(key, identity(value)) for key, value in given.items() if key not in SEEDS}
 
 
-def identity(value: Any) -> Hashable:
+def identity(value):
     """Return what equal values of a parameter have in common; an object is equal to itself only."""
     plain = isinstance(value, (str, int, float, bytes, type(None)))
     return repr(value) if plain else id(value)
 
 
-def below(limit: float, each: float, cases: list[Case]) -> set[int]:
+def below(limit, each, cases):
     """Return the numbers of the cases that run within a limit: all, a few of them, or none."""
     if each * len(cases) <= limit:
         return set(range(len(cases)))
@@ -92,7 +92,7 @@ def below(limit: float, each: float, cases: list[Case]) -> set[int]:
     return kept if each * len(kept) <= limit else set()
 
 
-def covering(cases: list[Case]) -> set[int]:
+def covering(cases):
     """Return the numbers of a few cases that use each value of each parameter.
 
     Each case that is taken uses the most values that are not used yet. So the values of different
@@ -107,7 +107,7 @@ def covering(cases: list[Case]) -> set[int]:
     return kept
 
 
-def order_files(items: list[Item], seconds: Seconds, shortest_first: bool = False) -> None:
+def order_files(items, seconds, shortest_first=False):
     """Order the files by the time that their selected tests take, the longest first by default.
 
     The processes of pytest-xdist take the files one after the other. A long file at the end would
@@ -118,7 +118,7 @@ def order_files(items: list[Item], seconds: Seconds, shortest_first: bool = Fals
         file, name = names_of(item.nodeid)
         total[file] += seconds.get(file, {}).get(name, 0.0)
 
-    def time(item: Item) -> tuple[float, float]:
+    def time(item):
         file, name = names_of(item.nodeid)
         return total[file], seconds.get(file, {}).get(name, 0.0) if shortest_first else 0.0
 

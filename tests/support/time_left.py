@@ -4,8 +4,6 @@ import hashlib
 import os
 import subprocess
 import time
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -19,36 +17,36 @@ END = "RBSTAB_TESTS_END"
 OVER = f"not started: the time of {OPTION} was over"
 
 
-def add_option(parser: Any) -> None:
+def add_option(parser):
     """Add the option for the time of a test run."""
     text = "start no test after this many minutes, and take the files in an order of this commit"
     parser.addoption(OPTION, type=float, help=text)
 
 
-def set_end(config: Any) -> None:
+def set_end(config):
     """Set the end of a test run; its worker processes inherit it."""
     minutes = config.getoption(OPTION)
     if minutes is not None and not hasattr(config, "workerinput"):
         os.environ[END] = str(time.time() + 60.0 * minutes)
 
 
-def skip_if_over() -> None:
+def skip_if_over():
     """Skip a test if the time of the test run is over."""
     if time.time() > float(os.environ.get(END, "inf")):
         pytest.skip(OVER)
 
 
-def shuffle_files(items: list[Any], commit: str) -> None:
+def shuffle_files(items, commit):
     """Order files by digests with the commit: each commit starts other tests before the end."""
 
-    def digest(item: Any) -> bytes:
+    def digest(item):
         file, _ = names_of(item.nodeid)
         return hashlib.sha256(f"{commit} {file}".encode()).digest()
 
     items.sort(key=digest)
 
 
-def commit_of(folder: Path) -> str:
+def commit_of(folder):
     """Return the commit of a folder; an empty text without git."""
     command = ["git", "-C", str(folder), "rev-parse", "HEAD"]
     try:

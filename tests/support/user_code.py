@@ -2,10 +2,8 @@
 
 import textwrap
 from pathlib import Path
-from typing import Any
 
 from rbstab.config.load import load_config
-from rbstab.config.schema import Config
 from rbstab.elements.user_code.template import TEMPLATE
 
 HEAD = """\
@@ -25,7 +23,7 @@ CUBIC = {
 }
 
 
-def element_text(body: str, gains: str = 'Gain("k", "N/m", "stiffness", shape="number")') -> str:
+def element_text(body, gains='Gain("k", "N/m", "stiffness", shape="number")'):
     """Return the text of a file with one class `Mine`, from the text of its statements."""
     statements = textwrap.indent(textwrap.dedent(body), "    ")
     return f"{HEAD}\nclass Mine(Element):\n    gains = ({gains},)\n\n{statements}\n"
@@ -107,12 +105,12 @@ CREEPING_TIE = Path(__file__).parents[2] / "configs" / "examples" / "creeping_ti
 """The file of the example: an element of users that is the embedded tie of the program."""
 
 
-def mine(**parameters: Any) -> dict[str, Any]:
+def mine(**parameters):
     """Return the section of an element whose file `mine.py` has the class `Mine`."""
     return {"kind": "python", "file": "mine.py", "class": "Mine", "parameters": parameters}
 
 
-def loaded_with(elements: dict[str, Any], variant: str = "permanent", **changes: Any) -> Config:
+def loaded_with(elements, variant="permanent", **changes):
     """Return the config of a body under a load, with elements whose code may run."""
     gains = {"K_t": [40, 40, 30], "L_t": [2, 2, 1], "K_r": [4, 4, 3], "L_r": [0.6, 0.6, 0.4]}
     if variant != "permanent":
@@ -129,14 +127,14 @@ def loaded_with(elements: dict[str, Any], variant: str = "permanent", **changes:
     return load_config(data | changes, allow_python=True)
 
 
-def write_template(folder: Path) -> Path:
+def write_template(folder):
     """Write the template of an element into a folder."""
     path = folder / "cubic_spring.py"
     path.write_text(TEMPLATE, encoding="utf-8")
     return path
 
 
-def traitor(marker: Path) -> str:
+def traitor(marker):
     """Return the text of a file that leaves a marker when any of it runs."""
     leave = f"open({str(marker)!r}, 'a').close()"
     return (

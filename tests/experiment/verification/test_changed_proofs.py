@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from support.config_elements import BAND, HELD, RANGE, STRUT, UPRIGHT, config_data, guard
 from support.paper_runs import paper_config
-from support.ridges import OUTWARDS
+from support.proved_code import OUTWARDS
 from support.user_code import loaded_with, mine
 
 from rbstab.config.load import load_config

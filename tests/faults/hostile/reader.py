@@ -4,14 +4,12 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
 
 import psutil
 from faults.hostile.attempts import Attempt
-
-TESTS = Path(__file__).parents[2]
+from support.forked_commands import ENVIRONMENT
 
 PATIENCE = 90.0
 """s; after this time a command counts as hanging. The promise is 5 s on an idle machine."""
@@ -25,10 +23,10 @@ commands so far, and what Python keeps of earlier attempts. A user reads in a fr
 class Reader:
     """Reads files in another process."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self._process: subprocess.Popen[str] | None = None
 
-    def attempt(self, way: str, *arguments: object) -> Attempt:
+    def attempt(self, way, *arguments):
         """Read a file in one way."""
         process = self._process or self._start()
         requests, output = process.stdin, process.stdout
@@ -51,19 +49,17 @@ class Reader:
             self.close()
         return Attempt(**json.loads(line))
 
-    def close(self) -> None:
+    def close(self):
         """End the process."""
         if self._process is not None:
             self._process.kill()
             self._process.communicate()
             self._process = None
 
-    def _start(self) -> "subprocess.Popen[str]":
-        # The same program as here: the installed one may be another.
-        path = os.pathsep.join([str(TESTS), *sys.path])
+    def _start(self):
         self._process = subprocess.Popen(
             [sys.executable, "-m", "faults.hostile.attempts"],
-            env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"},
+            env=os.environ | ENVIRONMENT,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

@@ -20,24 +20,14 @@ CAN_BUILD = COMPILER is not None and sys.platform == "linux"
 CONTROL = "FAIL_CALLS"
 """The environment variable with the name of the control file."""
 
-_BITS = {
-    "open": 1 << 0,
-    "write": 1 << 1,
-    "pwrite": 1 << 2,
-    "close": 1 << 3,
-    "fsync": 1 << 4,
-    "rename": 1 << 5,
-    "link": 1 << 6,
-    "ftruncate": 1 << 7,
-    "flock": 1 << 8,
-    "unlink": 1 << 9,
-    "mkdir": 1 << 10,
-    "read": 1 << 11,
-    "create": 1 << 12,
-}
+_CALLS = (
+    *("open", "write", "pwrite", "close", "fsync", "rename", "link"),
+    *("ftruncate", "flock", "unlink", "mkdir", "read", "create"),
+)
+"""The system calls, in the order of their bits in the control file."""
 
 OPERATIONS = {
-    **{name: (name,) for name in _BITS if name != "create"},
+    **{name: (name,) for name in _CALLS if name != "create"},
     # Everything that needs space: from one call on, the disk is full.
     "space": ("create", "write", "pwrite", "ftruncate", "mkdir"),
 }
@@ -64,7 +54,7 @@ class Fault(NamedTuple):
     nth: int
     lasting: bool
 
-    def __str__(self) -> str:
+    def __str__(self):
         lasting = " and later" if self.lasting else ""
         return f"{self.operation} {self.nth}{lasting}: {self.error}"
 
@@ -90,18 +80,18 @@ class Control:
         path: The file; it must exist.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path):
         with path.open("r+b") as file:
             self._memory = mmap.mmap(file.fileno(), _LAYOUT.size)
 
-    def arm(self, folder: Path, fault: Fault) -> None:
+    def arm(self, folder, fault):
         """Let a call on files in a folder fail; with `nth` = 0 calls are only counted."""
-        bits = sum(_BITS[name] for name in OPERATIONS[fault.operation])
+        bits = sum(1 << _CALLS.index(name) for name in OPERATIONS[fault.operation])
         error = 0 if fault.error == SHORT else getattr(errno, fault.error)
         numbers = bits, error, fault.nth, int(fault.lasting), 0, 0
         _LAYOUT.pack_into(self._memory, 0, *numbers, os.fsencode(folder.resolve()), b"")
 
-    def disarm(self) -> Counts:
+    def disarm(self):
         """Let all calls pass, and return what was counted."""
         *_, calls, faults, _folder, first = _LAYOUT.unpack_from(self._memory)
         _LAYOUT.pack_into(self._memory, 0, *(0,) * 6, b"", b"")

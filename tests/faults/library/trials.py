@@ -1,55 +1,89 @@
-"""Disturb commands: a script that reads series of faults from stdin, and answers on stdout.
+"""Disturb commands by a library that makes a system call fail, one call after the other.
 
-The script imports everything once. Each command then runs in a fork of this process, from the entry
-point of `rbstab` to its exit code; that is much faster than a new process. Run the script with
-`python -m faults.library.trials FOLDER`, and with the variables of `control.build`.
+The commands are forks of a server that has loaded the library (`control.build`).
 """
 
 import json
-import os
+import shlex
 import shutil
-import sys
-from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
-from faults.library.cases import CASES, INPUTS, Case
-from faults.library.contents import VOLATILE, Content, Folder, differences, equal, files_of
-from faults.library.control import CONTROL, SHORT, Control, Fault
-from faults.library.forks import (
-    Ended,
-    RunHere,
-    import_all,
-    read_contents,
-    remember_pictures,
-    run,
-    run_to_end,
+from faults.contents import (
+    Content,
+    content_of,
+    differences,
+    files_of,
+    missing_pictures,
+    partial_files,
 )
-from faults.library.judge import (
+from faults.judge import (
     Reference,
     file_problems,
     message_problems,
-    missing_pictures,
     new_lines,
-    partial_files,
     unfinished,
 )
+from faults.library.cases import CASES, INPUTS
+from faults.library.control import CONTROL, SHORT, Control, Counts, Fault, build
+from support.command_server import PICTURES
+from support.forked_commands import CommandServer, Ended
 
 RESULTS = "results"
 """The disturbed folder, in the working folder of a command."""
+
+MAX_SHOWN = 12
+"""The largest number of trials that a failed test shows."""
+
+
+class Trial(NamedTuple):
+    """A disturbed command: its case, its fault, what the library did, and what was wrong."""
+
+    case: str
+    fault: Fault
+    counts: Counts
+    ended: Ended
+    problems: list[str]
+
+    def __str__(self):
+        problems = "".join(f"  - {problem[:500]}\n" for problem in self.problems)
+        return (
+            f"{self.case}, {self.fault} ({self.counts.first}): exit code {self.ended.code}\n"
+            f"{problems}  stderr: {self.ended.stderr[-300:]!r}"
+        )
+
+
+def problems_of(trials):
+    """Return the problems of trials as a text, empty if there are none."""
+    bad = [trial for trial in trials if trial.problems]
+    more = [f"and {len(bad) - MAX_SHOWN} more of {len(trials)} trials"]
+    return "\n".join([*map(str, bad[:MAX_SHOWN]), *(more if len(bad) > MAX_SHOWN else [])])
+
+
+@contextmanager
+def running(folder):
+    """Build the library, and start a server that has loaded it."""
+    variables = build(folder)
+    pictures = folder / "pictures"
+    pictures.mkdir()
+    with CommandServer(folder, environment=variables | {PICTURES: str(pictures)}) as server:
+        yield Trials(folder / "work", server, Control(Path(variables[CONTROL])))
 
 
 class Trials:
     """Disturbed commands in a folder.
 
     Args:
-        folder: An empty folder.
-        control: The control of the library.
+        folder: A folder that does not exist yet.
+        server: Runs the commands.
+        control: The control of the library that it has loaded.
     """
 
-    def __init__(self, folder: Path, control: Control) -> None:
+    def __init__(self, folder, server, control):
         self.folder = folder
+        self.server = server
         self.control = control
         self.templates: dict[tuple[str, ...], Path] = {}
         self.references: dict[str, Reference] = {}
@@ -57,34 +91,37 @@ class Trials:
         self.repeated: dict[tuple[str, str], list[str]] = {}
         self.number = 0
 
-    def series(self, name: str, fault: Fault, sample: int | None) -> Iterator[dict[str, Any]]:
-        """Disturb a command at its first call, its second, ... until it meets no fault.
+    def series(self, case, operation, error="EIO", *, lasting=False, sample=None):
+        """Disturb a command at its first call of an operation, its second, ... until none fails.
 
         Args:
-            name: The name of the case.
-            fault: The fault; its `nth` is replaced.
+            case: The name of the command.
+            operation, error, lasting: See `Fault`.
             sample: The number of calls to disturb, evenly spaced; default all.
         """
-        numbers: Iterable[int] = count(1)
-        if sample is not None:
-            calls = self.trial(name, fault._replace(nth=0))["calls"]
-            steps = max(1, sample - 1)
-            numbers = sorted({1 + (calls - 1) * k // steps for k in range(sample)} - {0})
-        for nth in numbers:
-            found = self.trial(name, fault._replace(nth=nth))
-            if found["faults"] == 0 and sample is None:
-                # The command made fewer calls; this was one more undisturbed run.
-                if found["code"] != 0 or found["problems"]:
-                    yield found
-                return
-            yield found
+        fault = Fault(operation, error, 0, lasting)
+        if sample is None:
+            return list(self._until_none_fails(case, fault))
+        calls = self.trial(case, fault).counts.calls
+        steps = max(1, sample - 1)
+        numbers = sorted({1 + (calls - 1) * k // steps for k in range(sample)} - {0})
+        return [self.trial(case, fault._replace(nth=nth)) for nth in numbers]
 
-    def trial(self, name: str, fault: Fault) -> dict[str, Any]:
+    def _until_none_fails(self, case, fault):
+        for nth in count(1):
+            found = self.trial(case, fault._replace(nth=nth))
+            # Without a fault it made fewer calls; this was one more undisturbed run.
+            if found.counts.faults or found.ended.code or found.problems:
+                yield found
+            if not found.counts.faults:
+                return
+
+    def trial(self, name, fault):
         """Run a command with a fault, judge what it left, and repeat it without the fault."""
         case, reference = CASES[name], self.reference(name)
         work = self._copy(reference.template)
         self.control.arm(work / RESULTS, fault)
-        ended = run(case.arguments, work)
+        ended = self._run(case.arguments, work)
         counts = self.control.disarm()
         warned = new_lines(reference, ended) > 0
         problems = self._judge(name, work, ended, case.optional if warned else "-")
@@ -95,50 +132,46 @@ class Trials:
         # A writer cannot remove its partial file if removing fails.
         removable = fault.operation != "unlink"
         if removable:
-            problems += partial_files(files_of(work / RESULTS))
+            problems += [f"{name} is left" for name in partial_files(work / RESULTS)]
         problems += self._repeat(name, work, removable=removable)
         shutil.rmtree(work)
-        return {
-            "case": name,
-            "fault": str(fault),
-            **counts._asdict(),
-            "first": counts.first.replace(str(work.resolve()), ""),
-            "code": ended.code,
-            "stderr": ended.stderr,
-            "problems": problems,
-        }
+        counts = counts._replace(first=counts.first.replace(str(work.resolve()), ""))
+        return Trial(name, fault, counts, ended, problems)
 
-    def reference(self, name: str) -> Reference:
+    def _run(self, arguments, folder):
+        return self.server.run(folder, *shlex.split(arguments))
+
+    def reference(self, name):
         """Return the undisturbed run of a case; it is made at the first call."""
         if name not in self.references:
             self.references[name] = self._make_reference(CASES[name])
         return self.references[name]
 
-    def _make_reference(self, case: Case) -> Reference:
+    def _make_reference(self, case):
         template = self._template(case.before)
         runs = []
         for _ in range(2):
             work = self._copy(template)
-            ended = run(case.arguments, work)
+            ended = self._run(case.arguments, work)
             assert ended.code == 0, (case, ended)
             digests = files_of(work / RESULTS)
-            assert not list(partial_files(digests)), digests
+            assert partial_files(work) == []
             contents = self._contents(work / RESULTS, digests)
             runs.append((ended, digests, contents))
             shutil.rmtree(work)
         (ended, digests, after), (other, _, again) = runs
         for name, content in after.items():
-            assert equal(content, again[name]), (name, differences(content, again[name]))
+            assert content == again[name], (name, differences(content, again[name]))
         before_files = files_of(template / RESULTS)
         assert ended.stdout == other.stdout or not case.prints, (ended, other)
         return Reference(template, before_files, after, digests, ended, case.prints)
 
-    def _template(self, before: tuple[str, ...]) -> Path:
+    def _template(self, before):
         """Return a working folder in which these commands have run."""
         if before not in self.templates:
             if before:
                 folder = self._copy(self._template(before[:-1]))
-                ended = run(before[-1], folder)
+                ended = self._run(before[-1], folder)
                 assert ended.code == 0, (before[-1], ended)
             else:
                 folder = self._new_folder()
@@ -148,24 +181,24 @@ class Trials:
             self.templates[before] = folder
         return self.templates[before]
 
-    def _new_folder(self) -> Path:
+    def _new_folder(self):
         self.number += 1
         return self.folder / str(self.number)
 
-    def _copy(self, template: Path) -> Path:
+    def _copy(self, template):
         work = self._new_folder()
         shutil.copytree(template, work)
         return work
 
-    def _contents(self, folder: Path, files: Folder) -> dict[str, Content]:
-        """Return the content of each file; another process reads the new ones."""
-        new = [name for name in files if (Path(name).suffix, files[name]) not in self.contents]
-        if new:
-            for name, content in zip(new, read_contents(folder, new), strict=True):
-                self.contents[Path(name).suffix, files[name]] = content
-        return {name: self.contents[Path(name).suffix, digest] for name, digest in files.items()}
+    def _contents(self, folder, files):
+        """Return the content of each file; equal files are read once."""
+        keys = {name: (Path(name).suffix, digest) for name, digest in files.items()}
+        for name, key in keys.items():
+            if key not in self.contents:
+                self.contents[key] = content_of(folder / name)
+        return {name: self.contents[key] for name, key in keys.items()}
 
-    def _judge(self, name: str, work: Path, ended: Ended, optional: str = "-") -> list[str]:
+    def _judge(self, name, work, ended, optional="-"):
         reference = self.references[name]
         problems = list(message_problems(reference, ended, CASES[name].lines))
         files = files_of(work / RESULTS)
@@ -181,50 +214,16 @@ class Trials:
                 problems.append("printed something else, but the exit code is 0")
         return problems
 
-    def _repeat(self, name: str, work: Path, *, removable: bool) -> list[str]:
+    def _repeat(self, name, work, *, removable):
         """Repeat a command without faults, and judge the folder. Equal folders are tried once."""
         contents = self._contents(work / RESULTS, files_of(work / RESULTS))
-        state = {
-            file: sorted(item for item in content.items() if item[0] not in VOLATILE)
-            for file, content in contents.items()
-        }
-        key = name, json.dumps([removable, state], sort_keys=True)
+        key = name, json.dumps([removable, contents], sort_keys=True)
         if key not in self.repeated:
-            ended = run(CASES[name].arguments, work)
+            ended = self._run(CASES[name].arguments, work)
             problems = self._judge(name, work, ended)
             if ended.code != 0:
                 problems.append(f"exit code {ended.code}: {ended.stderr}")
             if removable:
-                problems += partial_files(files_of(work / RESULTS))
+                problems += [f"{name} is left" for name in partial_files(work / RESULTS)]
             self.repeated[key] = [f"repeated: {problem}" for problem in problems]
         return self.repeated[key]
-
-
-def serve(requests, answers, folder):
-    """Answer requests, each a line of JSON: a case, a fault, and the size of the sample."""
-    trials = Trials(folder, Control(Path(os.environ[CONTROL])))
-    for line in requests:
-        request = json.loads(line)
-        fault = Fault(request["operation"], request["error"], 0, request["lasting"])
-        found = list(trials.series(request["case"], fault, request["sample"]))
-        answers.write(json.dumps(found) + "\n")
-        answers.flush()
-
-
-def main():
-    """Serve; in a fork, run the command as `rbstab` does."""
-    import_all()
-    pictures = Path(sys.argv[1]) / "pictures"
-    pictures.mkdir()
-    remember_pictures(pictures)
-    arguments: list[str] = []
-    try:
-        serve(sys.stdin, os.fdopen(os.dup(1), "w"), Path(sys.argv[1]))
-    except RunHere as request:
-        arguments = request.arguments
-    if arguments:
-        run_to_end(arguments)
-
-
-if __name__ == "__main__":
-    main()

@@ -20,13 +20,13 @@ NAMES = click.argument("names", nargs=-1)
 
 
 @click.group()
-def main() -> None:
+def main():
     """The table of claims; NAMES are parts of the names of configs, by default all."""
 
 
 @main.command()
 @NAMES
-def make(names: tuple[str, ...]) -> None:
+def make(names):
     """Write the claims of the present program about the configs; others are kept.
 
     The times of proofs are those of this machine; `ask` adds proofs that are asked for.
@@ -41,7 +41,7 @@ def make(names: tuple[str, ...]) -> None:
             table.write(table.TABLE, {one: stored[one] for one in table.names() if one in stored})
 
 
-def _more(name: str, claims: Claims) -> Claims:
+def _more(name, claims):
     """Return the doubts about claims, and what is proved within tolerances."""
     found: Claims = {"doubts": doubts(table.config_of(name), claims)}
     if name in WITHIN:
@@ -51,7 +51,7 @@ def _more(name: str, claims: Claims) -> Claims:
 
 @main.command()
 @NAMES
-def ask(names: tuple[str, ...]) -> None:
+def ask(names):
     """Add the claims of proofs that are asked for, where those that are unasked ended early."""
     stored = table.read(table.TABLE)
     for name, claims in stored.items():
@@ -63,13 +63,13 @@ def ask(names: tuple[str, ...]) -> None:
 
 @main.command(hidden=True)
 @click.argument("name")
-def asked(name: str) -> None:
+def asked(name):
     """Print the claims of a proof that is asked for, as JSON; end early if it takes too long."""
     resource.setrlimit(resource.RLIMIT_CPU, (ASKED_LIMIT, ASKED_LIMIT))
     click.echo(json.dumps(claims_of(table.config_of(name), asked=True)))
 
 
-def _asked(name: str) -> Claims | None:
+def _asked(name):
     """Return the claims of a proof that is asked for; None if it takes too long."""
     command = [sys.executable, "-m", "support.claims", "asked", name]
     ended = subprocess.run(command, capture_output=True, check=False)
@@ -81,7 +81,7 @@ def _asked(name: str) -> Claims | None:
 
 @main.command()
 @NAMES
-def compare(names: tuple[str, ...]) -> None:
+def compare(names):
     """Say which claims the program makes no more, and which are new; exit 1 if any is lost."""
     failed = False
     for name, before in table.read(table.TABLE).items():
@@ -101,11 +101,11 @@ def compare(names: tuple[str, ...]) -> None:
     raise SystemExit(1 if failed else 0)
 
 
-def _is_meant(name: str, names: tuple[str, ...]) -> bool:
+def _is_meant(name, names):
     return not names or any(part in name for part in names)
 
 
-def _outcome(claims: Claims) -> str:
+def _outcome(claims):
     if not claims["passive"]:
         return f"no proof: {claims['why_not'].partition(';')[0]}"
     part = claims["range"]
@@ -115,7 +115,7 @@ def _outcome(claims: Claims) -> str:
     return f"{kept}, {len(part['states'])} states"
 
 
-def _summary(claims: Claims) -> str:
+def _summary(claims):
     spent = claims["seconds"]["rest"]
     doubted = "".join(f"; DOUBT {key}: {text}" for key, text in claims["doubts"].items())
     return f"{_outcome(claims)}, {claims['range']['boxes']} boxes, {spent} s{doubted}"

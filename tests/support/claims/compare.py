@@ -1,10 +1,6 @@
 """Whether a claim was lost since the table was made; a claim that is doubted is not held."""
 
-from collections.abc import Iterator
-
 import numpy as np
-
-from support.claims.program import Claims
 
 SAME_PLACE = 1e-6
 """rad: two states with angles this close are the same."""
@@ -18,7 +14,7 @@ LEAST_LEVEL = 0.98
 RANGES = ("range", "all_angles")
 
 
-def lost(before: Claims, now: Claims) -> list[str]:
+def lost(before, now):
     """Return the claims that the program no longer makes, or makes otherwise, in words."""
     doubted = set(before.get("doubts", {}))
     found = list(_lost_words(before, now))
@@ -29,7 +25,7 @@ def lost(before: Claims, now: Claims) -> list[str]:
     return [f"{claim}: {text}" if text else claim for claim, text in found if claim not in doubted]
 
 
-def lost_within(before: dict[str, Claims], now: dict[str, Claims]) -> list[str]:
+def lost_within(before, now):
     """Return what is no longer proved, or refuted, within tolerances, in words."""
     found = []
     for texts, old in before.items():
@@ -41,7 +37,7 @@ def lost_within(before: dict[str, Claims], now: dict[str, Claims]) -> list[str]:
     return found
 
 
-def gained(before: Claims, now: Claims) -> list[str]:
+def gained(before, now):
     """Return the claims that are new since the table was made, in words."""
     words = [claim for claim, _ in _lost_words(now, before)]
     for name in RANGES:
@@ -53,7 +49,7 @@ def gained(before: Claims, now: Claims) -> list[str]:
     return words
 
 
-def _lost_words(before: Claims, now: Claims) -> Iterator[tuple[str, str]]:
+def _lost_words(before, now):
     """Yield the claims without numbers that are in one record and not in the other."""
     if before["every_start"] and not now["every_start"]:
         yield "every_start", ""
@@ -72,7 +68,7 @@ def _lost_words(before: Claims, now: Claims) -> Iterator[tuple[str, str]]:
             yield "this_start", f"{at} became {other}; {new['why']}"
 
 
-def _end_of(claims: Claims) -> list[float] | None:
+def _end_of(claims):
     """Return the Θ to which the motion from this start converges; None if that is not proved."""
     number = claims["this_start"]["state"]
     if number is None:
@@ -85,7 +81,7 @@ def _end_of(claims: Claims) -> list[float] | None:
     return None
 
 
-def _lost_in(old: Claims, new: Claims | None, *, every: bool) -> Iterator[str]:
+def _lost_in(old, new, *, every):
     """Yield what one range has lost; where every start converges, no level is needed."""
     if new is None:
         if old["complete"] or old["level"] is not None or _known(old):
@@ -109,11 +105,11 @@ def _lost_in(old: Claims, new: Claims | None, *, every: bool) -> Iterator[str]:
         yield from _lower(old, new, numbers)
 
 
-def _known(claims: Claims) -> bool:
+def _known(claims):
     return any(state["proved"] for state in claims["states"])
 
 
-def _match(state: Claims, states: list[Claims]) -> int | None:
+def _match(state, states):
     """Return the number of a state among others, from 1; None if it is not there."""
     for number, other in enumerate(states, start=1):
         if same_place(np.array(state["at"]), np.array(other["at"])):
@@ -121,7 +117,7 @@ def _match(state: Claims, states: list[Claims]) -> int | None:
     return None
 
 
-def same_place(one: "np.ndarray", other: "np.ndarray") -> bool:
+def same_place(one, other):
     """Return whether two poses are the same; on the border of the range, π is also -π."""
     apart = np.abs(one - other)
     border = np.abs(np.abs(one) - np.pi) < SAME_PLACE
@@ -129,7 +125,7 @@ def same_place(one: "np.ndarray", other: "np.ndarray") -> bool:
     return bool(np.all(apart < SAME_PLACE))
 
 
-def _changed(old: Claims, new: Claims) -> Iterator[str]:
+def _changed(old, new):
     at = old["at"]
     if not new["proved"]:
         yield f"the state at {at} is not proved"
@@ -139,7 +135,7 @@ def _changed(old: Claims, new: Claims) -> Iterator[str]:
         yield f"the energy {old['energy']} J of the state at {at} became {new['energy']} J"
 
 
-def _lower(old: Claims, new: Claims, numbers: dict[str, str]) -> Iterator[str]:
+def _lower(old, new, numbers):
     """Yield the levels that are lower, or missing."""
     pairs = {"level": (old["level"], new["level"])} if old["level"] is not None else {}
     for number, depth in old["depths"].items():

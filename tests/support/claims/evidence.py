@@ -3,21 +3,17 @@
 The searches know nothing of the proofs. They use the stored energy alone, and differences of it.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from scipy.optimize import minimize, root
 
-from rbstab.analysis.configuration import Configurations, configurations
+from rbstab.analysis.configuration import configurations
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
-from rbstab.config.schema import Config
 from support.bodies import least_energy
 from support.claims.compare import RANGES
-from support.claims.program import Claims
 from support.differences import hessian
-from support.systems import Array
 
 HELD_STARTS, STARTS = 60, 20
 """Random starts of a search for more states: of a body that is held, and of one that is not."""
@@ -28,10 +24,8 @@ STEP = 1e-5
 SAME = 1e-3
 """rad: how far a state that is found may be from one that is claimed."""
 
-HALF_TURN = np.array([np.pi, np.pi / 2, np.pi])
 
-
-def doubts(config: Config, claims: Claims, seed: int = 0) -> dict[str, str]:
+def doubts(config, claims, seed=0):
     """Return what contradicts the claims about a config: by claim, in words.
 
     Args:
@@ -42,72 +36,51 @@ def doubts(config: Config, claims: Claims, seed: int = 0) -> dict[str, str]:
     found: dict[str, str] = {}
     if not claims["passive"]:
         return found
-    search = _Search.of(config, np.random.default_rng(seed))
+    search = _Search(config, np.random.default_rng(seed))
     with np.errstate(all="ignore"):
         for claim, text in search.contradictions(claims):
             found.setdefault(claim, text)
     return found
 
 
-@dataclass(frozen=True, eq=False)
 class _Search:
-    """The stored energy of a body at rest, random numbers, and the largest |θ2|."""
+    """Searches with the stored energy of a body at rest alone, from random starts."""
 
-    at_rest: Configurations
-    rng: np.random.Generator
-    pitch: float
-    kept: bool
-    """Whether a barrier or a stop keeps θ2 in the range."""
-
-    outer: bool
-    """Whether barriers keep θ1 and θ3 too."""
-
-    stopped: bool
-    """Whether a stop keeps |θ2| <= pitch."""
-
-    jumps: bool
-    """Whether forces jump, so that a state need be no zero of the slope."""
-
-    turns: bool
-    """Whether the energy changes with whole turns."""
-
-    @classmethod
-    def of(cls, config: Config, rng: np.random.Generator) -> "_Search":
+    def __init__(self, config, rng):
+        self.rng = rng
+        self.at_rest = configurations(smooth_rest_system(problem_of(config)))
         sections = [section.model_dump() for section in config.elements.values()]
         guards = {section.get("method"): section for section in sections}
-        kinked = {"Latch", "Counterweight"}
-        at_rest = configurations(smooth_rest_system(problem_of(config)))
-        K_r = getattr(config.controller, "K_r", None)
-        turns = K_r is not None and bool(np.any(np.asarray(K_r)))
-        outer = bool(guards.get("barrier", {}).get("outer_stiffness"))
         stop = guards.get("stop", {}).get("angle")
+        self.stopped = stop is not None
+        """Whether a stop keeps |θ2| <= pitch."""
+        self.pitch = float(stop or np.pi / 2)
+        """The largest |θ2|."""
+        self.kept = self.stopped or "barrier" in guards
+        """Whether a barrier or a stop keeps θ2 in the range."""
+        self.outer = bool(guards.get("barrier", {}).get("outer_stiffness"))
+        """Whether barriers keep θ1 and θ3 too."""
         names = {section.get("class_name") for section in sections}
-        jumps = "repelling" in guards or bool(names & kinked)
-        return cls(
-            at_rest,
-            rng,
-            float(stop or np.pi / 2),
-            stop is not None or "barrier" in guards,
-            outer,
-            stop is not None,
-            jumps,
-            turns,
-        )
+        self.jumps = "repelling" in guards or bool(names & {"Latch", "Counterweight"})
+        """Whether forces jump, so that a state need be no zero of the slope."""
+        K_r = getattr(config.controller, "K_r", None)
+        self.turns = K_r is not None and bool(np.any(np.asarray(K_r)))
+        """Whether the energy changes with whole turns."""
 
-    def energy(self, q: Array) -> float:
+    def energy(self, q):
         return float(self.at_rest.energy(np.asarray(q, dtype=float)))
 
-    def slope(self, q: Array) -> Array:
+    def slope(self, q):
         """Return central differences of the energy."""
         steps = STEP * np.eye(len(q))
         return np.array([(self.energy(q + h) - self.energy(q - h)) / (2 * STEP) for h in steps])
 
-    def start(self, end: Array) -> Array:
+    def start(self, end):
         """Return a random configuration with its lowest energy at these angles."""
         Theta = self.rng.uniform(-1, 1, 3) * end
         return np.concatenate([Theta, self.lowest_rest(Theta)])
 
-    def lowest_rest(self, Theta: Array) -> Array:
+    def lowest_rest(self, Theta):
         """Return X and own states of the lowest energy at given angles."""
         if self.at_rest.size == 3:
             return np.zeros(0)
@@ -115,7 +88,7 @@ class _Search:
         found = minimize(lambda x: self.energy(np.concatenate([Theta, x])), guess, method="BFGS")
         return found.x
 
-    def contradictions(self, claims: Claims) -> Iterator[tuple[str, str]]:
+    def contradictions(self, claims):
         """Yield claims with what contradicts them."""
         for name in RANGES:
             part = claims[name]
@@ -124,12 +97,15 @@ class _Search:
             end = np.array([np.pi, self.pitch, np.pi])
             if name == "all_angles":
                 end *= [2.0, 1.0, 2.0]
-            yield from ((name, text) for text in self._of_states(part))
-            yield from ((name, text) for text in self._of_list(part, end))
-            yield from ((name, text) for text in self._of_level(name, part))
+            texts = (
+                self._of_states(part),
+                self._of_list(part, end),
+                self._of_level(name, part, end),
+            )
+            yield from ((name, text) for text in chain(*texts))
         yield from self._of_sum(claims)
 
-    def _of_states(self, part: Claims) -> Iterator[str]:
+    def _of_states(self, part):
         """Compare the energy, slope and index of each proved state with those of differences."""
         for state in part["states"]:
             if not state["proved"] or "held" in state["kind"] or "ridge" in state["kind"]:
@@ -147,7 +123,7 @@ class _Search:
             if np.abs(self.slope(q)[:3]).max() > 1e-3 * np.abs(values).max():
                 yield f"U has a slope at {state['at']}"
 
-    def _of_list(self, part: Claims, end: Array) -> Iterator[str]:
+    def _of_list(self, part, end):
         """Look for states that are not listed: all that are found count against the list."""
         if not part["complete"] and part["level"] is None:
             return
@@ -167,7 +143,7 @@ class _Search:
                 yield f"a state below c* was found, at {at}, {U:.6g} J"
                 return
 
-    def _is_state(self, q: Array, end: Array) -> bool:
+    def _is_state(self, q, end):
         """Return whether a body rests at q, inside the range or pressed against its stop."""
         free = np.ones(len(q), dtype=bool)
         if self.stopped and abs(abs(q[1]) - self.pitch) < 1e-6:
@@ -179,7 +155,7 @@ class _Search:
             return False
         return self._flat(q, free) or (self.jumps and self._lowest_near(q))
 
-    def _flat(self, q: Array, free: Array) -> bool:
+    def _flat(self, q, free):
         """Return whether U is smooth at q, with a slope of zero and no degenerate curvature."""
         U, steps = self.energy(q), 1e-6 * np.eye(len(q))
         sides = [(self.energy(q + h) - U, self.energy(q - h) - U) for h in steps[free]]
@@ -189,7 +165,7 @@ class _Search:
             return False
         return bool(np.abs(sides).max() < 1e-6 * 1e-3 * max(1.0, abs(U)))
 
-    def _lowest_near(self, q: Array) -> bool:
+    def _lowest_near(self, q):
         """Return whether a search without slopes ends at q: it does at a kink that holds."""
         again = q
         for _ in range(3):
@@ -197,21 +173,19 @@ class _Search:
             again = minimize(self.energy, again, method="Nelder-Mead", options=options).x
         return bool(np.abs(again - q).max() < SAME)
 
-    def _descended(self, q: Array, end: Array) -> Array:
+    def _descended(self, q, end):
         limits = [(-one, one) for one in end - 1e-9] + [(None, None)] * (len(q) - 3)
         found = minimize(self.energy, q, jac=self.slope, bounds=limits, method="L-BFGS-B").x
         near = root(self.slope, found, method="hybr", tol=1e-10).x
         return np.asarray(near if np.abs(near - found).max() < SAME else found)
 
-    def _listed(self, Theta: Array, part: Claims) -> bool:
-        others = [np.array(state["at"]) for state in part["states"]]
-        if self.turns or self.outer:
-            return any(np.abs(Theta - other).max() < SAME for other in others)
-        return any(
-            np.abs((Theta - other + np.pi) % (2 * np.pi) - np.pi).max() < SAME for other in others
-        )
+    def _listed(self, Theta, part):
+        apart = np.array([Theta - np.array(state["at"]) for state in part["states"]]).reshape(-1, 3)
+        if not (self.turns or self.outer):
+            apart = (apart + np.pi) % (2 * np.pi) - np.pi
+        return bool(np.any(np.all(np.abs(apart) < SAME, axis=-1)))
 
-    def _of_level(self, name: str, part: Claims) -> Iterator[str]:
+    def _of_level(self, name, part, end):
         """Look for another state or a point of the border below c*: by descents on each face."""
         if part["level"] is None:
             return
@@ -221,8 +195,7 @@ class _Search:
                 yield f"the state at {state['at']} is below c*"
         axes = [1] if name == "all_angles" or not self.turns else [0, 1, 2]
         axes = [axis for axis in axes if not (axis == 1 and self.kept)]
-        ends = HALF_TURN * (2.0 if name == "all_angles" else 1.0)
-        ends[1] = self.pitch - 1e-9
+        ends = end - [0, 1e-9, 0]
         for axis in axes:
             for sign in (-1.0, 1.0):
                 starts = 90 if self.at_rest.size == 3 else 20
@@ -231,7 +204,7 @@ class _Search:
                 if least < bound - 1e-6 * max(1.0, abs(bound)):
                     yield f"U is {least:.6g} J on the border of θ{axis + 1}, below c*"
 
-    def _of_sum(self, claims: Claims) -> Iterator[tuple[str, str]]:
+    def _of_sum(self, claims):
         """Count the states: Σ (-1)^index is Euler's number of the space where θ2 is kept."""
         name = "range" if self.outer else "all_angles"
         part = claims[name]

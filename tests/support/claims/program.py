@@ -1,20 +1,15 @@
 """What the program claims about a config: the only module here that asks it for proofs."""
 
 import time
-from collections.abc import Sequence
 from typing import Any
 
 import rbstab
 from rbstab.config.build import problem_of
-from rbstab.config.schema import Config
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.convergence.exact_motion import prove_convergence
 from rbstab.experiment.robust.bodies import prove_within
 from rbstab.experiment.stability import kind_of
-from rbstab.experiment.stored_proof.data import ProvedStates
-from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.proof.entries import ProvedState
 
 Claims = dict[str, Any]
 """The claims about one config, as plain data.
@@ -41,7 +36,7 @@ DIGITS = 9
 """Angles, rad, have so many decimals; energies and levels as many significant digits."""
 
 
-def claims_of(config: Config, *, asked: bool = False) -> Claims:
+def claims_of(config, *, asked=False):
     """Return what the program proves about a config, made anew.
 
     Args:
@@ -76,7 +71,7 @@ def claims_of(config: Config, *, asked: bool = False) -> Claims:
     }
 
 
-def within_of(config: Config, texts: Sequence[str], limit: float) -> Claims:
+def within_of(config, texts, limit):
     """Return what is proved of all bodies within tolerances: that they have one rest state.
 
     Args:
@@ -103,7 +98,7 @@ def within_of(config: Config, texts: Sequence[str], limit: float) -> Claims:
     }
 
 
-def _states(proof: Proof, found: ProvedStates) -> Claims:
+def _states(proof, found):
     level = found.region.lower_bound if found.region and found.region.proved else None
     return {
         "complete": found.proved,
@@ -116,7 +111,7 @@ def _states(proof: Proof, found: ProvedStates) -> Claims:
     }
 
 
-def _state(state: ProvedState) -> Claims:
+def _state(state):
     known = state.proved and state.index_proved is True and not state.degenerate
     return {
         "at": [round(float(angle), DIGITS) + 0.0 for angle in state.orientation],
@@ -127,5 +122,5 @@ def _state(state: ProvedState) -> Claims:
     }
 
 
-def _rounded(value: float) -> float:
+def _rounded(value):
     return float(f"{value:.{DIGITS}g}")

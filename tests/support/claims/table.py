@@ -1,12 +1,10 @@
 """The stored table: the configs, and what was claimed about them when it was made."""
 
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from rbstab.config.load import load_config
-from rbstab.config.schema import Config
 
 ROOT = Path(__file__).resolve().parents[3]
 FOLDER = ROOT / "tests/claims"
@@ -19,19 +17,19 @@ relative to the root.
 """
 
 
-def names() -> list[str]:
+def names():
     """Return the names of all configs: paths of those that are shipped, then the random ones."""
     return [*shipped(), *read(BODIES)]
 
 
-def shipped() -> list[str]:
+def shipped():
     """Return the paths of the shipped configs, relative to the root; plans of sweeps are none."""
     folders = (ROOT / "configs/paper", ROOT / "configs/examples")
     paths = sorted(path for folder in folders for path in folder.rglob("*.yaml"))
     return [path.relative_to(ROOT).as_posix() for path in paths]
 
 
-def config_of(name: str, bodies: Mapping[str, Any] | None = None) -> Config:
+def config_of(name, bodies=None):
     """Return the config of a name; the files of elements may be run."""
     if name.endswith(".yaml"):
         return load_config(ROOT / name, allow_python=True)
@@ -42,17 +40,17 @@ def config_of(name: str, bodies: Mapping[str, Any] | None = None) -> Config:
     return load_config(data, allow_python=True)
 
 
-def read(file: Path) -> dict[str, Any]:
+def read(file):
     """Return a stored table, by name."""
     found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
     return found
 
 
-def write(file: Path, table: Mapping[str, Any]) -> None:
+def write(file, table):
     """Write a table with one line a name."""
     lines = [f"{json.dumps(name)}: {_line(entry)}" for name, entry in table.items()]
     file.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
 
 
-def _line(entry: Any) -> str:
+def _line(entry):
     return json.dumps(entry, ensure_ascii=False)

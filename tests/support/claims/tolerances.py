@@ -1,6 +1,6 @@
 """The tolerances within which the table says what is proved of all bodies."""
 
-from support.claims.program import Claims, within_of
+from support.claims.program import within_of
 from support.claims.table import config_of
 
 _OF_ALL = tuple((f"controller=±{percent}%",) for percent in (10, 20, 30, 40))
@@ -22,7 +22,7 @@ LIMIT = 30.0
 """s, CPU time of each of them."""
 
 
-def within(name: str) -> dict[str, Claims]:
+def within(name):
     """Return what is proved within the tolerances of a config."""
     config = config_of(name)
     return {", ".join(texts): within_of(config, texts, LIMIT) for texts in WITHIN[name]}

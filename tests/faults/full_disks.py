@@ -2,12 +2,10 @@
 
 import shutil
 import subprocess
-from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
-
 from support.forked_commands import CommandServer, wait_until
 
 BLOCKS = 1 << 20, 1 << 12
@@ -28,7 +26,7 @@ class SmallDisk:
         folder: An empty folder, where the server mounts the file system.
     """
 
-    def __init__(self, server: CommandServer, folder: Path) -> None:
+    def __init__(self, server, folder):
         self.server = server
         self.inside = folder
         """The folder as the server and its commands see it."""
@@ -36,25 +34,25 @@ class SmallDisk:
         """The folder as this process sees it."""
         self._filler = self.path / "filler"
 
-    def mount(self, size: int) -> None:
+    def mount(self, size):
         """Mount it empty, with so many bytes."""
         assert self.server.ask("mount", str(self.inside), size) == "0"
 
-    def unmount(self) -> None:
+    def unmount(self):
         """Unmount it; its files are lost."""
         # A worker of a command that has ended may still be in the folder for a moment.
         assert wait_until(lambda: self.server.ask("unmount", str(self.inside)) == "0", 10.0)
 
-    def resize(self, size: int) -> None:
+    def resize(self, size):
         """Change its size, which must be enough for its files."""
         assert self.server.ask("resize", str(self.inside), size) == "0"
 
     @property
-    def used(self) -> int:
+    def used(self):
         """The bytes of its files and folders."""
         return shutil.disk_usage(self.path).used
 
-    def fill(self) -> None:
+    def fill(self):
         """Write until the disk is full."""
         with self._filler.open("ab", buffering=0) as file:
             for size in BLOCKS:
@@ -62,14 +60,14 @@ class SmallDisk:
                     while file.write(bytes(size)):
                         pass
 
-    def free(self) -> None:
+    def free(self):
         """Remove what `fill` has written, and make the disk large."""
         self._filler.unlink(missing_ok=True)
         self.resize(PLENTY)
 
 
 @contextmanager
-def small_disk(folder: Path) -> Iterator[SmallDisk]:
+def small_disk(folder):
     """Yield a disk that is not mounted yet; skip the test where nothing can be mounted."""
     mounted = folder / "disk"
     mounted.mkdir(parents=True)
@@ -80,7 +78,7 @@ def small_disk(folder: Path) -> Iterator[SmallDisk]:
         yield SmallDisk(server, mounted)
 
 
-def _can_mount(namespace: tuple[str, ...], folder: Path) -> bool:
+def _can_mount(namespace, folder):
     command = (*namespace, "mount", "-t", "tmpfs", "rbstab-test", str(folder))
     try:
         return subprocess.run(command, capture_output=True, check=False).returncode == 0

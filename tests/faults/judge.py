@@ -2,11 +2,11 @@
 
 import re
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
-from urllib.parse import unquote
 
-from faults.library.contents import Content, Folder, differences, equal
-from faults.library.forks import Ended
+from faults.contents import Content, Folder, differences
+from support.forked_commands import Ended
 
 FORBIDDEN = (
     "Traceback",
@@ -25,9 +25,6 @@ ALLOWED_CODES = (0, 4)
 
 PICTURE = re.compile(r"_files/[^/]+\.png$")
 """The end of the path of a picture of a report in Markdown."""
-
-LINK = re.compile(r"!\[[^\]]*\]\(([^)]+\.png)\)")
-"""A picture in Markdown."""
 
 
 class Reference(NamedTuple):
@@ -74,7 +71,7 @@ def message_problems(reference, ended, most_lines):
             yield f"prints {word!r}"
 
 
-def file_problems(reference, files, contents, changing="-"):
+def file_problems(reference, files, contents, changing="-", first=MappingProxyType({})):
     """Yield what is wrong with the files: lost earlier results, and wrong new ones.
 
     Args:
@@ -83,6 +80,7 @@ def file_problems(reference, files, contents, changing="-"):
         contents: Their content.
         changing: The start of the names of files that may be new in another way. A new report that
             lacks a result also lacks its pictures (see `missing_pictures`).
+        first: The content of files that a first part of the command leaves.
     """
     before, after = reference.before, reference.digests
     for name, digest in before.items():
@@ -104,7 +102,7 @@ def file_problems(reference, files, contents, changing="-"):
         expected = reference.after.get(name)
         if expected is None:
             yield f"{name} is unexpected"
-        elif not equal(contents[name], expected):
+        elif contents[name] not in (expected, first.get(name)):
             wrong = ", ".join(differences(contents[name], expected)[:5])
             yield f"{name} is wrong: {wrong}"
 
@@ -122,27 +120,9 @@ def unfinished(reference, contents, optional="-"):
             continue
         if name not in contents:
             yield f"{name} is missing, but the exit code is 0"
-        elif not equal(contents[name], expected):
-            yield f"{name} is not that of an undisturbed run, but the exit code is 0"
-
-
-def partial_files(files):
-    """Yield the partial files that are left."""
-    for name in files:
-        if name.endswith(".part"):
-            yield f"{name} is left"
-
-
-def missing_pictures(results):
-    """Yield the pictures that a report in Markdown shows, but that do not exist.
-
-    Args:
-        results: The folder of the report.
-    """
-    for report in results.glob("*.md"):
-        for link in LINK.findall(report.read_text()):
-            if not (results / unquote(link)).is_file():
-                yield f"{report.name} shows {link}, which does not exist"
+        elif contents[name] != expected:
+            wrong = ", ".join(differences(contents[name], expected)[:5])
+            yield f"{name} is not that of an undisturbed run, but the exit code is 0: {wrong}"
 
 
 def _is_hidden(name):

@@ -247,20 +247,18 @@ class Bounds:
             x, y, z = (self.H[i, n].mid() for i in range(n))
             yield "j", self._combined(arb_mat([[y, -x, 0], [z, 0, -x], [0, z, -y]]))
 
-    @property
-    def values(self) -> Ball:
-        """U over the box, by Taylor's theorem."""
-        total, n = self.value, range(len(self.along))
-        d, M = self.step, self.H
-        for i in n:
-            square = d[i, 0].abs_upper() ** 2
-            total += self.gradient[i, 0] * d[i, 0] + M[i, i] * arb(square / 4, square / 4)
-            total += sum((M[i, j] * d[i, 0] * d[j, 0] for j in n if j > i), arb(0))
-        return total
-
     def at_least(self, bound: Ball) -> bool:
-        """Return whether U is at least a bound on the box."""
-        return bool(self.values >= bound or self.over >= bound)
+        """Return whether U is at least a bound on the box, from its terms or by Taylor's theorem."""
+        return bool(self.over >= bound or self.value + self._least(1) >= bound)
+
+    def below(self, bound: Ball) -> bool:
+        """Return whether U is below a bound on the box."""
+        return bool(self.value - self._least(-1) < bound)
+
+    def _least(self, sign: int) -> Ball:
+        """Return a bound from below of ±(U - U(m)) over the box."""
+        reach = [x.abs_upper() for x in self.step.entries()]
+        return least_of((sign * self.gradient).entries(), (sign * self.H).tolist(), reach)
 
     # -- a state at rest --------------------------------------------------------------------------
 
@@ -338,3 +336,28 @@ def first(x: Series, rows: Sequence[int]) -> Matrix:
 def second(x: Series, rows: Sequence[int], columns: Sequence[int]) -> Matrix:
     """Return second derivatives of a series as a matrix."""
     return arb_mat([[derivative(x, i, j) for j in columns] for i in rows])
+
+
+def least_of(a: Sequence[Ball], A: Sequence[Sequence[Ball]], reach: Sequence[Ball]) -> Ball:
+    """Return a bound from below of a'x + ½ x'Ax for |x_i| <= reach_i.
+
+    Of the first x, p x²/2 + b x is at least -b²/2p, where b depends on the other x (then these have
+    the Schur complement left), or it is bounded for the largest |b|: the better of both counts.
+    """
+    if not a:
+        return arb(0)
+    (q, *others), (p, *row), h, n = a, A[0], reach[0], range(len(a) - 1)
+    inner = [one[1:] for one in A[1:]]
+    most = sum((abs(c) * r for c, r in zip(row, reach[1:], strict=True)), abs(q))
+    if p > 0:
+        own = -most * h + p * h * h / 2 if most >= p * h else -most * most / (2 * p)
+    else:
+        own = -most * h + p * arb(h * h / 4, h * h / 4)
+    by_range = own + least_of(others, inner, reach[1:])
+    if not p > 0:
+        return by_range
+    share = [c / p for c in row]
+    left = [x - q * s for x, s in zip(others, share, strict=True)]
+    schur = [[inner[i][j] - row[i] * share[j] for j in n] for i in n]
+    by_square = least_of(left, schur, reach[1:]) - q * q / (2 * p)
+    return by_square if by_square.lower() > by_range.lower() else by_range

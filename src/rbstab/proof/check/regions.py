@@ -112,7 +112,7 @@ class Region(Level):
                 over = self._on_this_side(walls, box)
                 if over is None:
                     return BEYOND
-                below = WET if over.values < self.bound else None
+                below = WET if over.below(self.bound) else None
                 known[key] = ABOVE if over.at_least(self.bound) else below
             if known[key] is not None:
                 return known[key]
@@ -185,7 +185,7 @@ class Region(Level):
         return not walls or cover(box, reason, LIMIT).open is None
 
     def _finding(self, name: str, text: str, wrong: str, covers: dict[str, Cover]) -> Finding:
-        if self.bound <= Bounds(self.U, self.state.enclosure).values:
+        if Bounds(self.U, self.state.enclosure).at_least(self.bound):
             text = f"It is empty: the energy of {self.state.name} is at least {self.shown}."
         return Finding(self.range.name, name, not wrong, wrong or text, covers)
 

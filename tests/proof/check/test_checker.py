@@ -135,6 +135,7 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
         _at("ranges", 0, "level", to=LEAST + 1.01 * BORDER),
         "certified region",
     ),
+    "a level above a valley": ("valley", _at("ranges", 0, "level", to=BORDER + 1e-6), "certified"),
     "a region too high": ("wells", _at("ranges", 0, "regions", to=[[0, 1.01]]), "region of rest"),
     "a region over a ridge": ("tent", _at("ranges", 0, "regions", to=[[0, 1e-3]]), "region of"),
     "a region through a jump": ("through", _at("ranges", 0, "regions", to=[[0, 1.2]]), "region of"),

@@ -17,8 +17,7 @@ Krawczyk's test for U_ζ = 0 shows that a stationary point has ζ in a box Z for
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from itertools import combinations_with_replacement
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from flint import arb, arb_mat
 
@@ -65,6 +64,13 @@ class Face(NamedTuple):
         return not (self.place < low or self.place > high)
 
 
+class _Unknown(Series):
+    """A series without bounds."""
+
+    def get(self, *_: Any) -> Ball:
+        return UNKNOWN
+
+
 class Bounds:
     """Bounds of an energy over a box.
 
@@ -81,8 +87,10 @@ class Bounds:
         value: U(m).
         gradient: ∇U(m), by `along`.
         H: ∇²U over the box.
-        slopes: ∇U over the box, from its terms or by the mean value theorem.
     """
+
+    _at: Series
+    _over: Series
 
     def __init__(
         self,
@@ -107,9 +115,7 @@ class Bounds:
             self._evaluate_at(1)
             self._evaluate_over({})
         elif not self._encloses_minimiser():
-            numbers = sorted([*self.steps, *U.free])
-            keys = [(), *((i,) for i in numbers), *combinations_with_replacement(numbers, 2)]
-            self._at = self._over = dict.fromkeys(keys, UNKNOWN)
+            self._at = self._over = _Unknown()
         self._reduce()
 
     def _put(self, i: int, ends: tuple[float, float]) -> None:
@@ -196,11 +202,15 @@ class Bounds:
             self.value += (g.transpose() * zeta + zeta.transpose() * bb * zeta / 2)[0, 0]
             self.gradient += ab * zeta
             self.H -= ab * least * ab.transpose()
-        by_mean = (self.gradient + self.H * self.step).entries()
-        by_terms = (derivative(over, i) for i in along)
-        self.slopes = [narrower(a, b) for a, b in zip(by_terms, by_mean, strict=True)]
 
     # -- bounds -----------------------------------------------------------------------------------
+
+    @cached_property
+    def slopes(self) -> list[Ball]:
+        """∇U over the box, by `along`: from its terms or by the mean value theorem."""
+        by_mean = (self.gradient + self.H * self.step).entries()
+        by_terms = (derivative(self._over, i) for i in self.along)
+        return [narrower(a, b) for a, b in zip(by_terms, by_mean, strict=True)]
 
     def outwards(self, face: Face) -> Ball:
         """Return the slope of U outwards through a face, over the box."""
@@ -228,7 +238,7 @@ class Bounds:
             yield "j", self._combined(arb_mat([[y, -x, 0], [z, 0, -x], [0, z, -y]]), every)
 
     def at_least(self, bound: Ball) -> bool:
-        """Return whether U is at least a bound on the box, from its terms or by Taylor's theorem."""
+        """Return whether U is at least a bound on the box."""
         if not self.value >= bound:
             return False
         return bool(constant(self._over) >= bound or self.value + self._least(1) >= bound)

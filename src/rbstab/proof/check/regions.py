@@ -147,6 +147,7 @@ class Region(Level):
             f"Every motion with an energy below {self.shown} and Θ in the component of "
             f"{{U < {self.shown}}} about {self.state.name} converges to it."
         )
+        found = found._replace(places={"start": self.state.enclosure})
         covers = {"range": found, **border, **lengths}
         return self._finding(f"region of {self.state.name}", text, wrong if stopped else "", covers)
 

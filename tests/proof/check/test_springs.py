@@ -58,6 +58,11 @@ def test_what_is_never_verified_with_springs():
     assert wrong(claims(1.0, more=-spring() + spring(0, 10))) & {"rest states", "convexity"}
 
 
+def test_a_length_has_each_entry_of_z_once():
+    twice = (as_factor(Z[0] + AWAY) ** 2 + as_factor(Z[0] - 1) ** 2 + Z[1] ** 2 + Z[2] ** 2).sqrt()
+    assert wrong(claims(1.0, more=-twice)) == {"convexity"}
+
+
 @pytest.mark.parametrize(
     ("factor", "power"), [(-60, 2), (Fraction(1, 10), 3), (Fraction(1, 10), 4)]
 )

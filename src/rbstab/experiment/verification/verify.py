@@ -109,6 +109,7 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     from rbstab.proof.check.findings import Finding
     from rbstab.proof.passive.passive import why_not_in_proofs
     from rbstab.proof.reasons import NoEnergyReason
+    from rbstab.proof.record import difference_from
 
     same_id = proof.id == proof_id(config)
     text = "The id of the proof is that of the config."
@@ -129,19 +130,12 @@ def _config_findings(proof: Proof, config: Config) -> "Iterator[Finding]":
     elif failing is not None:
         text = f"{failing[:1].upper()}{failing[1:]}."
     yield Finding(CONFIG, "hypotheses", not_passive is None and failing is None, text)
-    other = _other_energy(proof, config)
+    stored, energy = proof.reduced_energy, _energy_of(config)
+    assert stored is not None
+    other = energy if isinstance(energy, str) else difference_from(stored.model_dump(), energy)
     text = "The energy U of the proof is that of the config, as an exact expression."
     text = text if other is None else f"The energy U is not that of the config: {other}."
     yield Finding(CONFIG, "energy", other is None, text)
-
-
-def _other_energy(proof: Proof, config: Config) -> str | None:
-    """Return in which way U of a proof is not that of a config; None if they are equal."""
-    from rbstab.proof.record import difference_from
-
-    stored, energy = proof.reduced_energy, _energy_of(config)
-    assert stored is not None
-    return energy if isinstance(energy, str) else difference_from(stored.model_dump(), energy)
 
 
 def _energy_of(config: Config) -> "Energy | str":

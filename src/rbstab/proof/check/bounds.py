@@ -17,8 +17,7 @@ Krawczyk's test for U_ζ = 0 shows that a stationary point has ζ in a box Z for
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from itertools import combinations_with_replacement
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from flint import arb, arb_mat
 
@@ -65,6 +64,13 @@ class Face(NamedTuple):
         return not (self.place < low or self.place > high)
 
 
+class _Unknown(Series):
+    """A series without bounds."""
+
+    def get(self, *_: Any) -> Ball:
+        return UNKNOWN
+
+
 class Bounds:
     """Bounds of an energy over a box.
 
@@ -77,10 +83,9 @@ class Bounds:
     Attributes:
         axes: The angles along which the box is not flat.
         jumps: The numbers of the variables λ.
+        along: All angles, and `jumps`.
         value: U(m).
-        over: U over the box, from its terms.
-        gradient: ∇U(m), by `axes` and `jumps`.
-        gradient_over: ∇U over the box, from its terms.
+        gradient: ∇U(m), by `along`.
         H: ∇²U over the box.
     """
 
@@ -101,16 +106,15 @@ class Bounds:
         self.jumps = self._undecided()
         for k in self.jumps:
             self._put(k, share)
-        self.along = [*self.axes, *self.jumps]
-        self.step = column([self.steps[i] for i in self.along])
+        self.along = list(self.steps)
+        self.step = column(list(self.steps.values()))
         if not U.free:
             self._evaluate_at(1)
             self._evaluate_over({})
         elif not self._encloses_minimiser():
-            numbers = sorted([*self.steps, *U.free])
-            keys = [(), *((i,) for i in numbers), *combinations_with_replacement(numbers, 2)]
-            self._at = self._over = dict.fromkeys(keys, UNKNOWN)
-            self._way = dict.fromkeys(numbers, UNKNOWN)
+            unbounded: Series = _Unknown()
+            self._at = self._over = unbounded
+            self._all_at = self._all_over = [unbounded] * len(U.operations)
         self._reduce()
 
     def _put(self, i: int, ends: tuple[float, float]) -> None:
@@ -147,8 +151,9 @@ class Bounds:
 
     def _evaluate_over(self, Z: Mapping[int, Ball]) -> None:
         """Evaluate U over the box, with ζ in Z."""
-        self._way = {**self.steps, **Z}
-        self._all_over = self.U(self._leaves(self._way), about=(self._all_at, self._way))
+        way = {**self.steps, **Z}
+        self._leaves_over = self._leaves(way)
+        self._all_over = self.U(self._leaves_over, about=(self._all_at, way))
         self._over = self._all_over[-1]
 
     def _follow(self) -> Matrix | None:
@@ -182,13 +187,12 @@ class Bounds:
         self._evaluate_over(dict(zip(free, Z, strict=True)))
         image = residual(Y, second(self._over, free, free)) * column(Z) - drift
         inside = all(abs(x) < z.rad() for x, z in zip(image.entries(), Z, strict=True))
-        return inside and is_single(self.U, self._leaves(self._way), self._all_over)
+        return inside and is_single(self.U, self._leaves_over, self._all_over)
 
     def _reduce(self) -> None:
         """Set the bounds of the least energy."""
         along, free, at, over = self.along, self.U.free, self._at, self._over
-        self.value, self.over = constant(at), constant(over)
-        self.gradient, self.gradient_over = first(at, along), first(over, along)
+        self.value, self.gradient = constant(at), first(at, along)
         self.H = second(over, along, along)
         if free:
             ab, bb = second(over, along, free), second(over, free, free)
@@ -200,36 +204,21 @@ class Bounds:
 
     # -- bounds -----------------------------------------------------------------------------------
 
-    def rises_outwards(self) -> bool:
-        """Return whether U rises through the face."""
-        return bool(self._outwards > 0)
-
-    def falls_outwards(self) -> bool:
-        """Return whether U falls through the face, if there is one."""
-        return self.face is None or bool(self._outwards < 0)
-
-    @property
-    def _outwards(self) -> Ball:
-        """∂U over the box through its face, from its terms or by the mean value theorem."""
-        assert self.face is not None
-        axis = self.face.axis
-        by_mean = derivative(self._at, axis)
-        for i, way in self._way.items():
-            by_mean += derivative(self._over, axis, i) * way
-        return narrower(derivative(self._over, axis), by_mean) * self.face.side
-
-    def _combined(self, rows: Matrix, columns: int | None = None) -> list[Ball]:
-        """Return rows times ∂U/∂Θ over the box by the mean value theorem; ways by some columns."""
-        n, m = len(self.axes), len(self.along) if columns is None else columns
-        by_mean = rows * part(self.H, n, m) * part(self.step, m, 1)
-        return (rows * part(self.gradient, n, 1) + by_mean).entries()
-
-    @property
+    @cached_property
     def slopes(self) -> list[Ball]:
-        """∂U/∂Θ over the box, from its terms or by the mean value theorem."""
-        by_mean = self._combined(arb_mat(len(self.axes), len(self.axes), 1))
-        natural = self.gradient_over.entries()[: len(by_mean)]
-        return [narrower(a, b) for a, b in zip(natural, by_mean, strict=True)]
+        """∇U over the box, by `along`: from its terms or by the mean value theorem."""
+        by_mean = (self.gradient + self.H * self.step).entries()
+        by_terms = (derivative(self._over, i) for i in self.along)
+        return [narrower(a, b) for a, b in zip(by_terms, by_mean, strict=True)]
+
+    def outwards(self, face: Face) -> Ball:
+        """Return the slope of U outwards through a face, over the box."""
+        return self.slopes[face.axis] * face.side
+
+    def _combined(self, rows: Matrix, columns: Sequence[int]) -> list[Ball]:
+        """Return rows times ∂U/∂Θ over the box by the mean value theorem; ways by some columns."""
+        by_mean = rows * part(self.H, self.axes, columns) * part(self.step, columns)
+        return (rows * part(self.gradient, self.axes) + by_mean).entries()
 
     def excludes_zero(self) -> str | None:
         """Return which combination of ∂U/∂Θ has no zero in the box, or None."""
@@ -240,40 +229,46 @@ class Bounds:
         return None
 
     def _components(self) -> Iterator[tuple[str, list[Ball]]]:
-        n = len(self.axes)
-        yield "g", self.slopes
-        yield "y", self._combined(inverse(part(self.H, n, n)))
+        yield "g", [self.slopes[i] for i in self.axes]
+        every = range(len(self.along))
+        yield "y", self._combined(inverse(part(self.H, self.axes, self.axes)), every)
         if len(self.jumps) == 1 and self.face is None:  # across these, no force jumps
-            x, y, z = (self.H[i, n].mid() for i in range(n))
-            yield "j", self._combined(arb_mat([[y, -x, 0], [z, 0, -x], [0, z, -y]]))
-
-    @property
-    def values(self) -> Ball:
-        """U over the box, by Taylor's theorem."""
-        total, n = self.value, range(len(self.along))
-        d, M = self.step, self.H
-        for i in n:
-            square = d[i, 0].abs_upper() ** 2
-            total += self.gradient[i, 0] * d[i, 0] + M[i, i] * arb(square / 4, square / 4)
-            total += sum((M[i, j] * d[i, 0] * d[j, 0] for j in n if j > i), arb(0))
-        return total
+            x, y, z = (self.H[i, 3].mid() for i in self.axes)
+            yield "j", self._combined(arb_mat([[y, -x, 0], [z, 0, -x], [0, z, -y]]), every)
 
     def at_least(self, bound: Ball) -> bool:
         """Return whether U is at least a bound on the box."""
-        return bool(self.values >= bound or self.over >= bound)
+        if not self.value >= bound:
+            return False
+        return bool(constant(self._over) >= bound or self.value + self._least(1) >= bound)
+
+    def below(self, bound: Ball) -> bool:
+        """Return whether U is below a bound on the box."""
+        return bool(self.value < bound and self.value - self._least(-1) < bound)
+
+    def _least(self, sign: int) -> Ball:
+        """Return a bound from below of ±(U - U(m)) over the box."""
+        reach = [x.abs_upper() for x in self.step.entries()]
+        return least_of((sign * self.gradient).entries(), (sign * self.H).tolist(), reach)
 
     # -- a state at rest --------------------------------------------------------------------------
 
+    @property
+    def _own(self) -> list[int]:
+        """The rows of `axes` and `jumps`."""
+        return [k for k, i in enumerate(self.along) if self.face is None or i != self.face.axis]
+
     @cached_property
-    def _system(self) -> tuple[Matrix, Matrix]:
-        """F(m) and ∂F over the box: F is ∇U, and where a force jumps the argument of its step."""
-        F, J = arb_mat(self.gradient), arb_mat(self.H)
+    def _system(self) -> tuple[Matrix, Matrix, Matrix]:
+        """F(m), ∂F over the box, and the ways: F is ∇U, and where a force jumps h of its step."""
+        own = self._own
+        F, J = part(self.gradient, own), part(self.H, own, own)
         for row, k in enumerate(self.jumps, start=len(self.axes)):
             h_at, h = self._argument_of(k)
             F[row, 0] = constant(h_at)
-            for j, i in enumerate(self.along):
-                J[row, j] = derivative(h, i)
-        return F, J
+            for j, i in enumerate(own):
+                J[row, j] = derivative(h, self.along[i])
+        return F, J, part(self.step, own)
 
     def side(self, share: int) -> int:
         """Return the sign of h over the box, of the step for which a variable stands, or 0."""
@@ -287,17 +282,18 @@ class Bounds:
 
     def one_to_one(self) -> bool:
         """Return whether F takes each value once in the box: |I - Y∂F| < 1 in some norm."""
-        _, J = self._system
-        d = column([x.abs_upper() for x in self.step.entries()])
+        _, J, step = self._system
+        d = column([x.abs_upper() for x in step.entries()])
         R = arb_mat([[abs(x) for x in row] for row in residual(inverse(J), J).tolist()])
         return all(x < most for x, most in zip((R * d).entries(), d.entries(), strict=True))
 
     def contains_zero(self) -> bool:
         """Return whether F has a zero in the box, and then only one (Krawczyk's test)."""
-        F, J = self._system
+        F, J, step = self._system
         Y = inverse(J)
-        image = (residual(Y, J) * self.step - Y * F).entries()
-        return all(abs(x) < self.half[i] for i, x in zip(self.along, image, strict=True))
+        image = (residual(Y, J) * step - Y * F).entries()
+        ways = [*self.axes, *self.jumps]
+        return all(abs(x) < self.half[i] for i, x in zip(ways, image, strict=True))
 
     @property
     def index(self) -> int | None:
@@ -305,7 +301,7 @@ class Bounds:
 
         Each λ adds one: along the surface where a force jumps there is one less.
         """
-        found = negative(self.H)
+        found = negative(part(self.H, self._own, self._own))
         return None if found is None else found - len(self.jumps)
 
     def share_at_rest(self, *, ridge: bool) -> tuple[float, float] | None:
@@ -315,11 +311,11 @@ class Bounds:
             The ends of λ. None if U may have no slopes of opposite signs on both sides, so that
             there may be a rest state beside the surface.
         """
-        (k,), n = self.jumps, len(self.axes)
+        (k,) = self.jumps
         _, h = self._argument_of(k)
         normal = arb_mat([[derivative(h, i).mid() for i in self.axes]])
-        (halfway,) = self._combined(normal, n)
-        growth = (normal * column([self.H[i, n] for i in range(n)]))[0, 0]
+        (halfway,) = self._combined(normal, self.axes)
+        growth = (normal * part(self.H, self.axes, [3]))[0, 0]
         before, after = halfway - growth / 2, halfway + growth / 2
         linear = (k, k) not in self._over
         if not (linear and (before > 0 and after < 0 if ridge else before < 0 and after > 0)):
@@ -338,3 +334,28 @@ def first(x: Series, rows: Sequence[int]) -> Matrix:
 def second(x: Series, rows: Sequence[int], columns: Sequence[int]) -> Matrix:
     """Return second derivatives of a series as a matrix."""
     return arb_mat([[derivative(x, i, j) for j in columns] for i in rows])
+
+
+def least_of(a: Sequence[Ball], A: Sequence[Sequence[Ball]], reach: Sequence[Ball]) -> Ball:
+    """Return a bound from below of a'x + ½ x'Ax for |x_i| <= reach_i.
+
+    Of the first x, p x²/2 + b x is at least -b²/2p, where b depends on the other x (then these have
+    the Schur complement left), or it is bounded for the largest |b|: the better of both counts.
+    """
+    if not a:
+        return arb(0)
+    (q, *others), (p, *row), h, n = a, A[0], reach[0], range(len(a) - 1)
+    inner = [one[1:] for one in A[1:]]
+    most = sum((abs(c) * r for c, r in zip(row, reach[1:], strict=True)), abs(q))
+    if p > 0:
+        own = -most * h + p * h * h / 2 if most >= p * h else -most * most / (2 * p)
+    else:
+        own = -most * h + p * arb(h * h / 4, h * h / 4)
+    by_range = own + least_of(others, inner, reach[1:])
+    if not p > 0:
+        return by_range
+    share = [c / p for c in row]
+    left = [x - q * s for x, s in zip(others, share, strict=True)]
+    schur = [[inner[i][j] - row[i] * share[j] for j in n] for i in n]
+    by_square = least_of(left, schur, reach[1:]) - q * q / (2 * p)
+    return by_square if by_square.lower() > by_range.lower() else by_range

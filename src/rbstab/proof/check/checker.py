@@ -55,14 +55,7 @@ def check(
             findings.append(Finding(about, TIME, False, f"{error}."))
         except RefusedError as error:
             findings.append(Finding(IN_RANGE, "record", False, f"{error}."))
-        except (
-            AttributeError,
-            IndexError,
-            KeyError,
-            OverflowError,
-            TypeError,
-            ValueError,
-        ) as error:
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             text = f"The record cannot be read: {type(error).__name__}: {error}."
             findings.append(Finding(IN_RANGE, "record", False, text))
     return findings

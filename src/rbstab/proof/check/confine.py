@@ -39,16 +39,10 @@ def confinement(U: Energy, range_: Range) -> Finding:
 
 def _stiffness(U: Energy) -> arb_mat | None:
     """Return k; None if U has another form, or k is not definite."""
-    k, periodic = arb_mat(2, 2), _periodic(U)
-    for c, j in U.terms:
-        factors = U.products[j]
-        if len(factors) == 2 and {*OUTER}.issuperset(factors):
-            first, second = map(OUTER.index, factors)
-            k[first, second] += arb(c)
-            k[second, first] += arb(c)
-        elif not (periodic[j] or (factors and {*ANGLES}.issuperset(factors))):
-            return None
-    return k if k[0, 0] > 0 and k.det() > 0 else None
+    (k, others), periodic = U.quadratic(OUTER), _periodic(U)
+    products = (set(U.products[j]) for _, j in others if not periodic[j])
+    fits = all(factors and factors <= {*ANGLES} for factors in products)
+    return k if fits and k[0, 0] > 0 and k.det() > 0 else None
 
 
 def _periodic(U: Energy) -> list[bool]:

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from flint import arb, arb_mat
+from flint import arb
 
 from rbstab.proof.check.energy import About, Energy
 from rbstab.proof.check.matrices import negative
@@ -47,32 +47,34 @@ class Parts(NamedTuple):
 @lru_cache(maxsize=2)
 def parts_of(U: Energy) -> Parts:
     """Take an energy with variables z apart."""
-    n, z = len(U.free), frozenset(U.free)
-    S, lines, others = arb_mat(n, n), list[Line](), list[tuple[Any, int]]()
-    for c, k in U.terms:
-        factors, ends = U.products[k], _ends(U, k)
-        if len(factors) == 2 and z.issuperset(factors):
-            i, j = map(U.free.index, factors)
-            S[i, j] += arb(c)
-            S[j, i] += arb(c)
-        elif c < 0 and ends is not None:
+    S, left = U.quadratic(U.free)
+    lines, others = list[Line](), list[tuple[Any, int]]()
+    for c, k in left:
+        ends = _ends(U, k)
+        if c < 0 and ends is not None:
             lines.append(Line(-arb(c), k, ends))
-        elif U.depends[k] & z:
+        elif not U.depends[k].isdisjoint(U.free):
             others.append((c, k))
     return Parts(_least_eigenvalue(S), tuple(lines), tuple(others))
 
 
 def _ends(U: Energy, k: int) -> tuple[int, ...] | None:
     """Return the operations z_i + r_i(Θ) of which one is the length; None if it is no length."""
-    found = dict[int | None, int]()
+    squares = list[tuple[Any, int]]()
     match U.operations[k]:
         case "sqrt", j if U.operations[j][:2] == ("sum", 0):
-            for c, i in U.operations[j][2]:
-                square = U.operations[i]
-                if c != 1 or square[:2] != ("pow", 2):
-                    return None
-                found[_moved(U, square[2])] = square[2]
-    return tuple(found[i] for i in U.free) if set(found) == set(U.free) else None
+            squares = _squares(U, j)
+    found = {_moved(U, x): x for c, x in squares if c == 1}
+    each_once = len(squares) == len(U.free) and set(found) == set(U.free)
+    return tuple(found[i] for i in U.free) if each_once else None
+
+
+def _squares(U: Energy, k: int) -> list[tuple[Any, int]]:
+    """Return each factor and x of an operation c + Σ c_j x_j²; none if it has another form."""
+    match U.operations[k]:
+        case "sum", _, terms if all(U.operations[j][:2] == ("pow", 2) for _, j in terms):
+            return [(c, U.operations[j][2]) for c, j in terms]
+    return []
 
 
 def _moved(U: Energy, k: int) -> int | None:
@@ -174,18 +176,12 @@ def _shapes(U: Energy) -> list[int]:
                 even = found[j] == AFFINE and n % 2 == 0
                 shape = CONVEX if even or (found[j] == CONVEX and positive[j]) else OTHER
             case "sqrt", j:  # the length of a vector that is affine in z
-                shape, not_negative = CONVEX if _is_square(U, j, found) else OTHER, True
+                squares = _squares(U, j)
+                is_length = all(c > 0 and found[x] <= AFFINE for c, x in squares)
+                is_length = is_length and bool(squares) and U.operations[j][1] >= 0
+                shape, not_negative = CONVEX if is_length else OTHER, True
             case "exp", j:
                 shape, not_negative = CONVEX if found[j] < OTHER else OTHER, True
         found.append(shape if U.depends[k] & z else CONSTANT)
         positive.append(not_negative)
     return found
-
-
-def _is_square(U: Energy, k: int, shapes: Sequence[int]) -> bool:
-    """Return whether an operation is a sum of squares of what is affine in z."""
-    kind, *rest = U.operations[k]
-    if kind != "sum" or rest[0] < 0:
-        return False
-    squares = ((c, U.operations[j]) for c, j in rest[1])
-    return all(c > 0 and s[:2] == ("pow", 2) and shapes[s[2]] <= AFFINE for c, s in squares)

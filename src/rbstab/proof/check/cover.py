@@ -90,8 +90,7 @@ class _Part:
 
 def cover(box: Box, reason: Reason, limit: int = BOX_LIMIT) -> Cover:
     """Halve a box until each part is settled, up to a number of boxes."""
-    found, _ = flood(box, box, reason, lambda _: None, limit)
-    return found._replace(places={})
+    return flood(box, box, reason, lambda _: None, limit)[0]
 
 
 def flood(
@@ -132,4 +131,4 @@ def flood(
                 if stopped is not None:
                     return Cover(box, whole.tree, examined, part.box), stopped
                 reached.append(part.box)
-    return Cover(box, whole.tree, examined, None, {"start": start}), None
+    return Cover(box, whole.tree, examined, None), None

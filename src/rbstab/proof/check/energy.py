@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from flint import arb, fmpq
+from flint import arb, arb_mat, fmpq
 
 from rbstab.proof.check.findings import RefusedError, TooLongError
 from rbstab.proof.check.taylor import (
@@ -107,6 +107,19 @@ class Energy:
             raise RefusedError("the energy is no sum")
         terms: Sequence[tuple[Any, int]] = rest[1]
         return terms
+
+    def quadratic(self, numbers: Sequence[int]) -> tuple[arb_mat, list[tuple[Any, int]]]:
+        """Return K of the terms ½ x'Kx of the last sum, for some variables x, and its others."""
+        K, others = arb_mat(len(numbers), len(numbers)), list[tuple[Any, int]]()
+        for c, k in self.terms:
+            factors = self.products[k]
+            if len(factors) == 2 and set(numbers).issuperset(factors):
+                i, j = map(numbers.index, factors)
+                K[i, j] += arb(c)
+                K[j, i] += arb(c)
+            else:
+                others.append((c, k))
+        return K, others
 
     def with_terms(self, terms: Sequence[tuple[Any, int]]) -> "Energy":
         """Return another sum of the same operations, with the same constant."""

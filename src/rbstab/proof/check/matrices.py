@@ -17,9 +17,9 @@ def column(entries: Sequence[Ball]) -> Matrix:
     return arb_mat([[x] for x in entries])
 
 
-def part(M: Matrix, rows: int, columns: int) -> Matrix:
-    """Return the first rows and columns of a matrix."""
-    return arb_mat([row[:columns] for row in M.tolist()[:rows]])
+def part(M: Matrix, rows: Sequence[int], columns: Sequence[int] = (0,)) -> Matrix:
+    """Return some rows and columns of a matrix."""
+    return arb_mat([[M[i, j] for j in columns] for i in rows])
 
 
 def inverse(H: Matrix) -> Matrix:

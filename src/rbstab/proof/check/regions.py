@@ -1,7 +1,7 @@
 """The regions in which every motion converges to one rest state: theorems 3, 5 and 11."""
 
 from collections.abc import Iterator
-from functools import partial
+from functools import cache, partial
 from itertools import product
 from typing import Any
 
@@ -104,22 +104,25 @@ class Region(Level):
         low = {k: box for k, box in self.places.items() if self.cover(box).open is not None}
         high = [box for name, box in self.places.items() if name not in low]
         border = dict[str, Cover]()
-        known = dict[tuple[bool, Box], str | None]()
+        at_rest = Bounds(self.U, self.state.enclosure)
+        ridges = {k: at_rest.side(k) for k in map(share_of, self.U.jumps) if at_rest.side(k)}
+        walls_of = {True: ridges, False: dict[int, int]()}
 
-        def reason_for(share: float, walls: dict[int, int], box: Box) -> str | None:
-            key = bool(walls), box
-            if key not in known:
-                over = self._on_this_side(walls, box)
-                if over is None:
-                    return BEYOND
-                below = WET if over.values < self.bound else None
-                known[key] = ABOVE if over.at_least(self.bound) else below
-            if known[key] is not None:
-                return known[key]
+        @cache
+        def known(walled: bool, box: Box) -> str | None:
+            over = self._on_this_side(walls_of[walled], box)
+            if over is None:
+                return BEYOND
+            if over.at_least(self.bound):
+                return ABOVE
+            return WET if over.below(self.bound) else None
+
+        def reason_for(share: float, walled: bool, box: Box) -> str | None:
             distance = min((gap(box, place) + width(place) for place in high), default=FAR)
-            return WET if width(box) <= share * min(distance, FAR) else None
+            small = width(box) <= share * min(distance, FAR)
+            return known(walled, box) or (WET if small else None)
 
-        def obstacle_of(walls: dict[int, int], box: Box) -> str | None:
+        def obstacle_of(walled: bool, box: Box) -> str | None:
             for name, place in low.items():
                 if touches(box, place):
                     return name
@@ -129,14 +132,11 @@ class Region(Level):
                     border[f"{face.name}, part {len(border) + 1}"] = found
                     if found.open is not None:
                         return face.name
-            return None if self._closed_by(walls, box) else WALL
+            return None if self._closed_by(walls_of[walled], box) else WALL
 
-        at_rest = Bounds(self.U, self.state.enclosure)
-        ridges = {k: at_rest.side(k) for k in map(share_of, self.U.jumps) if at_rest.side(k)}
-        tried = [ridges, {}] if ridges else [{}]
-        for walls, share in product(tried, SHARES):
+        for walled, share in product([True, False] if ridges else [False], SHARES):
             border.clear()
-            reason, obstacle = partial(reason_for, share, walls), partial(obstacle_of, walls)
+            reason, obstacle = partial(reason_for, share, walled), partial(obstacle_of, walled)
             found, stopped = flood(self.range.box, self.state.enclosure, reason, obstacle)
             if stopped in (None, TOO_MANY):  # smaller boxes would be more
                 break
@@ -147,6 +147,7 @@ class Region(Level):
             f"Every motion with an energy below {self.shown} and Θ in the component of "
             f"{{U < {self.shown}}} about {self.state.name} converges to it."
         )
+        found = found._replace(places={"start": self.state.enclosure})
         covers = {"range": found, **border, **lengths}
         return self._finding(f"region of {self.state.name}", text, wrong if stopped else "", covers)
 
@@ -185,7 +186,7 @@ class Region(Level):
         return not walls or cover(box, reason, LIMIT).open is None
 
     def _finding(self, name: str, text: str, wrong: str, covers: dict[str, Cover]) -> Finding:
-        if self.bound <= Bounds(self.U, self.state.enclosure).values:
+        if Bounds(self.U, self.state.enclosure).at_least(self.bound):
             text = f"It is empty: the energy of {self.state.name} is at least {self.shown}."
         return Finding(self.range.name, name, not wrong, wrong or text, covers)
 

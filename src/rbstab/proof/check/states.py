@@ -62,7 +62,7 @@ class State:
         inner = self.enclosure if self.face is None else flattened(self.enclosure, self.face.axis)
         if not range_.contains(inner):
             return f"{name}: its enclosure is not inside the range."
-        if over is None or not over.falls_outwards():
+        if over is None or not (self.face is None or over.outwards(self.face) < 0):
             return f"{name}: its enclosure may contain more than one."
         if not over.contains_zero():
             return f"{name}: none could be shown in its enclosure."
@@ -162,7 +162,7 @@ class Listed:
                 if within(part, place):
                     return name
             over = Bounds(self.U, part, face)
-            if face is not None and over.rises_outwards():
+            if face is not None and over.outwards(face) > 0:
                 return "f"
             return over.excludes_zero()
 

@@ -29,7 +29,7 @@ VOLATILE = frozenset(
 DATES = re.compile(rb"Date[(>][^)<]*|ID\[[^\]]*|ID>[^<]*")
 """Parts of a PDF that depend on the time."""
 
-LINK = re.compile(r"!\[[^\]]*\]\(([^)]+\.png)\)")
+LINK = re.compile(r"!\[[^\]]*\]\(([^)]+\.svg)\)")
 """A picture in Markdown."""
 
 

@@ -2,7 +2,6 @@
 
 import re
 from pathlib import Path
-from types import MappingProxyType
 from typing import NamedTuple
 
 from faults.contents import Content, Folder, differences
@@ -23,7 +22,7 @@ FORBIDDEN = (
 
 ALLOWED_CODES = (0, 4)
 
-PICTURE = re.compile(r"_files/[^/]+\.png$")
+PICTURE = re.compile(r"_files/[^/]+\.svg$")
 """The end of the path of a picture of a report in Markdown."""
 
 
@@ -37,6 +36,7 @@ class Reference(NamedTuple):
         digests: The digests of the files after it.
         ended: How it ended.
         prints: Whether it always prints the same.
+        first: The content of files that a first part of the command leaves.
     """
 
     template: Path
@@ -45,6 +45,7 @@ class Reference(NamedTuple):
     digests: Folder
     ended: Ended
     prints: bool
+    first: dict[str, Content]
 
 
 def new_lines(reference, ended):
@@ -71,7 +72,7 @@ def message_problems(reference, ended, most_lines):
             yield f"prints {word!r}"
 
 
-def file_problems(reference, files, contents, changing="-", first=MappingProxyType({})):
+def file_problems(reference, files, contents, changing="-"):
     """Yield what is wrong with the files: lost earlier results, and wrong new ones.
 
     Args:
@@ -80,7 +81,6 @@ def file_problems(reference, files, contents, changing="-", first=MappingProxyTy
         contents: Their content.
         changing: The start of the names of files that may be new in another way. A new report that
             lacks a result also lacks its pictures (see `missing_pictures`).
-        first: The content of files that a first part of the command leaves.
     """
     before, after = reference.before, reference.digests
     for name, digest in before.items():
@@ -102,7 +102,7 @@ def file_problems(reference, files, contents, changing="-", first=MappingProxyTy
         expected = reference.after.get(name)
         if expected is None:
             yield f"{name} is unexpected"
-        elif contents[name] not in (expected, first.get(name)):
+        elif contents[name] not in (expected, reference.first.get(name)):
             wrong = ", ".join(differences(contents[name], expected)[:5])
             yield f"{name} is wrong: {wrong}"
 

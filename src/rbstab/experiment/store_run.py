@@ -162,7 +162,7 @@ def _locked(folder: Path) -> Iterator[None]:
         # The folder is missing or not readable, or the system cannot lock folders.
         with suppress(OSError):
             descriptor = os.open(folder, os.O_RDONLY)
-            opened.callback(os.close, descriptor)
+            opened.callback(_close, descriptor)
             import fcntl  # Windows has none, and opens no folder
 
             for _ in range(LOCK_ATTEMPTS):
@@ -171,3 +171,9 @@ def _locked(folder: Path) -> Iterator[None]:
                     break
                 time.sleep(LOCK_INTERVAL)
         yield
+
+
+def _close(descriptor: int) -> None:
+    """Close what only holds a lock: nothing was written, so an error of closing means nothing."""
+    with suppress(OSError):
+        os.close(descriptor)

@@ -38,6 +38,7 @@ class Case(NamedTuple):
         arguments: The arguments of `rbstab`.
         before: Commands that have run before, undisturbed.
         lines: The most lines on stderr after a fault.
+        first: A command that does the first part of the work; its files may be there as well.
         optional: The start of the names of files that may be missing after a warning.
         names_unread: The start of the names of files that name results that could not be read.
         prints: Whether it always prints the same on stdout. Others print how long they took.
@@ -47,6 +48,7 @@ class Case(NamedTuple):
     before: tuple[str, ...] = ()
     lines: int = 1
     prints: bool = False
+    first: str = ""
     optional: str = "-"
     names_unread: str = "-"
 
@@ -75,7 +77,7 @@ CASES = {
         "run --no-prove a.yaml -q --force", (*_EARLIER, "run --no-prove a.yaml --set body.mass=42")
     ),
     "run several": Case("run --no-prove a.yaml b.yaml -q", lines=2),
-    "run proving": Case("run a.yaml --prove -q", _EARLIER),
+    "run proving": Case("run a.yaml --prove -q", _EARLIER, first="run a.yaml --no-prove -q"),
     "sweep": Case(f"{_HERE} -q", _EARLIER),
     "sweep resumed": Case(f"{_HERE} -q", (*_EARLIER, f"{_HERE} --part 1/2")),
     "sweep of a part": Case(f"{_HERE} --part 2/2 -q", (*_EARLIER, f"{_HERE} --part 1/2")),

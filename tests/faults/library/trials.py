@@ -162,9 +162,13 @@ class Trials:
         (ended, digests, after), (other, _, again) = runs
         for name, content in after.items():
             assert content == again[name], (name, differences(content, again[name]))
-        before_files = files_of(template / RESULTS)
+        before_files, first = files_of(template / RESULTS), dict[str, Content]()
+        if case.first:
+            work = self._copy(template)
+            assert self._run(case.first, work).code == 0
+            first = self._contents(work / RESULTS, files_of(work / RESULTS))
         assert ended.stdout == other.stdout or not case.prints, (ended, other)
-        return Reference(template, before_files, after, digests, ended, case.prints)
+        return Reference(template, before_files, after, digests, ended, case.prints, first)
 
     def _template(self, before):
         """Return a working folder in which these commands have run."""

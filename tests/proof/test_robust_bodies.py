@@ -108,7 +108,7 @@ def pendulum(low, high, second=False):
 
     def exact(numbers, convert):
         system = inverted_pendulum([100.0, 250, 70], 100.0)
-        gravity, rotational = system.elements
+        gravity, _, rotational = system.elements
         k2 = numbers[-1] if second else 250
         K_r = np.array([[numbers[0], 0, 0], [0, k2, 0], [0, 0, 70]], dtype=object)
         body = replace(

@@ -37,6 +37,10 @@ RIDGE_MARGIN = 0.02
 REPEATED = 1e-9
 """Proved levels are lowered by so much, relatively, so that round-off is no reason to miss them."""
 
+CHECKED = 1e-7
+"""The level of the certified region is lowered by so much, relatively: to check a level that is
+almost attained takes a checker many boxes, or it cannot decide."""
+
 NEAR = 0.05
 """rad: the component meets others at a pass if that is so near, and at its level."""
 
@@ -93,6 +97,7 @@ def _certified(land: Landscape) -> ProvedRegion | None:
     bound = min(land.cap, *(one.bound for one in levels))
     known = 0 in land.minima and bound > -np.inf
     level = energy - lowest.value
+    bound -= CHECKED * abs(level)
     return ProvedRegion(
         energy=energy,
         level=level,

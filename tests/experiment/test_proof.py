@@ -36,7 +36,8 @@ def test_the_level_up_to_which_the_paper_s_cases_are_certified(variant, level):
     assert proof.unique is True
     assert proof.region is not None
     assert proof.region.level == pytest.approx(level, abs=0.6)
-    assert proof.region.level - 1e-4 < proof.region.lower_bound <= proof.region.level
+    # The proved level is lower by 1e-7 of it, so that checkers can decide.
+    assert (1 - 2e-7) * proof.region.level < proof.region.lower_bound <= proof.region.level
     assert proof.region.face in {"θ2 = -π/2", "θ2 = π/2"}
     start = {"free": 5427.2, "permanent": 8893.5, "visco-elastic": 5427.2}[variant]
     assert start_level(problem_of(config), proof) == pytest.approx(start, abs=0.1)

@@ -10,6 +10,7 @@ Hypotheses: `Zeros` has all rest states of the range but those in its undecided 
 that a stop holds; a motion does not reach the ends of closed axes (`Energy.closed`).
 """
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -94,10 +95,9 @@ def _certified(land: Landscape) -> ProvedRegion | None:
     energy = min(one.value for one in levels)
     tie = TIE * max(abs(energy), abs(lowest.value))
     first = next(one for one in levels if one.value - energy <= tie)
-    bound = min(land.cap, *(one.bound for one in levels))
-    known = 0 in land.minima and bound > -np.inf
     level = energy - lowest.value
-    bound -= CHECKED * abs(level)
+    bound = _lowered(land, min(land.cap, *(one.bound for one in levels)))
+    known = 0 in land.minima and bound > -np.inf
     return ProvedRegion(
         energy=energy,
         level=level,
@@ -152,7 +152,13 @@ def _minima(land: Landscape) -> list[ProvedMinimum]:
 def _lowest_end(land: Landscape) -> Level:
     """Return the least level at which the component of the lowest state may end."""
     levels = (*land.state_levels[1:], *land.lowest_face_levels, Level(land.cap, land.cap))
-    return min(levels, key=lambda one: one.bound)
+    least = min(levels, key=lambda one: one.bound)
+    return replace(least, bound=_lowered(land, least.bound))
+
+
+def _lowered(land: Landscape, bound: float) -> float:
+    """Return a lower bound of an energy above the lowest rest state, with its margin."""
+    return bound - CHECKED * abs(bound - land.floor(0)) if math.isfinite(bound) else bound
 
 
 def _is_end(land: Landscape, least: Level) -> bool:

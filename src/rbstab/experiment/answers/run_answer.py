@@ -60,8 +60,10 @@ SETTLED_DRIVEN = f"v stays below {SETTLED_FRACTION:g} of its largest value"
 """The same where inputs supply power: v(0) may be zero."""
 
 
-NO_REGION_THERE = "no region surrounds an unstable rest state, so no enclosure can end in one"
-"""Why a motion that comes to rest at an unstable rest state is not proved to do so."""
+NO_REGION_THERE = (
+    "no region surrounds an unstable rest state, so more steps help only if the motion leaves it"
+)
+"""What a proof can say of a motion that is computed to rest at an unstable rest state."""
 
 STARTS_AT_REST = "0: it starts at rest, and v stays at round-off"
 """What a settling time of 0 means: v(0) may be zero."""
@@ -140,7 +142,7 @@ def answer_of(
     found = stored_convergence(result.attributes) or undecided(Undecided.NO_REGION, NO_PROOF)
     outcome = outcome_of(result, config, proof)
     if outcome.kind is OutcomeKind.UNSTABLE and found.proved is None and found.steps:
-        found = replace(found, why=NO_REGION_THERE)
+        found = replace(found, why=f"{found.why}; {NO_REGION_THERE}")
     return RunAnswer(
         outcome,
         _this_start(result, found, lines),

@@ -39,8 +39,8 @@ REPEATED = 1e-9
 """Proved levels are lowered by so much, relatively, so that round-off is no reason to miss them."""
 
 CHECKED = 1e-7
-"""The level of the certified region is lowered by so much, relatively: to check a level that is
-almost attained takes a checker many boxes, or it cannot decide."""
+"""The certified level is lowered by so much, relative to its height above the lowest rest state. A
+checker needs many boxes for a level that is almost attained, or cannot decide."""
 
 NEAR = 0.05
 """rad: the component meets others at a pass if that is so near, and at its level."""
@@ -157,7 +157,7 @@ def _lowest_end(land: Landscape) -> Level:
 
 
 def _lowered(land: Landscape, bound: float) -> float:
-    """Return a lower bound of an energy above the lowest rest state, with its margin."""
+    """Return a proved lower bound of an energy, lowered by its margin."""
     return bound - CHECKED * abs(bound - land.floor(0)) if math.isfinite(bound) else bound
 
 

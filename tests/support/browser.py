@@ -1,11 +1,6 @@
 """What the tests of pages in a real browser have in common."""
 
-from collections.abc import Callable
-
-from playwright.sync_api import Page, expect
-
-Opened = Callable[..., Page]
-"""Open a report as a page, with options of the browser context."""
+from playwright.sync_api import expect
 
 PHONE = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
 

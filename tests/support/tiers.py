@@ -11,7 +11,6 @@ import json
 from collections import defaultdict
 from collections.abc import Hashable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -28,9 +27,6 @@ SHORTEST_FIRST = "--shortest-first"
 
 SEEDS = ("rng", "seed")
 """Parameters of which any value will do."""
-
-Item = Any
-"""A collected test; `callspec.params` has the values of its parameters."""
 
 Case = set[tuple[str, Hashable]]
 """The values of the parameters of a case, with the names of the parameters."""

@@ -54,7 +54,6 @@ class Case(NamedTuple):
 
 
 _EARLIER = ("run b.yaml --prove",)
-_OTHER = "run --no-prove a.yaml --set body.mass=42"
 _SWEEP = "sweep --no-prove plan.yaml --shard-size 2"
 _HERE = f"{_SWEEP} --engine scipy --threads 1"
 _HEYOKA = f"{_SWEEP} --engine heyoka"

@@ -39,7 +39,7 @@ def whole(count: int) -> Box:
 def start_set_of(
     config: Config, tolerances: Sequence[Tolerance], part: Box, scale: Array
 ) -> MotionSet | None:
-    """Return the set of all starts in a part of the tolerances, as the only one.
+    """Return one set that holds all starts in a part of the tolerances.
 
     The number with the i-th tolerance is middle + radius z_i, with |z_i| <= 1. In the part, z_i is
     its middle plus its radius times the i-th variable of the set.

@@ -101,10 +101,10 @@ def _unknown_command(name: str) -> str:
     suffix = path.suffix.lower()
     if suffix in {".yaml", ".yml", ".h5"}:
         from rbstab.files.shell_words import shell_word
-        from rbstab.report.reading.not_results import PLAN, what_it_is
+        from rbstab.report.reading.kinds import Kind, kind_of
 
         task = "Run this config: rbstab run"
-        if what_it_is(path) == PLAN:
+        if kind_of(path) is Kind.PLAN:
             task = "Run this plan: rbstab sweep"
         if suffix == ".h5":
             task = "Look at this result: rbstab show"

@@ -6,9 +6,8 @@ from typing import NamedTuple
 
 from rbstab.files.existence import is_dir, is_file
 from rbstab.listing.folder import listed_folder, results_in
-from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
 from rbstab.report.model.words import counted, listed, untrusted
-from rbstab.report.reading.not_results import CONFIG, PLAN, what_it_is
+from rbstab.report.reading.kinds import Kind, kind_of, sweep_folder_of
 from rbstab.report.writers.signature import pictures_folder
 from rbstab.store.errors import StoreError
 from rbstab.sweep.folder.manifest import MANIFEST
@@ -113,14 +112,13 @@ def _stands_beside_results(path: Path) -> bool:
     try:
         kind, parent = kind_of(path), path.absolute().parent
         is_part = kind is not Kind.SWEEP and is_file(parent / MANIFEST)
-        if is_part or kind in (Kind.PROOF, Kind.PART, Kind.PROOFS):
-            return True
         if kind is Kind.FOLDER:
             # Of the pictures of a report in Markdown.
             return path.absolute() in map(pictures_folder, parent.glob("*.md"))
-        # A config may have any name; the message about it names the command that runs it.
-        is_other = path.suffix.lower() in OTHER_FILES and is_file(path)
-        return is_other and what_it_is(path) not in (CONFIG, PLAN)
+        # A config is not left out: the message about it names the command that runs it.
+        is_other = kind is Kind.RUN and path.suffix.lower() in OTHER_FILES and is_file(path)
+        proofs = (Kind.PROOF, Kind.TOLERANCES, Kind.PROOFS)
+        return is_part or is_other or kind in (Kind.PART, *proofs)
     except (StoreError, OSError):
         # Reading it says why.
         return False

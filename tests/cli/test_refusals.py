@@ -136,7 +136,7 @@ WRONG_KINDS = {
     "verify good.yaml": "is a config, not a proof. Prove it: rbstab stability good.yaml. Proofs",
     "verify mine.txt": "mine.txt is a config, not a proof. Prove it: rbstab stability mine.txt",
     "verify plan.yaml": "is the plan of a sweep, not a proof. Proofs are the files in DIR/proofs",
-    "verify results/good.h5": "results/good.h5 is a result, not a proof. Proofs are the files in",
+    "verify results/good.h5": "results/good.h5 is the result of a run, not a proof. ",
     "report results/good.h5 --format text -o results/good.h5 --force": "is one of the results",
     "report results --format text -o results/good.h5 --force": "Choose another name with -o.",
 }
@@ -305,12 +305,12 @@ STORAGE = {
     "compare results/map results/good.h5": "results/map is a sweep and results/good.h5 is a run",
     "report none.h5 -o r.html": "No result could be read; no report is written.",
     "report results/begun": "results/begun: is a sweep that is not finished",
-    "report results/map/shards/00000000.h5": "is a part of a sweep. Name the folder of the sweep: ",
+    "report results/map/shards/00000000.h5": "is a part of a sweep, not a result. Name the sweep: ",
     "report results/mine": "results/mine: is a folder, but not a sweep, and no result is in it; "
     "`rbstab run CONFIG -o results/mine` stores one\n",
     "report results/good.h5 -o notes.txt": "notes.txt already exists and is not a report. Use "
     "--force to replace it.",
-    "plot PROOF": "is a proof, not a result. Look at it: rbstab show ",
+    "plot PROOF": "is a proof of rest states, not a result. Look at it: rbstab show ",
     "plot none.h5": "none.h5",
     "plot results/good.h5 runs-decay": "; a figure is named by --figure NAME\n",
     "plot none.h5 --figure run-1-energy -o there.csv": "there.csv",
@@ -322,7 +322,7 @@ STORAGE = {
     "verify none.json": "none.json",
     **dict.fromkeys(
         ("show results/begun/shards", "show results/map/shards/00000000.h5"),
-        " is a part of a sweep. Look at the sweep: rbstab show results/",
+        " is a part of a sweep, not a result. Name the sweep: results/",
     ),
     "verify results/mine": "results/mine has no proof that can be checked.",
     "verify results --config good.yaml": "results has no proof of this config that can be checked.",

@@ -154,7 +154,7 @@ def test_what_cannot_be_compared(first, second, reason):
 
 def test_a_folder_of_proofs_cannot_be_compared(tmp_path):
     proofs = store_proof_of(STORED / "runs/range_left.h5", tmp_path).parent
-    reason = "is a folder, but not a sweep, and no result is in it"
+    reason = "is a folder of proofs, not a result. Look at it: rbstab show "
     with pytest.raises(StoreError, match=reason):
         compare(proofs, STORED / "sweeps/finished_map")
 

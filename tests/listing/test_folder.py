@@ -13,7 +13,7 @@ from support.results import flip, sealed
 from support.stored_proofs import say_proved, store_proof_of
 
 from rbstab.listing.folder import entries_of, proofs_in
-from rbstab.listing.kinds import Kind
+from rbstab.report.reading.kinds import Kind
 from rbstab.store.disk.seal import SEAL_SIZE
 from rbstab.store.result import open_result, write_result
 

@@ -44,7 +44,7 @@ OTHERS = [
     ("sweep/members.h5", "a sweep", "rbstab.open_sweep('sweep/members.h5')"),
     ("sweep/shards/00000000.h5", "a part of a sweep", "rbstab.open_sweep('sweep')"),
     ("sweep/traces", "a part of a sweep", "rbstab.open_sweep('sweep')"),
-    ("sweep/manifest.json", "the manifest of a sweep", "rbstab.open_sweep('sweep')"),
+    ("sweep/manifest.json", "a part of a sweep", "rbstab.open_sweep('sweep')"),
     ("proofs/within-1.json", "a proof within tolerances", "`rbstab show` prints it"),
     ("a.yaml", "a config", "rbstab.simulate('a.yaml')"),
     ("plan.yaml", "the plan of a sweep", "rbstab.load_plan('plan.yaml')"),

@@ -8,8 +8,8 @@ from rbstab.config.load import load_config, run_id
 from rbstab.config.schema import Config
 from rbstab.experiment.element_check.check import STATES, ElementFileError, check_file
 from rbstab.report.model.words import counted
-from rbstab.report.reading.not_results import PLAN, what_it_is
-from rbstab.sweep.plan.load import load_plan
+from rbstab.report.reading.kinds import Kind
+from rbstab.sweep.plan.load import is_plan, load_plan
 from rbstab.sweep.plan.plan import Plan, plan_id
 from rbstab_cli import exit_codes
 from rbstab_cli.inputs import loaded, print_warnings
@@ -27,7 +27,7 @@ def check(
         raise click.UsageError("expected CONFIG or --element FILE")
 
     def load(path: Path) -> Config | Plan:
-        load_it = load_plan if what_it_is(path) == PLAN else load_config
+        load_it = load_plan if is_plan(path) else load_config
         return load_it(path, changes, allow_python=allow_python)
 
     found = loaded(configs, load)
@@ -47,7 +47,7 @@ def _facts(found: Config | Plan) -> str:
     """Return what is said of a valid config or plan."""
     if isinstance(found, Plan):
         members, variants = counted(found.members, "member"), ", ".join(found.variants)
-        return f"{PLAN}, {members}, {variants}, sweep id {plan_id(found)}"
+        return f"{Kind.PLAN.words}, {members}, {variants}, sweep id {plan_id(found)}"
     variant, integration = found.controller.variant, found.integration
     return (
         f"{variant}, coordinates {integration.coordinates}, engine {integration.engine}, "

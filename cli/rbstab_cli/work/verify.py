@@ -18,7 +18,7 @@ from rbstab.files.counts import grouped
 from rbstab.files.existence import is_dir, is_file
 from rbstab.files.shell_words import shell_word
 from rbstab.proof.check.findings import Finding
-from rbstab.report.reading.not_results import CONFIG, PROOF, what_it_is
+from rbstab.report.reading.kinds import RESULT, Kind, kind_of
 from rbstab.store.disk.paths import store_errors
 from rbstab.store.document import read_model
 from rbstab.store.errors import StoreError
@@ -183,17 +183,18 @@ def _proofs_of_folder(folder: Path, config: Config | None) -> tuple[list[Path], 
 
 def _refuse_others(path: Path) -> None:
     """Say what a file is that is not a proof of rest states, and how to get one of it."""
-    if path.name.startswith(WITHIN_TOLERANCES):
+    kind = kind_of(path)
+    if kind is Kind.TOLERANCES:
         raise click.UsageError(
             f"{path} is a proof for all bodies, or for all starts, within tolerances; only proofs "
             "of rest states can be checked"
         )
-    what = "a result" if path.suffix == ".h5" and is_file(path) else what_it_is(path)
-    if what in {None, PROOF}:
+    is_run = path.suffix == RESULT and is_file(path)
+    if kind is Kind.PROOF or (kind is Kind.RUN and not is_run):
         return
-    prove = f"Prove it: rbstab stability {shell_word(path)}. " if what == CONFIG else ""
+    prove = f"Prove it: rbstab stability {shell_word(path)}. " if kind is Kind.CONFIG else ""
     raise click.UsageError(
-        f"{path} is {what}, not a proof. {prove}Proofs are the files in DIR/proofs, by default "
+        f"{path} is {kind.words}, not a proof. {prove}Proofs are the files in DIR/proofs, by default "
         "results/proofs; `rbstab verify results` checks all of them"
     )
 

@@ -10,10 +10,10 @@ from rbstab.experiment.convergence.with_proof import known_now
 from rbstab.experiment.proof_cache import PROOFS, why_unreadable
 from rbstab.files.counts import grouped
 from rbstab.files.shell_words import shell_word
-from rbstab.listing.kinds import Kind, kind_of
 from rbstab.processes.mapped import mapped
 from rbstab.report.model.words import listed
-from rbstab.store.disk.paths import path_exists, path_is_file
+from rbstab.report.reading.kinds import RESULT, Kind, kind_of
+from rbstab.store.disk.paths import path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import StoreError
 from rbstab.store.result import open_result
 from rbstab.sweep.folder.member_answers import member_answers
@@ -23,8 +23,6 @@ NOT_KNOWN = "-"
 
 NOT_PROVED = "not proved"
 """What a sweep says of its members if none is covered by a proof."""
-
-RUN_SUFFIX = ".h5"
 
 RESULTS = "results"
 """The name of the default folder of results, which is searched in a folder without results."""
@@ -112,25 +110,20 @@ def _results_in(folder: Path) -> list[Path]:
         raise StoreError(f"{folder} cannot be read: {error.strerror}; {FIRST}") from error
     except OSError as error:
         raise StoreError(f"{folder} cannot be read: {error.strerror or error}") from error
-    kinds = {path: _kind(path) for path in sorted(paths)}
-    return [
-        path
-        for path, kind in kinds.items()
-        if kind is Kind.SWEEP or (kind is Kind.RUN and path.suffix == RUN_SUFFIX)
-    ]
+    return [path for path in sorted(paths) if _kind(path) in (Kind.RUN, Kind.SWEEP)]
 
 
-def _kind(path: Path) -> Kind:
-    """Return the kind of a path in a folder; one that cannot be tested does not hide the others.
+def _kind(path: Path) -> Kind | None:
+    """Return the kind of a result or a folder in a folder; None for other files.
 
-    It may be a result. Reading it gives the reason.
+    What cannot be tested does not hide the others: it may be a result, and reading it says why.
     """
     try:
-        return kind_of(path)
+        return kind_of(path) if path.suffix == RESULT or path_is_dir(path) else None
     except StoreError:
         if path.name == PROOFS:
             return Kind.PROOFS
-        return Kind.RUN if path.suffix == RUN_SUFFIX else Kind.SWEEP
+        return Kind.RUN if path.suffix == RESULT else Kind.SWEEP
 
 
 def only_result(path: Path) -> Path:

@@ -1,7 +1,6 @@
 """Open a result, a sweep or a proof; of another file, say what it is and what opens it."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -87,63 +86,44 @@ def _opened(read: Callable[[Path], T], path: str | Path, wanted: str) -> T:
         raise
     except StoreError as error:
         try:
-            found = _what_it_is(path)
-        except (StoreError, OSError):
-            found = None
-        if found is None or found[0] == wanted:
+            what, hint = _what_it_is(path)
+        except StoreError:
+            raise error from None
+        if what == wanted:
             raise
-        what, hint = found
         raise NotAResultError(f"{path} is {what}, not {wanted}. {hint}") from error
 
 
-def _what_it_is(path: Path) -> tuple[str, str] | None:
-    """Return what a path leads to, and what opens it; None if it is not known."""
-    from rbstab.experiment.proof_cache import WITHIN_TOLERANCES
-    from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
+def _what_it_is(path: Path) -> tuple[str, str]:
+    """Return what a path leads to, and what opens it.
 
-    kind = kind_of(path)
-    if kind is Kind.PROOF and path.name.startswith(WITHIN_TOLERANCES):
-        return "a proof within tolerances", "`rbstab show` prints it."
-    whole = _open_it("open_sweep", sweep_folder_of(path), "Open the sweep")
-    known = {
-        Kind.SWEEP: ("a sweep", _open_it("open_sweep", path)),
-        Kind.PART: ("a part of a sweep", whole),
-        Kind.PROOF: ("a proof of rest states", _open_it("open_proof", path)),
-        Kind.PROOFS: ("a folder of proofs", "Name one of its files."),
-    }
-    if kind in known:
-        return known[kind]
-    return _folder(path) if kind is Kind.FOLDER else _other(path)
-
-
-def _other(path: Path) -> tuple[str, str] | None:
-    """Return what a file is that is told by its text, or a result that is not damaged."""
-    from rbstab.report.reading.not_results import CONFIG, PARTS, PLAN, what_it_is
-    from rbstab.store.result import open_result
-
-    what = what_it_is(path)
-    if what is None:
-        with suppress(StoreError):
-            open_result(path)
-            return "the result of a run", _open_it("open_result", path)
-        return None
-    hints = {
-        CONFIG: _open_it("simulate", path, "Run it"),
-        PLAN: f"{_open_it('load_plan', path, 'Load it')}; `rbstab sweep` runs it",
-        **dict.fromkeys(PARTS.values(), _open_it("open_sweep", path.parent, "Open the sweep")),
-    }
-    return what, hints.get(what, "Results of runs end with .h5.")
-
-
-def _folder(path: Path) -> tuple[str, str]:
-    """Return what a folder is, and which results in it can be opened."""
+    Raises:
+        StoreError: It cannot be read.
+    """
     from rbstab.listing.folder import results_in
     from rbstab.report.model.words import listed
+    from rbstab.report.reading.kinds import Kind, kind_of, sweep_folder_of
+    from rbstab.store.result import open_result
 
-    found = listed(map(str, results_in(path)), MAX_NAMED)
-    if not found:
-        return "a folder without results", "Name the file of a run, or the folder of a sweep."
-    return "a folder", f"The results in it: {found}."
+    kind = kind_of(path)
+    if kind is Kind.FOLDER:
+        found = listed(map(str, results_in(path)), MAX_NAMED)
+        if not found:
+            return "a folder without results", "Name the file of a run, or the folder of a sweep."
+        return kind.words, f"The results in it: {found}."
+    if kind is Kind.RUN:
+        open_result(path)
+    hints = {
+        Kind.RUN: _open_it("open_result", path),
+        Kind.SWEEP: _open_it("open_sweep", path),
+        Kind.PART: _open_it("open_sweep", sweep_folder_of(path), "Open the sweep"),
+        Kind.PROOF: _open_it("open_proof", path),
+        Kind.TOLERANCES: "`rbstab show` prints it.",
+        Kind.PROOFS: "Name one of its files.",
+        Kind.CONFIG: _open_it("simulate", path, "Run it"),
+        Kind.PLAN: f"{_open_it('load_plan', path, 'Load it')}; `rbstab sweep` runs it",
+    }
+    return kind.words, hints.get(kind, "Results of runs end with .h5.")
 
 
 def _open_it(function: str, path: Path, task: str = "Open it") -> str:

@@ -12,9 +12,9 @@ from rbstab.experiment.start_sets.starts_record import StartsProof
 from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.listing.folder import proofs_in, results_in
-from rbstab.listing.kinds import Kind, kind_of
 from rbstab.processes.mapped import mapped
 from rbstab.report.model.words import listed
+from rbstab.report.reading.kinds import Kind, kind_of
 from rbstab.store.document import read_model
 from rbstab.store.errors import StoreError
 from rbstab.store.result import open_result

@@ -10,8 +10,8 @@ from rbstab.experiment.answers.words import word_of
 from rbstab.files.names import printable
 from rbstab.files.shell_words import shell_word
 from rbstab.listing.folder import FIRST, Entry, entries_of, listed_folder, proofs_in
-from rbstab.listing.kinds import Kind, kind_of
 from rbstab.report.model.words import counted
+from rbstab.report.reading.kinds import Kind, kind_of
 from rbstab_cli import exit_codes
 from rbstab_cli.output.runs import print_unread_proofs
 from rbstab_cli.printing import Table, print_json, say

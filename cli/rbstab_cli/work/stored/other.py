@@ -7,9 +7,8 @@ import click
 from rbstab.files.existence import is_file
 from rbstab.files.names import printable
 from rbstab.files.shell_words import shell_word
-from rbstab.listing.kinds import Kind, kind_of, sweep_folder_of
 from rbstab.listing.proofs import proof_rows, what_it_says
-from rbstab.report.reading.not_results import CONFIG, PLAN, not_a_result, what_it_is
+from rbstab.report.reading.kinds import Kind, not_a_result, sweep_folder_of
 from rbstab.store.errors import NotAResultError
 from rbstab.sweep.folder.member_answers import member_answers
 from rbstab.sweep.folder.sweep_folder import (
@@ -24,27 +23,21 @@ from rbstab_cli.work.stored.list import list_results
 from rbstab_cli.work.sweeps.tables import print_member_answers, report_status
 
 
-def show_other(path: Path, *, as_json: bool, as_config: bool) -> int | None:
+def show_other(path: Path, kind: Kind, *, as_json: bool, as_config: bool) -> int | None:
     """Print a sweep, a proof, or a folder of results or proofs.
 
     Raises:
         StoreError: It cannot be read.
         UsageError: It is a config or a plan; or it has no config to print.
     """
-    kind = kind_of(path)
-    if kind is Kind.CONFIG or what_it_is(path) in {CONFIG, PLAN}:
+    if kind in (Kind.CONFIG, Kind.PLAN, Kind.YAML):
         raise click.UsageError(
-            f"{path} {not_a_result(path)}; or check it: rbstab check {shell_word(path)}"
+            f"{not_a_result(path, kind)}; or check it: rbstab check {shell_word(path)}"
         )
-    if kind is Kind.RUN:
-        raise NotAResultError(f"{path} {not_a_result(path)}")
     if as_config:
-        raise click.UsageError(f"{path} is a {kind}; only a run has a config to print")
+        raise click.UsageError(f"{path} is {kind.words}; only a run has a config to print")
     if kind is Kind.PART:
-        sweep = shell_word(sweep_folder_of(path))
-        raise NotAResultError(
-            f"{path} is a part of a sweep. Look at the sweep: rbstab show {sweep}"
-        )
+        raise NotAResultError(not_a_result(path, kind))
     if kind is Kind.FOLDER:
         return list_results(path, as_json)
     if kind is Kind.SWEEP:

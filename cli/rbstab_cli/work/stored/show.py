@@ -45,13 +45,13 @@ def show(path: Path, as_json: bool, as_config: bool) -> int | None:
         opened = open_result(path)
     except StoreError:
         # Imported late: a run is opened without these modules, and so without waiting for them.
-        from rbstab.listing.kinds import Kind, kind_of
-        from rbstab.report.reading.not_results import what_it_is
+        from rbstab.report.reading.kinds import Kind, kind_of
         from rbstab_cli.work.stored.other import show_other
 
-        if kind_of(path) is Kind.RUN and what_it_is(path) is None:
+        kind = kind_of(path)
+        if kind is Kind.RUN:
             raise
-        return show_other(path, as_json=as_json, as_config=as_config)
+        return show_other(path, kind, as_json=as_json, as_config=as_config)
     if as_config:
         click.echo(exact(opened.config), nl=False)
         return None

@@ -11,12 +11,11 @@ from rbstab.elements.declarations import OwnState
 from rbstab.experiment.own_states import own_states_of
 from rbstab.files.shell_words import shell_word
 from rbstab.report.model.words import untrusted
-from rbstab.report.reading.not_results import not_a_result
-from rbstab.store.disk.paths import path_exists, path_is_dir, path_is_file
-from rbstab.store.errors import NotAResultError, StoreError
+from rbstab.report.reading.kinds import Kind, kind_of, not_a_result, sweep_folder_of
+from rbstab.store.disk.paths import path_is_file
+from rbstab.store.errors import NotAResultError
 from rbstab.store.result import Result, open_result
 from rbstab.store.variables import Variable
-from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, unfinished_error
 from rbstab.sweep.folder.sweep_table import check_sweep
 from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS, Quantity, state_quantity
@@ -29,25 +28,25 @@ TEXTS = (
 
 
 def file_of(path: Path) -> Path:
-    """Return the file to read: the given file, or the members file of a sweep folder.
+    """Return the file to read: that of a run, or the members file of a sweep.
 
     Raises:
-        StoreError: The folder is not a sweep, the sweep is not finished, or the file is a config.
+        StoreError: The path is neither, or the sweep is not finished.
     """
-    if not path_is_dir(path):
-        other = not_a_result(path)
-        if other is not None:
-            raise NotAResultError(f"{path} {other}")
+    kind = kind_of(path)
+    if kind is Kind.RUN:
         return path
-    file = path / SWEEP_FILE
-    if path_is_file(file):
-        return file
-    if not path_exists(path / MANIFEST):
+    if kind is Kind.FOLDER:
         raise NotAResultError(
             f"{path} is a folder, but not a sweep, and no result is in it; `rbstab run CONFIG -o "
             f"{shell_word(path)}` stores one"
         )
-    raise unfinished_error(read_folder(path))
+    if kind is not Kind.SWEEP:
+        raise NotAResultError(not_a_result(path, kind))
+    folder = sweep_folder_of(path)
+    if path_is_file(folder / SWEEP_FILE):
+        return folder / SWEEP_FILE
+    raise unfinished_error(read_folder(folder))
 
 
 def result_of(file: Path) -> Result | None:
@@ -56,18 +55,10 @@ def result_of(file: Path) -> Result | None:
     Raises:
         StoreError: The file holds neither a run nor a sweep, or cannot be read.
     """
-    folder = file.absolute().parent
-    if file.name == SWEEP_FILE and path_is_file(folder / MANIFEST):
+    if kind_of(file) is Kind.SWEEP:
         check_sweep(file)
         return None
-    try:
-        result = open_result(file)
-    except NotAResultError as error:
-        if path_is_file(folder.parent / MANIFEST):
-            raise StoreError(
-                f"{file} is a part of a sweep. Name the folder of the sweep: {folder.parent}"
-            ) from error
-        raise
+    result = open_result(file)
     _check_arrays(file, result)
     return _printable(result)
 

@@ -194,8 +194,8 @@ def _refuse_others(path: Path) -> None:
         return
     prove = f"Prove it: rbstab stability {shell_word(path)}. " if kind is Kind.CONFIG else ""
     raise click.UsageError(
-        f"{path} is {kind.words}, not a proof. {prove}Proofs are the files in DIR/proofs, by default "
-        "results/proofs; `rbstab verify results` checks all of them"
+        f"{path} is {kind.words}, not a proof. {prove}Proofs are the files in DIR/proofs, by "
+        "default results/proofs; `rbstab verify results` checks all of them"
     )
 
 

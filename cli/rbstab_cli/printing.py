@@ -86,16 +86,6 @@ def print_facts(rows: Iterable[tuple[str, str]], *columns: str) -> None:
     table.print()
 
 
-def vector(values: Iterable[float], digits: int = 4) -> str:
-    """Return numbers in parentheses."""
-    return f"({', '.join(number(value, digits) for value in values)})"
-
-
-def number(value: float, digits: int = 4) -> str:
-    """Return a number with the given count of significant digits."""
-    return f"{value:.{digits}g}"
-
-
 def fits(table: Table, width: int) -> bool:
     """Return whether a terminal of this width shows a table without cutting its numbers."""
     whole = {*table.words, *table.numbers}

@@ -26,7 +26,7 @@ def test_the_work_of_the_contact_force_does_not_keep_a_motion_from_settling(
     own = [has_potential or part != "connector" for part in result["part"]]
     v = result["energy"][:, own].sum(axis=1) - result["energy_at_rest"]
     assert lyapunov_function_of(result) == pytest.approx(v, abs=1e-9 * v[0])
-    run = Run(0, "run-1", "a", tmp_path / "a.h5", result, None)
+    run = Run(tmp_path / "a.h5", result, None)
     late = result["time"] > run.settling_time
     assert (v[late] < 1e-3 * v[0]).all()
     assert v[~late][-1] >= 1e-3 * v[0]

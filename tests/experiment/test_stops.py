@@ -112,7 +112,7 @@ def test_certificate_of_a_run_that_ends_at_rest_on_its_stop(engine_name):
 
 
 def run_of(result):
-    return Run(0, "run-1", "a", Path("a.h5"), result, None)
+    return Run(Path("a.h5"), result, None)
 
 
 def test_figure_of_the_impacts(bouncing, resting):

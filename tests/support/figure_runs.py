@@ -49,12 +49,12 @@ def _result(kind):
 def run_of(kind, number=0, label=""):
     """Return a run of a kind, with the given number among the runs of a report."""
     return Run(
-        number,
-        f"run-{number + 1}",
-        label or kind,
         Path(f"{kind}.h5"),
         _result(kind),
         _config(kind),
+        number=number,
+        name=f"run-{number + 1}",
+        label=label or kind,
     )
 
 

@@ -3,28 +3,28 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from rbstab.config.schema import Config
 from rbstab.config.warnings import config_warnings
 from rbstab.experiment.answers.check_words import comparison, word_of_check
-from rbstab.experiment.answers.run_answer import RunAnswer, answer_of
+from rbstab.experiment.answers.facts import FACTS
+from rbstab.experiment.answers.known_run import KnownRun
+from rbstab.experiment.answers.rounded import number
+from rbstab.experiment.answers.run_answer import RunAnswer
 from rbstab.experiment.answers.wanted import wanted
-from rbstab.experiment.answers.words import word_of
-from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
+from rbstab.experiment.convergence.convergence import ATTRIBUTE
 from rbstab.experiment.proof_cache import why_unreadable
 from rbstab.experiment.stored_certificate import certificate_lines
-from rbstab.experiment.summary import summary_of
 from rbstab.store.result import Result
-from rbstab_cli.printing import Table, number, say
+from rbstab_cli.printing import Table, say
 
-if TYPE_CHECKING:
-    # A run without a proof imports none of it.
-    from rbstab.experiment.stored_proof.proof import Proof
+COLOURS = {"bad": "red", "warning": "yellow", "good": "green"}
+"""Colours of facts on a terminal by their tones, the most urgent ones first."""
 
-COLOURS = {"false": "red", "not decided": "yellow"}
+COLOURS_OF_ANSWERS = {"false": "red", "not decided": "yellow"}
 """Colours of the words on a terminal. Green is the outcome of a body that rests where it should."""
 
 MAX_SENTENCES = 10
@@ -39,9 +39,6 @@ QUESTIONS = {"this_start": "This start", "whole_range": "Whole range", "pushes":
 VIOLATED = "violated"
 """The verdict of a check that is not met."""
 
-Answered = tuple[Path, Config | None, RunAnswer]
-"""The file of a run, its config and its answer."""
-
 
 def print_statement(name: str, text: str) -> None:
     """Print a sentence after its name, below the others."""
@@ -54,32 +51,35 @@ def print_answer(answer: RunAnswer, config: Config | None) -> None:
     print_statement("Outcome", click.style(answer.outcome.sentence, fg=fg))
     print_statement("Desired", str(wanted(config)))
     for name, found in answer.answers.items():
-        word = click.style(f"{found.sureness}:", fg=COLOURS.get(str(found.sureness)))
+        word = click.style(f"{found.sureness}:", fg=COLOURS_OF_ANSWERS.get(str(found.sureness)))
         print_statement(QUESTIONS[name], f"{word} {found.sentence}")
 
 
-def print_answers(answers: Sequence[Answered], warnings: Mapping[Path, Sequence[str]]) -> None:
+def print_answers(
+    runs: Sequence[KnownRun], warnings: Mapping[Path, Sequence[str]], command: str
+) -> None:
     """Print the answers of several runs: a table of their words, then their sentences.
 
     Answers that several runs share are printed once. The warnings of a run follow its answer, on
     stderr.
 
     Args:
-        answers: The answers.
+        runs: The runs.
         warnings: The warnings by the files of the runs.
+        command: The command that makes a proof, as the answers name it.
     """
-    if len(answers) > 1:
-        _print_words(answers)
+    if len(runs) > 1:
+        print_run_table(runs, ("outcome", "this start", "whole range"), ())
     shared: dict[RunAnswer, dict[Path, Config | None]] = {}
-    for path, config, answer in answers:
-        shared.setdefault(answer, {})[path] = config
+    for run in runs:
+        shared.setdefault(run.answer.naming(command), {})[run.path] = run.config
     if len(shared) > MAX_SENTENCES:
         click.echo("rbstab show FILE says why.")
-    for answer, runs in shared.items():
+    for answer, files in shared.items():
         if len(shared) <= MAX_SENTENCES:
-            click.echo(_named(list(runs)))
-            print_answer(answer, next(iter(runs.values())))
-        for path in runs:
+            click.echo(_named(list(files)))
+            print_answer(answer, next(iter(files.values())))
+        for path in files:
             print_result_warnings(path, warnings.get(path, ()))
 
 
@@ -93,14 +93,19 @@ def _named(paths: Sequence[Path]) -> str:
     return shown
 
 
-def _print_words(answers: Sequence[Answered]) -> None:
-    words = ("outcome", "this start comes to rest", "whole range")
-    table = Table("file", *words, words=words)
-    for path, _, answer in answers:
-        sure = (found.word for found in (answer.this_start, answer.whole_range))
-        style = "green" if answer.outcome.is_good else None
-        table.add(str(path), answer.outcome.brief, *sure, style=style)
-    table.print()
+def print_run_table(
+    runs: Sequence[KnownRun], words: Sequence[str], numbers: Sequence[str], note: str = ""
+) -> None:
+    """Print a row for each run: its file and some of its facts, which are words or numbers."""
+    facts = [FACTS[name] for name in (*words, *numbers)]
+    heads = [fact.head for fact in facts]
+    table = Table("file", *heads, words=heads[: len(words)], numbers=heads[len(words) :])
+    for run in runs:
+        shown = [fact.of(run) for fact in facts]
+        tones = {COLOURS.get(one.tone) for one in shown[: len(words)]}
+        style = next((colour for colour in COLOURS.values() if colour in tones), None)
+        table.add(str(run.path), *(one.text for one in shown), style=style)
+    table.print(note)
 
 
 def certificate_checks(result: Result) -> list[dict[str, Any]]:
@@ -124,29 +129,20 @@ def print_certificate(result: Result) -> None:
         table.print()
 
 
-def run_data(result: Result, config: Config | None, proof: "Proof | None" = None) -> dict[str, Any]:
-    """Return the outcome of a result, its attributes, summary, answers and convergence.
-
-    Args:
-        result: The result.
-        config: Its config; None if this version cannot read it.
-        proof: The proof of its rest states, if there is one.
-    """
-    answer = answer_of(result, config, proof)
+def run_data(run: KnownRun) -> dict[str, Any]:
+    """Return the outcome of a run, its attributes, summary, answers and convergence."""
+    attributes, answer, convergence = run.now.attributes, run.answer, run.convergence
     data: dict[str, Any] = {"outcome": answer.outcome.as_data()} | {
-        name: value
-        for name, value in result.attributes.items()
-        if name.partition("_")[0] != ATTRIBUTE
+        name: value for name, value in attributes.items() if name.partition("_")[0] != ATTRIBUTE
     }
-    data["checks"] = word_of(str(data.get("verdict", "-")))
+    data["checks"] = FACTS["checks"].of(run).text
     data["warnings"] = str(data.get("warnings", "")).splitlines()
-    convergence = stored_convergence(result.attributes)
     data[ATTRIBUTE] = None if convergence is None else convergence.as_data()
     data["answers"] = {
         question: {"word": str(found.sureness), "sentence": found.sentence}
         for question, found in answer.answers.items()
     }
-    return {**data, **summary_of(result)._asdict()}
+    return {**data, **run.summary._asdict(), "settling_time": run.settling_time}
 
 
 def own_warnings(result: Result, config: Config) -> list[str]:

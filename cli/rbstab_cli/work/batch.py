@@ -7,6 +7,7 @@ from rbstab.config.build import problem_of
 from rbstab.config.load import run_id
 from rbstab.config.schema import Config
 from rbstab.experiment.answers.check_words import comparison
+from rbstab.experiment.answers.known_run import KnownRun
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof_cache import OLDER, cached_proof, is_older, proof_for
 from rbstab.experiment.run_certificate import CERTIFIED_REGION, GLOBAL_STABILITY
@@ -35,6 +36,13 @@ class Finished(NamedTuple):
     config: Config
     run: FiledRun
     proof: "Proof | None"
+
+    @property
+    def known(self) -> KnownRun:
+        """The run with all that is known of it."""
+        known = KnownRun(self.run.path, self.run.result, self.config)
+        known.proof = self.proof
+        return known
 
 
 class Batch:

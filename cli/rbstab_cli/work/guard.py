@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from rbstab.config.load import resolved_yaml
+from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.summary import at_least
 from rbstab.experiment.tuning.guard import ANY_ANGLES, SOFT_ANGLE, Guarded, RunOutcome
 from rbstab.experiment.tuning.guard import guard as guarded
@@ -14,7 +15,7 @@ from rbstab_cli import exit_codes
 from rbstab_cli.inputs import load_one
 from rbstab_cli.output.files import new_config, write_file
 from rbstab_cli.output.progress import working
-from rbstab_cli.printing import Table, number, print_json, say
+from rbstab_cli.printing import Table, print_json, say
 
 BARRIER = "barrier"
 

@@ -3,12 +3,13 @@
 from pathlib import Path
 from typing import Any
 
+from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.tuning.sensitivities import Sensitivities
 from rbstab.experiment.tuning.sensitivities import sensitivities as derivatives_of
 from rbstab_cli.inputs import load_one
 from rbstab_cli.output.files import check_target, write_file
 from rbstab_cli.output.progress import working
-from rbstab_cli.printing import Table, as_json_text, number, print_json, say
+from rbstab_cli.printing import Table, as_json_text, print_json, say
 
 IN_TABLES = ("settling_time", *(f"peak_contact_displacement[{axis}]" for axis in range(3)))
 """Quantities in the tables; the JSON has all."""

@@ -54,10 +54,10 @@ def at_least(resolved: bool) -> str:
 
 def summary_of(result: Result) -> Summary:
     """Return the summary of a result, from its stored arrays only."""
-    v = result["lyapunov"]
+    v = lyapunov_function_of(result)
     supplied = result["supplied_energy"] if is_driven(result) else None
     with np.errstate(all="ignore"):
-        scale = energy_scale(v, result["energy_round_off"], supplied)
+        scale = energy_scale(result["lyapunov"], result["energy_round_off"], supplied)
         peaks, are_shown = _peak(result, "peak_contact_displacement")
         (farthest,), is_shown = _peak(result, "peak_distance")
         (pitch,), pitch_shown = _peak(result, "largest_pitch")

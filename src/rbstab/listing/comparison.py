@@ -7,20 +7,28 @@ from typing import Any, NamedTuple
 from rbstab.analysis.lyapunov import ENERGY_SCALE
 from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
-from rbstab.experiment.answers.run_answer import answer_of
-from rbstab.experiment.answers.words import word_of
-from rbstab.experiment.convergence.with_proof import known_now
-from rbstab.experiment.summary import at_least, at_rest_from, lyapunov_function_of
+from rbstab.experiment.answers.facts import FACTS, Shown
+from rbstab.experiment.answers.rounded import NO_VALUE, number
+from rbstab.files.counts import grouped
 from rbstab.listing.folder import checked_content, only_result
-from rbstab.report.model.words import NO_VALUE, number, untrusted
+from rbstab.report.model.words import untrusted
 from rbstab.report.reading.sources import Run, SweepFile, read_sources
 from rbstab.report.runs.config_tables import flat, value_text, with_unit
 from rbstab.store.errors import StoreError
-from rbstab.sweep.folder.member_answers import member_answers
+from rbstab.sweep.folder.member_answers import SWEEP_FACTS, member_answers
 from rbstab.sweep.folder.sweep_table import read_sweep
 
-Outcome = dict[str, float | str]
-"""What came out of a run or a sweep: numbers or texts by their names with units."""
+Outcome = dict[str, Shown]
+"""What came out of a run or a sweep, by names with units."""
+
+NOTHING = Shown(NO_VALUE)
+
+COMPARED = (
+    *("outcome", "tilt", "run id", "status", "checks", "this start", "whole range"),
+    *("time reached", "v(0)", "v(end)", "at rest from", "peak |E|", "peak |θ2|"),
+    f"|r|/{ENERGY_SCALE}",
+)
+"""The facts about both runs."""
 
 
 class Row(NamedTuple):
@@ -54,9 +62,7 @@ SYSTEM = ("body", "gravity", "controller", "elements")
 
 V_ROWS = ("v(0) [J]", "v(end) [J]")
 
-RESIDUAL = f"largest |r| / {ENERGY_SCALE}"
-
-NO_RATIO = ("reached [s]", RESIDUAL)
+NO_RATIO = ("time reached [s]", "tilt [°]")
 """Numbers whose ratio says nothing."""
 
 
@@ -109,67 +115,31 @@ def _rows(first: Outcome, second: Outcome, without: Collection[str]) -> list[Row
     """Return the outcomes beside each other, without a ratio of those in `without`."""
     rows = []
     for name in dict.fromkeys((*first, *second)):
-        one, other = first.get(name, NO_VALUE), second.get(name, NO_VALUE)
+        one, other = first.get(name, NOTHING), second.get(name, NOTHING)
         ratio = ""
-        if isinstance(one, float) and isinstance(other, float) and one and name not in without:
-            ratio = number(other / one, 3)
+        if one.is_number and other.is_number and name not in without and one.value:
+            ratio = number((other.value or 0.0) / one.value, 3)
         rows.append(Row(name, _text(one), _text(other), ratio))
     return rows
 
 
-def _text(value: float | str) -> str:
-    return number(value, 5) if isinstance(value, float) else untrusted(value)
+def _text(shown: Shown) -> str:
+    """Return a number with five digits; what says more than its number stays as it is."""
+    return number(shown.value or 0.0, 5) if shown.is_number else untrusted(shown.text)
 
 
 def _of_run(run: Run) -> Outcome:
-    result, s = run.result, run.summary
     with checked_content(run.path):
-        known = known_now(run.path, result, run.config)
-        answer = answer_of(known.result, known.config, known.proof)
-    return {
-        "outcome": answer.outcome.sentence,
-        "run id": result.run_id,
-        "status": result.status,
-        "checks": word_of(str(result.attributes.get("verdict", NO_VALUE))),
-        "this start comes to rest": answer.this_start.word,
-        "whole range": answer.whole_range.word,
-        "reached [s]": s.end_time,
-        "v(0) [J]": s.lyapunov_start,
-        # The result may store v - ε, which does not end at zero.
-        "v(end) [J]": float(lyapunov_function_of(result)[-1]),
-        "at rest from [s]": _settling(run),
-        "largest |E| [m]": _peak(s.peak_distance, resolved=s.displacement_resolved),
-        "largest |θ2| [rad]": _peak(s.largest_pitch, resolved=s.pitch_resolved),
-        RESIDUAL: s.relative_residual,
-    }
-
-
-def _settling(run: Run) -> float | str:
-    """Return the settling time; as text, which has no ratio, if the samples do not resolve it."""
-    text = at_rest_from(run.result)
-    return text if text.startswith("≤") else run.settling_time
-
-
-def _peak(value: float, *, resolved: bool) -> float | str:
-    """Return a peak; as text, which has no ratio, if the true one may be larger."""
-    return value if resolved else at_least(resolved) + _text(value)
+        return {fact.head: fact.of(run) for fact in map(FACTS.__getitem__, COMPARED)}
 
 
 def _of_sweep(sweep: SweepFile) -> Outcome:
-    answers = member_answers(sweep.path)
-    found, outcomes = answers.summary, answers.outcomes
-    return {
-        "outcome": outcomes.sentence,
-        "decides": outcomes.deciding or NO_VALUE,
-        "members": str(answers.members),
-        **{f"members {status}": str(count) for status, count in found["by_status"].items()},
-        **{
-            f"members: come to rest, {word}": f"{count} of {answers.members}"
-            for word, count in answers.by_word.items()
-        },
-        "members that settled": str(answers.settled),
-        "settling time, median [s]": found["settling_median"],
-        RESIDUAL: found["worst_residual"],
+    found = member_answers(sweep.path)
+    counts = {f"members {status}": n for status, n in found.summary["by_status"].items()}
+    counts |= {f"members: come to rest, {word}": n for word, n in found.by_word.items()}
+    of = f"of {grouped(found.members)}"
+    return {fact.head: fact.of(found) for fact in SWEEP_FACTS.values()} | {
+        name: Shown(f"{grouped(count)} {of}") for name, count in counts.items()
     }
 
 

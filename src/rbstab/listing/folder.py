@@ -5,9 +5,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rbstab.experiment.answers.run_answer import answer_of
-from rbstab.experiment.convergence.with_proof import known_now
+from rbstab.experiment.answers.facts import FACTS
+from rbstab.experiment.answers.known_run import KnownRun
 from rbstab.experiment.proof_cache import PROOFS, why_unreadable
+from rbstab.experiment.stored_config import stored_config
 from rbstab.files.counts import grouped
 from rbstab.files.shell_words import shell_word
 from rbstab.processes.mapped import mapped
@@ -16,7 +17,7 @@ from rbstab.report.reading.kinds import RESULT, Kind, kind_of
 from rbstab.store.disk.paths import path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import StoreError
 from rbstab.store.result import open_result
-from rbstab.sweep.folder.member_answers import member_answers
+from rbstab.sweep.folder.member_answers import SWEEP_FACTS, member_answers
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder
 
 NOT_KNOWN = "-"
@@ -190,13 +191,12 @@ def _said_by_run(path: Path) -> dict[str, Any]:
     answers: dict[str, str] = {}
     # A result of an old or an unusual layout is listed all the same.
     with suppress(StoreError), checked_content(path):
-        known = known_now(path, result)
-        result, answer = known.result, answer_of(known.result, known.config, known.proof)
+        run = KnownRun(path, result, stored_config(result).config)
         answers = {
-            "outcome": answer.outcome.brief,
-            "this_start": answer.this_start.word,
-            "whole_range": answer.whole_range.word,
+            name.replace(" ", "_"): FACTS[name].of(run).text
+            for name in ("outcome", "this start", "whole range")
         }
+        result = run.now
     attributes = result.attributes
     return answers | {
         "title": str(attributes["title"]),
@@ -219,7 +219,7 @@ def _said_by_sweep(path: Path) -> dict[str, Any]:
     nothing = NOT_KNOWN if why_unreadable(path.absolute().parent) else NOT_PROVED
     return {
         "title": title,
-        "outcome": found.outcomes.brief,
+        "outcome": SWEEP_FACTS["outcome"].of(found).text,
         "status": f"{grouped(found.completed)} of {grouped(members)} completed",
         "converges": proved if found.any_proof else NOT_KNOWN,
         "this_start": proved if found.any_proof else nothing,

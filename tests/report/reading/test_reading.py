@@ -5,10 +5,10 @@ import shutil
 import psutil
 import pytest
 
+from rbstab.experiment.answers import known_run
+from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.processes import mapped
 from rbstab.report.model.document import Unread
-from rbstab.report.reading import sources
-from rbstab.report.reading.answers import answers_of
 from rbstab.report.reading.sources import Run, read_one
 
 pytestmark = pytest.mark.slow
@@ -83,12 +83,12 @@ def test_answers_that_cannot_be_given_are_left_to_the_report(paths, monkeypatch)
     found = read_one(paths[0])
     assert isinstance(found, Run)
     # As text, because numbers that are none are not equal to themselves.
-    assert repr(vars(found)["answers"]) == repr(answers_of(found.result, found.config, None))
+    assert repr(vars(found)["answer"]) == repr(answer_of(found.result, found.config))
 
     def fails(*_):
         raise ValueError("no answer")
 
-    monkeypatch.setattr(sources, "answers_of", fails)
+    monkeypatch.setattr(known_run, "answer_of", fails)
     without = vars(read_one(paths[0]))
     assert "summary" in without
-    assert "answers" not in without
+    assert "answer" not in without

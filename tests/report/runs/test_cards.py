@@ -13,6 +13,8 @@ from support.results import with_data
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
+from rbstab.experiment.answers.facts import FACTS
+from rbstab.experiment.answers.known_run import RegionCheck
 from rbstab.experiment.answers.outcome import Outcome, OutcomeKind
 from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness
@@ -21,9 +23,7 @@ from rbstab.experiment.convergence.zero_description import APPROACHED
 from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.stored_proof.starts import start_level
 from rbstab.report.model.document import Cards
-from rbstab.report.reading.answers import RegionCheck
 from rbstab.report.runs.answers import MAX_CARDS, answer_blocks, answer_sentence
-from rbstab.report.runs.facts import FACTS
 from rbstab.store.result import write_result
 
 
@@ -106,7 +106,7 @@ def test_the_summary_counts_all_answers(tmp_path):
 def with_answers(run, **answers):
     """Return a run with other answers."""
     changed = dataclasses.replace(run)
-    changed.answers = run.answers._replace(answer=run.answer._replace(**answers))
+    changed.answer = run.answer._replace(**answers)
     return changed
 
 
@@ -163,7 +163,7 @@ def test_a_peak_that_the_samples_do_not_show_is_explained(tmp_path):
     assert dict(cards.cards[0].facts)["peak |E|"].startswith("≥ ")
     assert "≥" in dict(cards.words)["peak |E|"]
     (entry,) = runs_of(made_file(tmp_path / "a.h5"))
-    assert FACTS["peak |E|"].shown(entry) == f"{np.linalg.norm(PEAKS):.4g} m"
+    assert FACTS["peak |E|"].text(entry) == f"{np.linalg.norm(PEAKS):.4g} m"
 
 
 @pytest.mark.parametrize(
@@ -182,8 +182,6 @@ def test_both_numbers_of_the_margin_count_from_one_rest_state(
     inside, rest_state, zero, margin, tmp_path
 ):
     (run,) = runs_of(made_file(tmp_path / "a.h5", lyapunov_zero=zero))
-    run.answers = run.answers._replace(
-        region=RegionCheck(inside, 100.0, 200.0),
-        convergence=Convergence(True, rest_state=rest_state, bound=40.0),
-    )
+    run.region = RegionCheck(inside, 100.0, 200.0)
+    run.convergence = Convergence(True, rest_state=rest_state, bound=40.0)
     assert dict(block_of([run]).cards[0].facts).get("v(0)/c*") == margin

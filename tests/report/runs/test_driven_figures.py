@@ -8,10 +8,10 @@ from support.figure_runs import lines_of
 from support.inputs import SINE, couple, driven, force
 from support.results import with_data
 
+from rbstab.experiment.answers.facts import FACTS
+from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.simulate import simulate
-from rbstab.report.model.words import number
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.facts import FACTS
 from rbstab.report.runs.figures.events import events_figure
 from rbstab.report.runs.figures.lyapunov import decay_figure, energy_figure
 from rbstab.report.runs.sketches import decay_sketches
@@ -27,7 +27,7 @@ TIE = {
 
 def run_of(elements):
     result = simulate(driven(elements | {"foot": TIE}))
-    return Run(0, "run-1", "one", Path("one.h5"), result, None)
+    return Run(Path("one.h5"), result, None, name="run-1", label="one")
 
 
 @pytest.fixture(scope="module")
@@ -82,5 +82,5 @@ def test_a_run_from_rest_has_its_largest_v(shaken):
         np.testing.assert_allclose(points[inside, 1], (data / data.max())[inside], atol=1e-12)
     place = int(np.argmax(from_rest))
     at = f"{number(from_rest[place])} J at {number(run.result['time'][place])} s"
-    assert FACTS["largest v"].shown(run) == at
-    assert FACTS["largest v"].shown(run_of({})) == ""
+    assert FACTS["largest v"].text(run) == at
+    assert FACTS["largest v"].text(run_of({})) == ""

@@ -23,12 +23,12 @@ def made_run(number, *, rest=1.0, peak=0.1, status="completed", end=3.0):
     result = made_result(status=status)
     summary = summary_of(result)._replace(peak_distance=peak, end_time=end)
     run = Run(
-        number,
-        f"run-{number + 1}",
-        f"r{number}",
         Path(f"r{number}.h5"),
         Result(result.variables, result.attributes, result.config),
         None,
+        number=number,
+        name=f"run-{number + 1}",
+        label=f"r{number}",
     )
     run.summary, run.settling_time = summary, rest
     return run

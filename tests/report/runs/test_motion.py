@@ -15,7 +15,7 @@ from rbstab.report.runs.motion import MAX_FRAMES, animation_of
 
 def run(variant, with_gravity=False, **changes):
     config = load_config(paper_config(variant, with_gravity, **changes))
-    return Run(0, "run-1", "a", Path("a.h5"), rbstab.simulate(config), config)
+    return Run(Path("a.h5"), rbstab.simulate(config), config, name="run-1", label="a")
 
 
 @pytest.mark.parametrize(
@@ -49,4 +49,4 @@ def test_a_free_body_is_tied_to_nothing():
 def test_without_a_config_there_is_no_body_to_show():
     source = run("free")
     with pytest.raises(ValueError, match="config cannot be read"):
-        animation_of(Run(0, "run-1", "a", source.path, source.result, None))
+        animation_of(Run(source.path, source.result, None))

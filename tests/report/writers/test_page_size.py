@@ -19,7 +19,7 @@ MAX_SHOWN = 2_000_000
 def test_the_page_of_twenty_runs_can_be_sent_by_mail():
     config = load_config(paper_config("embedded"))
     result = paper_run("embedded", with_gravity=False, engine="scipy")
-    first = Run(0, "run-1", "run 1", Path("run-1.h5"), result, config)
+    first = Run(Path("run-1.h5"), result, config, name="run-1", label="run 1")
     runs = tuple(
         dataclasses.replace(first, number=n, name=f"run-{n + 1}", label=f"run {n + 1}")
         for n in range(20)

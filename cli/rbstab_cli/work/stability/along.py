@@ -12,11 +12,12 @@ import numpy as np
 from rbstab.analysis.linearisation import eigenvalue_text
 from rbstab.config.errors import ConfigError
 from rbstab.config.schema import Config
+from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.answers.threshold import named_number
 from rbstab.experiment.locus import LocusPoint, check_key, root_locus, stable_from
 from rbstab.mechanics.numbers import Array
 from rbstab_cli.inputs import refuse
-from rbstab_cli.printing import Table, number
+from rbstab_cli.printing import Table
 
 MAX_POINTS = 10_000
 """The largest number of factors."""

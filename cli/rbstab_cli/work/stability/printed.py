@@ -9,6 +9,7 @@ import numpy as np
 
 from rbstab.analysis.linearisation import Linearisation, eigenvalue_text
 from rbstab.config.schema import Config
+from rbstab.experiment.answers.rounded import number, vector
 from rbstab.experiment.answers.words import run_words
 from rbstab.experiment.stability import Stability, kind_of
 from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
@@ -17,7 +18,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import is_upright
 from rbstab.store.result import Result
 from rbstab_cli.output.runs import certificate_checks, print_certificate
-from rbstab_cli.printing import Table, number, vector
+from rbstab_cli.printing import Table
 from rbstab_cli.work.stability.along import Locus, locus_data, print_locus
 from rbstab_cli.work.stability.within import Within
 

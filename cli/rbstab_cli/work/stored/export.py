@@ -8,7 +8,6 @@ from typing import Any
 import click
 import numpy as np
 
-from rbstab.experiment.convergence.with_proof import known_now
 from rbstab.experiment.own_states import final_state
 from rbstab.listing.folder import checked_content
 from rbstab.listing.opening import open_sweep
@@ -89,13 +88,7 @@ def _of_run(run: Run, *, traces: bool) -> FlatColumns:
             arrays, units = flat_columns(run.result.variables, ("time",))
             file = np.full(len(arrays["time"]), str(run.path), dtype=object)
             return FlatColumns({"file": file, **arrays}, units)
-        known = known_now(run.path, run.result, run.config)
-        data = {
-            "file": str(run.path),
-            **run_data(known.result, known.config, known.proof),
-            "settling_time": run.settling_time,
-            "final": final_state(run.result),
-        }
+        data = {"file": str(run.path), **run_data(run), "final": final_state(run.result)}
         arrays = {
             name: np.array([value], dtype=object if isinstance(value, str) else None)
             for name, value in _entries("", data)

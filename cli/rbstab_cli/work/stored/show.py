@@ -6,23 +6,16 @@ from typing import Any, NamedTuple
 import click
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE
+from rbstab.experiment.answers.facts import FACTS
+from rbstab.experiment.answers.known_run import KnownRun
 from rbstab.experiment.answers.rest_modes import rest_modes
-from rbstab.experiment.answers.run_answer import answer_of
+from rbstab.experiment.answers.rounded import number, vector
 from rbstab.experiment.answers.words import run_words
-from rbstab.experiment.convergence.convergence import ATTRIBUTE, stored_convergence
-from rbstab.experiment.convergence.with_proof import KnownNow, known_now
+from rbstab.experiment.convergence.convergence import ATTRIBUTE
 from rbstab.experiment.own_states import final_state
 from rbstab.experiment.stored_config import stored_config
-from rbstab.experiment.summary import (
-    ReferenceValue,
-    at_least,
-    lyapunov_function_of,
-    reference_values_of,
-    stores_v_minus_work,
-    summary_of,
-)
+from rbstab.experiment.summary import ReferenceValue, reference_values_of
 from rbstab.files.names import printable
-from rbstab.mechanics.numbers import Array
 from rbstab.report.runs.paper_cases import changed_keys
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result, open_result
@@ -35,7 +28,7 @@ from rbstab_cli.output.runs import (
     print_unread_proofs,
     run_data,
 )
-from rbstab_cli.printing import Table, number, print_facts, print_json, vector
+from rbstab_cli.printing import Table, print_facts, print_json
 from rbstab_cli.streams import exact
 
 
@@ -58,11 +51,11 @@ def show(path: Path, as_json: bool, as_config: bool) -> int | None:
     # Every line is that of the result together with the proof that lies beside it now.
     print_unread_proofs([path.parent])
     try:
-        known = known_now(path, opened)
+        run = KnownRun(path, opened, stored_config(opened).config)
         if as_json:
-            print_json(_data(known))
+            print_json(_data(run))
         else:
-            _print(known)
+            _print(run)
     except (LookupError, ValueError, TypeError, ArithmeticError, AttributeError) as error:
         reason = f"its content is wrong ({type(error).__name__}: {error})"
         raise Failed(exit_codes.STORAGE, f"error: {path} cannot be shown: {reason}") from error
@@ -94,11 +87,11 @@ def _reference(result: Result) -> _Reference:
     return _Reference(reference.source + note, changed, values)
 
 
-def _data(known: KnownNow) -> dict[str, Any]:
-    result = known.result
+def _data(run: KnownRun) -> dict[str, Any]:
+    result = run.now
     reference = _reference(result)
     return {
-        **run_data(result, known.config, known.proof),
+        **run_data(run),
         "certificate": certificate_checks(result),
         "final": final_state(result),
         "reference": {**reference._asdict(), "values": [v._asdict() for v in reference.values]},
@@ -114,12 +107,12 @@ SHOWN_ABOVE = ("title", "status", "status_detail", "verdict", "lyapunov_zero", "
 """Attributes that are not among the provenance."""
 
 
-def _print(known: KnownNow) -> None:
-    result = known.result
+def _print(run: KnownRun) -> None:
+    result = run.now
     attributes = result.attributes
     click.echo(printable(str(attributes["title"])))
-    print_answer(answer_of(result, known.config, known.proof), known.config)
-    _print_numbers(known)
+    print_answer(run.answer, run.config)
+    _print_numbers(run)
     print_certificate(result)
     _print_reference(_reference(result))
     table = Table("array", "dimensions", "unit", "meaning")
@@ -136,30 +129,34 @@ def _print(known: KnownNow) -> None:
     print_facts(provenance, "provenance", "value")
 
 
-def _print_numbers(known: KnownNow) -> None:
+NUMBERS = (
+    *("at rest from", "v(0)", "v(end)", "largest v", "start above the rest state of c*", "v(0)/c*"),
+    *(f"|r|/{ENERGY_SCALE}", "peak |E|", "peak E1", "peak E2", "peak E3", "peak |θ2|"),
+)
+"""The numbers of a run, of those that it has."""
+
+
+def _print_numbers(run: KnownRun) -> None:
     """Print how the run ended, its Lyapunov function and audit, and its final state."""
-    result = known.result
-    s, attributes = summary_of(result), result.attributes
+    result, attributes = run.now, run.now.attributes
     table = Table("quantity", "value")
     detail = f": {attributes['status_detail']}" if attributes.get("status_detail") else ""
-    table.add("status", result.status + detail)
+    table.add("status", FACTS["status"].of(run).text + detail)
     table.add("checks of the run", run_words(str(attributes.get("verdict", "-"))))
-    convergence = stored_convergence(attributes)
-    if convergence is not None and convergence.proved is not None:
-        table.add("exact motion", convergence.sentence)
-    table.add("v(0), v(end)", _ends(lyapunov_function_of(result)))
-    if stores_v_minus_work(result):
-        table.add("v - ε at 0 and at the end", _ends(result["lyapunov"]))
+    if run.convergence is not None and run.convergence.proved is not None:
+        table.add("exact motion", run.convergence.sentence)
     table.add("v = 0 at", str(attributes["lyapunov_zero"]))
     table.add("", f"Θ = {vector(result['rest_orientation'])} rad")
-    modes = rest_modes(result, known.config)
+    for fact in map(FACTS.__getitem__, NUMBERS):
+        if fact.text(run):
+            table.add(fact.name, fact.text(run))
+    if run.stores_v_minus_work:
+        ends = (number(float(result["lyapunov"][place]), 7) for place in (0, -1))
+        table.add("v - ε at 0 and at the end", " J, ".join(ends) + " J")
+    modes = rest_modes(result, run.config)
     if modes is not None:
         table.add("modes", str(modes))
-    table.add(f"max |r| / {ENERGY_SCALE}", number(s.relative_residual, 2))
-    peak = "peak E by axis" if s.displacement_resolved else "largest sample of E by axis"
-    table.add(peak, vector(s.peak_contact_displacement) + " m")
-    table.add("max |θ2|", f"{at_least(s.pitch_resolved)}{number(s.largest_pitch)} rad")
-    if not s.resolved:
+    if not run.summary.resolved:
         why = "the motion is faster than its samples; more `integration.samples` show its peaks"
         table.add("", why, style="yellow")
     if "impact_count" in result:
@@ -176,11 +173,6 @@ def _provenance(name: str, value: object) -> str:
     if name.endswith("wall_time") and isinstance(value, float):
         return f"{number(value, 3)} s"
     return str(value) or "-"
-
-
-def _ends(values: Array) -> str:
-    """Return an energy at 0 and at the end."""
-    return ", ".join(f"{number(float(value), 7)} J" for value in (values[0], values[-1]))
 
 
 def _impacts(result: Result) -> str:

@@ -8,13 +8,14 @@ from typing import Any
 import click
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE
+from rbstab.experiment.answers.rounded import NO_VALUE, number
 from rbstab.files.counts import grouped
 from rbstab.files.existence import exists
 from rbstab.integrate.status import RunStatus
 from rbstab.processes.processors import processor_count
 from rbstab.store.disk.lock import is_locked
 from rbstab.sweep.folder.manifest import Manifest
-from rbstab.sweep.folder.member_answers import MemberAnswers, member_answers
+from rbstab.sweep.folder.member_answers import SWEEP_FACTS, MemberAnswers, member_answers
 from rbstab.sweep.folder.members_file import (
     counts_by_status,
     digest_of_shards,
@@ -29,7 +30,7 @@ from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.sweep import Sweep
 from rbstab_cli.output.runs import print_statement
-from rbstab_cli.printing import Table, number, print_facts, print_json, say
+from rbstab_cli.printing import Table, print_facts, print_json, say
 
 Data = dict[str, Any]
 
@@ -40,6 +41,9 @@ MEANINGS = {
     "not decided": "neither proved, nor at rest by the end of their computed run",
 }
 """What the words say of the members of a sweep."""
+
+NUMBERS = ("settling time, median", f"largest |r|/{ENERGY_SCALE}")
+"""The facts about a sweep that are numbers."""
 
 
 def report_sweep(
@@ -80,13 +84,9 @@ def report_sweep(
     _print_statuses(by_status, members)
     if found is None:
         return
-    settled = f"{grouped(found.settled)} of {grouped(by_status.get('completed', 0))}"
-    median = f"{number(found.summary['settling_median'])} s, of those settled"
-    rows = {
-        "settled": f"{settled} ({found.outcomes.at_rest} to the end)",
-        "settling time, median": median if found.settled else "-",
-        f"worst |r| / {ENERGY_SCALE}": number(found.summary["worst_residual"], 2),
-    }
+    settled = f"{grouped(found.settled)} of {grouped(found.completed)}"
+    rows = {"settled": f"{settled} ({found.outcomes.at_rest} to the end)"}
+    rows |= {name: SWEEP_FACTS[name].text(found) or NO_VALUE for name in NUMBERS}
     if not proofs_follow and found.any_proof:
         rows["converge to a rest state"] = counts_of(found)
     if comparison is not None and comparison.members:

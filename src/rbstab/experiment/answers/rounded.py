@@ -1,12 +1,27 @@
-"""Numbers of proofs as text: rounded to the side on which the statement stays true."""
+"""Numbers as text; those of proofs are rounded to the side on which the statement stays true."""
 
+import math
+from collections.abc import Iterable
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
+
+NO_VALUE = "-"
+"""Shown where there is no value."""
 
 LEVEL_DIGITS = 6
 """Significant digits of an energy."""
 
 TIME_DIGITS = 4
 """Significant digits of a time."""
+
+
+def number(value: float, digits: int = 4) -> str:
+    """Return a number with some significant digits; NaN becomes `NO_VALUE`."""
+    return NO_VALUE if math.isnan(value) else f"{value:.{digits}g}"
+
+
+def vector(values: Iterable[float], digits: int = 4) -> str:
+    """Return numbers in parentheses, separated by commas."""
+    return f"({', '.join(number(value, digits) for value in values)})"
 
 
 def rounded_down(number: float | Decimal, digits: int = LEVEL_DIGITS) -> str:

@@ -8,8 +8,7 @@ stored result shows what is known now, and so the same everywhere.
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from rbstab.analysis.certificate.evidence import computed_audit_bound
 from rbstab.analysis.certificate.verdict import Check, Verdict, overall
@@ -31,7 +30,6 @@ from rbstab.experiment.convergence.enclosed_samples import (
 )
 from rbstab.experiment.convergence.enclosed_samples import GROUP as ENCLOSURE
 from rbstab.experiment.convergence.zero_description import NO_REST_STATE, described_by_proof
-from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
     GLOBAL_STABILITY,
@@ -41,9 +39,7 @@ from rbstab.experiment.run_certificate import (
     rest_state_check,
 )
 from rbstab.experiment.stored_certificate import certificate_lines
-from rbstab.experiment.stored_config import stored_config
 from rbstab.integrate.problem import Problem
-from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
 from rbstab.store.variables import Variable
 
@@ -112,36 +108,6 @@ def _stated(
     variables = {**result.variables, **certificate_variables(checks)}
     attributes = changed | {"lyapunov_zero": described}
     return replace(result, variables=variables, attributes=attributes)
-
-
-class KnownNow(NamedTuple):
-    """A stored result with all that is known of it now.
-
-    Attributes:
-        result: The result, with what the proof decides in its certificate and its attributes.
-        config: Its config; None if this version cannot read it.
-        proof: The proof in the folder of the result; None if there is none.
-    """
-
-    result: Result
-    config: Config | None
-    proof: "Proof | None"
-
-
-def known_now(path: Path, result: Result, config: Config | None = None) -> KnownNow:
-    """Return what is known of a stored result, with the proof in its folder.
-
-    Args:
-        path: The file of the result.
-        result: The result.
-        config: Its config, if the caller has it.
-    """
-    config = config or stored_config(result).config
-    try:
-        proof = None if config is None else cached_proof(path.parent, config)
-    except StoreError:
-        proof = None
-    return KnownNow(with_later_proof(result, config, proof), config, proof)
 
 
 def with_later_proof(result: Result, config: Config | None, proof: "Proof | None") -> Result:

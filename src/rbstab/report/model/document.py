@@ -3,14 +3,18 @@
 All texts are plain text. Each writer escapes them for its own format.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import NamedTuple, Self
 
+from rbstab.experiment.answers.facts import Shown
+from rbstab.experiment.answers.rounded import number
+from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Figure
-from rbstab.report.model.words import number, with_unit
+from rbstab.report.model.words import with_unit
 
 
 class Head(NamedTuple):
@@ -49,13 +53,28 @@ class Cell(NamedTuple):
 
     @classmethod
     def of(cls, entry: "Entry") -> "Cell":
-        """Return a cell of a text, or of a number with four significant digits."""
+        """Return a cell of a text, a count, or a number with four significant digits."""
         if isinstance(entry, Cell):
             return entry
-        return cls(entry) if isinstance(entry, str) else cls(number(entry), float(entry))
+        if isinstance(entry, Shown):
+            return cls(*entry)
+        if isinstance(entry, int):
+            return cls(grouped(entry), float(entry))
+        return cls(entry) if isinstance(entry, str) else cls.number(entry)
+
+    @classmethod
+    def number(cls, value: float, digits: int = 4) -> Self:
+        """Return a cell with a number; NaN is shown as "-".
+
+        An infinite one is that of members that are not at rest by the end, or a difference from it:
+        it is shown as "later" or "earlier".
+        """
+        if math.isinf(value):
+            return cls("later" if value > 0 else "earlier")
+        return cls(number(value, digits), float(value))
 
 
-Entry = Cell | str | float
+Entry = Cell | Shown | str | float
 """What becomes an entry of a table."""
 
 
@@ -86,13 +105,21 @@ class Table:
         rows: Iterable[Iterable[Entry]],
         note: str = "",
     ) -> Self:
-        """Return a table of plain entries; a column whose entries are numbers is one of numbers."""
-        cells = tuple(tuple(map(Cell.of, row)) for row in rows)
-        typed = []
-        for head, column in zip(heads, zip(*cells, strict=True), strict=True):
-            numbers = all(cell.value is not None for cell in column)
-            typed.append((Head(head) if isinstance(head, str) else head)._replace(numbers=numbers))
-        return cls(name, title, tuple(typed), cells, note)
+        """Return a table of plain entries, without the columns that have no text.
+
+        A column with a number is one of numbers.
+        """
+        columns = zip(*(tuple(map(Cell.of, row)) for row in rows), strict=True)
+        shown = [
+            (Head(head) if isinstance(head, str) else head, column)
+            for head, column in zip(heads, columns, strict=True)
+            if any(cell.text for cell in column)
+        ]
+        typed = tuple(
+            head._replace(numbers=any(cell.value is not None for cell in column))
+            for head, column in shown
+        )
+        return cls(name, title, typed, (*zip(*(own for _, own in shown), strict=True),), note)
 
 
 @dataclass(frozen=True, eq=False)

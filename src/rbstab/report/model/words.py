@@ -1,6 +1,5 @@
-"""Numbers, lists and untrusted texts as plain text that is safe to show anywhere."""
+"""Counts, lists and untrusted texts as plain text that is safe to show anywhere."""
 
-import math
 import re
 from collections.abc import Iterable
 
@@ -9,9 +8,6 @@ from rbstab.files.names import printable
 
 MAX_LENGTH = 1000
 """Maximum length of an untrusted text in a report; texts of a config are no longer than this."""
-
-NO_VALUE = "-"
-"""Shown where there is no value."""
 
 _UNIT = r"(?:[kcmµ]?[mNJWs]|kg|Hz|rad|deg|%)(?:[²³]|\^-?\d)?"
 _UNITS = rf"{_UNIT}(?:[ /]{_UNIT})*"
@@ -39,16 +35,6 @@ def untrusted(text: object, max_length: int = MAX_LENGTH) -> str:
         return whole  # as most texts are; the rest takes much longer
     shown = printable(whole[: max_length + 1])
     return shown if len(shown) <= max_length else f"{shown[: max_length - 1]}…"
-
-
-def number(value: float, digits: int = 4) -> str:
-    """Format a number with some significant digits; NaN becomes `NO_VALUE`."""
-    return NO_VALUE if math.isnan(value) else f"{value:.{digits}g}"
-
-
-def vector(values: Iterable[float], digits: int = 4) -> str:
-    """Format numbers in parentheses, separated by commas."""
-    return f"({', '.join(number(value, digits) for value in values)})"
 
 
 def with_unit(label: str, unit: str) -> str:

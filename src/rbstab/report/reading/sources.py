@@ -8,29 +8,16 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
-from rbstab.config.schema import Config
-from rbstab.experiment.answers.run_answer import RunAnswer
-from rbstab.experiment.proof_cache import cached_proof
+from rbstab.experiment.answers.known_run import KnownRun
 from rbstab.experiment.stored_config import stored_config
-from rbstab.experiment.stored_proof.proof import Proof
-from rbstab.experiment.summary import (
-    Summary,
-    is_driven,
-    settling_time_of,
-    stores_v_minus_work,
-    summary_of,
-)
 from rbstab.processes.mapped import mapped
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
-from rbstab.report.reading.answers import Answers, answers_of
 from rbstab.report.reading.untrusted import file_of, result_of
 from rbstab.store.errors import StoreError
-from rbstab.store.result import Result
 
 MAX_LABEL_LENGTH = 48
 """Maximum number of characters of a label; labels must fit in legends."""
@@ -54,67 +41,25 @@ class SweepFile:
 
 
 @dataclass(eq=False)
-class Run:
-    """A single run. What is found from its result is found once, where it is needed first.
+class Run(KnownRun):
+    """A single run of a report.
 
     Args:
-        number: The number of its colour: its number among the runs, from 0, if these are few.
-        name: Its anchor, unique in a report: "run-1".
-        label: Its name in legends and tables, unique among the runs; from the name of its file.
         path: Its file.
         result: The content of the file.
         config: Its config; None if this version of the program cannot read it.
         data: The stored config as plain data, not validated; empty if it is not YAML.
+        number: The number of its colour: its number among the runs, from 0, if these are few.
+        name: Its anchor, unique in a report: "run-1".
+        label: Its name in legends and tables, unique among the runs; from the name of its file.
         legend: The entry in legends that it shares with others, in grey; "" if it has its own.
     """
 
-    number: int
-    name: str
-    label: str
-    path: Path
-    result: Result
-    config: Config | None
     data: Mapping[str, Any] = field(default_factory=dict)
+    number: int = 0
+    name: str = ""
+    label: str = ""
     legend: str = ""
-
-    @cached_property
-    def summary(self) -> Summary:
-        """Its summary: first and last values of v, energy residual, peaks."""
-        return summary_of(self.result)
-
-    @cached_property
-    def answers(self) -> Answers:
-        """What is known of its stability, with the proof that lies beside it now."""
-        return answers_of(self.result, self.config, self.proof)
-
-    @property
-    def answer(self) -> RunAnswer:
-        """What is known about stability, and how surely."""
-        return self.answers.answer
-
-    @cached_property
-    def stores_v_minus_work(self) -> bool:
-        """Whether the result stores v - ε in place of v (on s = F + κE)."""
-        return stores_v_minus_work(self.result)
-
-    @cached_property
-    def settling_time(self) -> float:
-        """The time from which v stays below v(0)/1000, s; NaN if the run has not settled."""
-        return settling_time_of(self.result)
-
-    @property
-    def proof(self) -> Proof | None:
-        """The stored proof for its body, gravity and controller; None without one."""
-        return None if self.config is None else cached_proof(self.path.parent, self.config)
-
-    @property
-    def is_driven(self) -> bool:
-        """Whether inputs supply power to the body."""
-        return is_driven(self.result)
-
-    def attribute(self, name: str) -> str:
-        """Return an attribute of the result as text; "" if it is missing."""
-        return str(self.result.attributes.get(name, ""))
 
 
 @dataclass(frozen=True)
@@ -166,14 +111,14 @@ def read_one(path: Path) -> Run | SweepFile | Unread:
         result = result_of(file)
         if result is None:
             return SweepFile(0, "", "", file)
-        run = Run(0, "", "", file, result, *stored_config(result))
+        run = Run(file, result, *stored_config(result))
     except Exception as error:
         # Whatever a file contains, the others are still reported.
         return Unread(untrusted(path), _reason(path, error))
     # What takes long is found here, by several processes. Where it fails, the report finds it again
     # with its error.
     with suppress(Exception):
-        _ = run.summary, run.answers
+        _ = run.summary, run.answer, run.checks
     return run
 
 

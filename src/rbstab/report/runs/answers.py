@@ -4,15 +4,16 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
+from rbstab.experiment.answers.facts import FACTS, answer_tone, ended_early, outcome_tone
 from rbstab.experiment.answers.outcome import KINDS
+from rbstab.experiment.answers.rounded import NO_VALUE, number
 from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.answers.words import Sureness, meanings, words_with_meanings
 from rbstab.experiment.convergence.convergence import EVERY_START
 from rbstab.report.model.document import Block, Card, Cards, Sketch, Statement
-from rbstab.report.model.words import NO_VALUE, counted, listed, number
+from rbstab.report.model.words import counted, listed
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.facts import ANSWER_TONES, FACTS, ended_early, outcome_tone
 from rbstab.report.runs.sketches import decay_sketches
 
 MAX_CARDS = 12
@@ -122,13 +123,13 @@ def _card(
             question,
             answers[name].word,
             _capital(answers[name].sentence),
-            ANSWER_TONES.get(answers[name].sureness, ""),
+            answer_tone(answers[name]),
         )
         for name, question in QUESTIONS.items()
         if is_alone and name in answers
     ]
-    facts = [(name, FACTS[name].shown(run) or NO_VALUE) for name in NUMBERS]
-    facts += [(name, FACTS[name].shown(run)) for name in MORE_NUMBERS if is_alone]
+    facts = [(name, FACTS[name].text(run) or NO_VALUE) for name in NUMBERS]
+    facts += [(name, FACTS[name].text(run)) for name in MORE_NUMBERS if is_alone]
     facts += [(name.replace("_", " "), answers[name].word) for name in varying]
     early = ended_early(run)
     return Card(

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.experiment.answers.check_words import comparison, word_of_check
+from rbstab.experiment.answers.facts import TONES, Shown, answer_tone
 from rbstab.experiment.answers.words import word_of
 from rbstab.experiment.convergence.convergence import FALSE
 from rbstab.report.model.document import Block, Cell, Entry, Head, Section, Table
 from rbstab.report.model.words import counted
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.answers import QUESTIONS
-from rbstab.report.runs.facts import TONES, answer_cell
 
 MAX_FULL_CERTIFICATES = 8
 """If there are more runs, only failed checks are listed."""
@@ -33,7 +33,12 @@ def certificate_section(runs: Sequence[Run]) -> Section:
     if len(runs) > 1:
         # The card of a single run has them.
         answers = [
-            (run.label, QUESTIONS[name], answer_cell(answer), answer.sentence)
+            (
+                run.label,
+                QUESTIONS[name],
+                Shown(answer.word, tone=answer_tone(answer)),
+                answer.sentence,
+            )
             for run in runs
             for name, answer in run.answer.answers.items()
         ]
@@ -41,7 +46,7 @@ def certificate_section(runs: Sequence[Run]) -> Section:
     proved = [
         (run.label, Cell(found.word, tone="bad" if found.word == FALSE else ""), found.sentence)
         for run in runs
-        if (found := run.answers.convergence) is not None
+        if (found := run.convergence) is not None
     ]
     if proved:
         blocks.append(Table.of("convergence", "Convergence", CONVERGENCE, proved))
@@ -49,13 +54,13 @@ def certificate_section(runs: Sequence[Run]) -> Section:
     checks = [
         _line(run.label, line)
         for run in runs
-        for line in run.answers.lines
+        for line in run.checks
         if in_full or line.verdict == Verdict.VIOLATED
     ]
     if checks:
         title = "Checks of the certificates" if in_full else "Checks that failed"
         blocks.append(Table.of("certificate-lines", title, CHECKS, checks, NOTE))
-    without = sum(not run.answers.lines for run in runs)
+    without = sum(not run.checks for run in runs)
     if without:
         blocks.append(f"Without a certificate: {counted(without, 'result')} of an older rbstab.")
     return Section("certificates", "Certificates", tuple(blocks), folded=True)

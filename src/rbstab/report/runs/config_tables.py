@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeGuard
 
 from rbstab.config.units import unit_of
+from rbstab.experiment.answers.rounded import NO_VALUE, number
 from rbstab.files.shell_words import one_after_the_other, shell_word
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
-from rbstab.report.model.words import NO_VALUE, counted, number, untrusted
+from rbstab.report.model.words import counted, untrusted
 from rbstab.report.reading.sources import Run
 
 MAX_LISTED = 24

@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 
 from rbstab.config.sections.reference import Reference
+from rbstab.experiment.answers.facts import ended_early
+from rbstab.experiment.answers.rounded import NO_VALUE, vector
 from rbstab.experiment.summary import ReferenceValue, reference_values_of
 from rbstab.report.model.document import Block, Cell, Entry, Section, Table
-from rbstab.report.model.words import NO_VALUE, listed, untrusted, vector, with_unit
+from rbstab.report.model.words import listed, untrusted, with_unit
 from rbstab.report.reading.sources import Run
 from rbstab.report.runs.config_tables import value_text
-from rbstab.report.runs.facts import ended_early
 from rbstab.report.runs.paper_cases import CASES, changed_keys
 
 HEADS = ("run", "quantity", "printed", "verdict", "computed", "computed - printed")

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Sketch
-from rbstab.report.model.words import number
 from rbstab.report.reading.sources import Run
 
 LOWEST = 1e-8

@@ -3,17 +3,20 @@
 from collections.abc import Sequence
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE, ENERGY_SCALE_NOTE
-from rbstab.report.model.document import Section, Table
+from rbstab.experiment.answers.facts import FACTS
+from rbstab.report.model.document import Cell, Entry, Head, Section, Table
 from rbstab.report.model.words import listed
 from rbstab.report.reading.sources import Run
-from rbstab.report.runs.facts import FACTS
 
 COLUMNS = (
-    *("run", "outcome", "tilt", "this start", "whole range", "v(0)/c*", "at rest from"),
+    *("outcome", "tilt", "this start", "whole range", "v(0)/c*", "at rest from"),
     *("peak |E|", "peak E1", "peak E2", "peak E3", "peak |θ2|", "v(0)", "v(end)"),
     *(f"|r|/{ENERGY_SCALE}", "status", "rest states", "in certified region", "variant", "checks"),
 )
 """The facts of the table, the deciding ones first: a page shows as many columns as fit."""
+
+IN_CERTIFICATES = ("this start", "whole range", "checks")
+"""Facts that the section of certificates gives in full."""
 
 NOTE = (
     "This start and whole range: how sure it is that the motion from this start, and every motion "
@@ -27,8 +30,14 @@ NOTE = (
 def summary_table(runs: Sequence[Run]) -> Table:
     """Return the table with one row for each run."""
     facts = [FACTS[name] for name in COLUMNS]
-    rows = [[fact.get(run) for fact in facts] for run in runs]
-    return Table.of("runs", "Numbers of each run", [fact.head for fact in facts], rows, NOTE)
+    heads: list[Head | str] = ["run", *(Head(fact.name, fact.unit) for fact in facts)]
+    rows: list[list[Entry]] = [[run.label, *(_cell(name, run) for name in COLUMNS)] for run in runs]
+    return Table.of("runs", "Numbers of each run", heads, rows, NOTE)
+
+
+def _cell(name: str, run: Run) -> Cell:
+    target = "certificates" if name in IN_CERTIFICATES else ""
+    return Cell(*FACTS[name].of(run), target=target)
 
 
 def warnings_section(runs: Sequence[Run]) -> Section | None:

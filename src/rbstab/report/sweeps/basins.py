@@ -4,11 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rbstab.experiment.answers.rounded import vector
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.document import Block, Head
-from rbstab.report.model.words import vector
+from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.sweeps.members import Members, kept
-from rbstab.report.sweeps.tables import number, table_of
 
 SAME_ANGLES = 0.02
 """rad: rest states whose angles differ by less count as one."""
@@ -68,15 +67,15 @@ def basin_blocks(name: str, members: Members) -> list[Block]:
     basins = basins_of(members)
     if basins is None:
         return []
-    heads = "rest state", "members", Head("energy", "J", numbers=True), Head("Θ", "rad")
+    heads = "rest state", "members", Head("energy", "J"), Head("Θ", "rad")
     counts = np.bincount(basins.codes[basins.codes >= 0], minlength=len(basins.energies)).tolist()
     # Angles below a nanoradian are only round-off.
     angles = map(vector, np.round(basins.orientations, 9) + 0.0)
-    energies = (number(energy, 6) for energy in basins.energies.tolist())
+    energies = (Cell.number(energy, 6) for energy in basins.energies.tolist())
     names = (str(k + 1) for k in range(len(counts)))
     rows = zip(names, counts, energies, angles, strict=True)
     note = (
         "The lowest first. v of a member counts from the rest state that it approaches: the end of "
         "a descent in energy from its last sample. Members for which none was found are left out."
     )
-    return [table_of(f"{name}-basins", "Rest states that members approach", heads, rows, note)]
+    return [Table.of(f"{name}-basins", "Rest states that members approach", heads, rows, note)]

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.document import Block, Cell, Head
+from rbstab.report.model.document import Block, Cell, Entry, Head, Table
 from rbstab.report.sweeps.members import FAILED, LEFT_RANGE, OUTCOMES, RETURNS, Members
 from rbstab.report.sweeps.parameters import shortened
 from rbstab.report.sweeps.quantities import (
@@ -15,7 +15,6 @@ from rbstab.report.sweeps.quantities import (
     start_energy,
     start_over_level,
 )
-from rbstab.report.sweeps.tables import Entry, table_of
 from rbstab.store.variables import safe_name
 from rbstab.sweep.members.outcome import STATUSES
 
@@ -33,7 +32,7 @@ def notable_blocks(name: str, members: Members, command: str) -> list[Block]:
         return []
     quantities = [own(members) for own in (settling_time, regularity, start_energy)]
     quantities.append(peak_displacement(members))
-    measured = (Head(q.axis.label, q.axis.unit, numbers=True) for q in quantities)
+    measured = (Head(q.axis.label, q.axis.unit) for q in quantities)
     heads: list[str | Head] = ["member", "reason", "outcome", *measured, "parameters"]
     rows: list[tuple[Entry, ...]] = [
         (
@@ -45,7 +44,7 @@ def notable_blocks(name: str, members: Members, command: str) -> list[Block]:
         )
         for k, reason in reasons.items()
     ]
-    table = table_of(f"{name}-notable", "Notable members", heads, rows, "")
+    table = Table.of(f"{name}-notable", "Notable members", heads, rows, "")
     sentence = f"A single run of a member has its whole motion: {command} {next(iter(reasons))}"
     return [sentence, table]
 

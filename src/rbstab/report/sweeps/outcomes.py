@@ -9,7 +9,7 @@ import numpy as np
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.document import Block, Table
+from rbstab.report.model.document import Block, Entry, Table
 from rbstab.report.model.figure import SHARE_ENDS, Axis, Figure, Line, Panel, Shares
 from rbstab.report.sweeps.conditions.paired_conditions import Slice, conditions_of
 from rbstab.report.sweeps.members import (
@@ -19,7 +19,6 @@ from rbstab.report.sweeps.members import (
 )
 from rbstab.report.sweeps.quantiles import quantiles_of
 from rbstab.report.sweeps.quantities import MemberQuantity, main_quantities, outcome_words
-from rbstab.report.sweeps.tables import Entry, table_of
 from rbstab.sweep.folder.members_file import relative_residuals
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.proofs.columns import NO_PROOF, PROVED
@@ -124,7 +123,7 @@ def outcome_table(name: str, members: Members) -> Table:
             rows.append((label, part.title, count, share, *(ends if has_limits else ("", ""))))
     note = f"{interval_note(members, has_limits)} At rest: {members.found.at_rest}."
     title = "Outcomes of the members"
-    return table_of(f"{name}-fractions", title, heads, rows, note)
+    return Table.of(f"{name}-fractions", title, heads, rows, note)
 
 
 def outcome_bars(name: str, members: Members) -> list[Figure]:
@@ -205,4 +204,4 @@ def quantile_table(name: str, members: Members) -> Block:
             rows.append((quantity.axis.text, part.title, *numbers, count))
     note = " ".join([NOTE, *(q.note for q in quantities if q.note)])
     heads, title = ("quantity", "condition", *QUANTILES, "members"), "Quantiles over the members"
-    return table_of(f"{name}-quantiles", title, heads, rows, note)
+    return Table.of(f"{name}-quantiles", title, heads, rows, note)

@@ -8,7 +8,6 @@ from rbstab.files.shell_words import shell_word
 from rbstab.report.model.document import Table
 from rbstab.report.model.words import counted, untrusted
 from rbstab.report.sweeps.members import Members
-from rbstab.report.sweeps.tables import table_of
 from rbstab.store.table import Table as Columns
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE
 from rbstab.sweep.plan.plan import Plan
@@ -33,7 +32,7 @@ def overview_table(name: str, members: Members, path: Path) -> Table:
     }
     if is_file(path.parent / PLAN_FILE):
         rows["command to repeat"] = f"rbstab sweep {shell_word(path.parent / PLAN_FILE)} -o again"
-    return table_of(f"{name}-facts", "The sweep", ("property", "value"), [*rows.items()], "")
+    return Table.of(f"{name}-facts", "The sweep", ("property", "value"), [*rows.items()], "")
 
 
 def _varied(plan: Plan) -> dict[str, str]:

@@ -3,12 +3,11 @@
 import numpy as np
 
 from rbstab.experiment.answers.rounded import rounded_down
-from rbstab.report.model.document import Block
+from rbstab.report.model.document import Block, Table
 from rbstab.report.model.figure import Axis
 from rbstab.report.model.palette import BAD, GOOD, OPEN, SECOND, THIRD, UNKNOWN, UNTRIED
 from rbstab.report.sweeps.members import Members, kept
 from rbstab.report.sweeps.quantities import MemberQuantity
-from rbstab.report.sweeps.tables import table_of
 from rbstab.sweep.proofs.bodies import named_members, ranges_of
 from rbstab.sweep.proofs.columns import (
     FALSE,
@@ -122,7 +121,7 @@ def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
     rows |= {f"of those without a proof: {reason}": n for reason, n in reasons.items()}
     title, note = "What is proved of the members", f"{NOTE} {missing}".strip()
     shown = [row for row in rows.items() if row[1]]
-    return [*of_bodies, table_of(f"{name}-proofs", title, (WHAT, "members"), shown, note)]
+    return [*of_bodies, Table.of(f"{name}-proofs", title, (WHAT, "members"), shown, note)]
 
 
 def _of_bodies(members: Members) -> list[str]:

@@ -6,9 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rbstab.analysis.lyapunov import ENERGY_SCALE
 from rbstab.config.user_code.permission import has_code
+from rbstab.experiment.answers.facts import Fact, Shown
+from rbstab.experiment.answers.rounded import NO_VALUE, number
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.decisions import not_enclosed
+from rbstab.files.counts import grouped
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Table
@@ -212,3 +216,21 @@ def proving_command(folder: Path, plan: Plan | None) -> str:
     """
     runs_code = plan is not None and any(map(has_code, plan.bases.values()))
     return f"{resuming_command(folder)} --prove{' --allow-python' if runs_code else ''}"
+
+
+_FACTS: tuple[Fact[MemberAnswers], ...] = (
+    Fact("outcome", "", lambda found: found.outcomes.brief),
+    Fact("decides", "", lambda found: found.outcomes.deciding or NO_VALUE),
+    Fact("members", "", lambda found: grouped(found.members)),
+    Fact("settled", "", lambda found: grouped(found.settled)),
+    Fact("settling time, median", "s", lambda found: found.summary["settling_median"]),
+    Fact(
+        f"largest |r|/{ENERGY_SCALE}",
+        "",
+        lambda found: Shown(
+            number(found.summary["worst_residual"], 2), found.summary["worst_residual"]
+        ),
+    ),
+)
+SWEEP_FACTS = {fact.name: fact for fact in _FACTS}
+"""The facts about the members of a sweep by their names."""

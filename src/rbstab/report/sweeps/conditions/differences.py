@@ -2,13 +2,13 @@
 
 import math
 
-from rbstab.report.model.document import Head, Table
-from rbstab.report.model.words import NO_VALUE, listed
+from rbstab.experiment.answers.rounded import NO_VALUE
+from rbstab.report.model.document import Cell, Entry, Head, Table
+from rbstab.report.model.words import listed
 from rbstab.report.sweeps.conditions.paired_difference import MATTERS, PairedDifference
 from rbstab.report.sweeps.conditions.ranking import REGULARITY, rankings_of
 from rbstab.report.sweeps.members import Members
 from rbstab.report.sweeps.outcomes import CONFIDENCE
-from rbstab.report.sweeps.tables import Entry, number, table_of
 
 V_NOTE = (
     "v(0) is not compared: each condition has its own Lyapunov function, so that a smaller value "
@@ -63,7 +63,7 @@ def difference_table(name: str, members: Members) -> list[Table]:
     sure = "the interval of the median excludes zero, " if sampled else ""
     note = " ".join([*notes, PAIR_NOTE.format(sure=sure) + (INTERVAL_NOTE if sampled else "")])
     title = "Paired differences from the best condition"
-    return [table_of(f"{name}-pairs", title, heads, rows, note)]
+    return [Table.of(f"{name}-pairs", title, heads, rows, note)]
 
 
 def _smaller(found: PairedDifference, first: str, second: str, *, sampled: bool) -> str:
@@ -82,7 +82,7 @@ def _smaller(found: PairedDifference, first: str, second: str, *, sampled: bool)
 def _numbers(found: PairedDifference, *, sampled: bool) -> tuple[Entry, ...]:
     """Return the numbers of a difference; without a sample it has no interval."""
     ends = found.low, found.high
-    interval = " to ".join(number(end).text for end in ends) if sampled else ""
+    interval = " to ".join(Cell.number(end).text for end in ends) if sampled else ""
     # An interval without ends is that of few pairs.
     if sampled and ends == (-math.inf, math.inf):
         interval = NO_VALUE

@@ -4,8 +4,9 @@ from functools import cached_property
 
 import numpy as np
 
+from rbstab.experiment.answers.rounded import number
 from rbstab.files.counts import grouped
-from rbstab.report.model.words import counted, listed, number
+from rbstab.report.model.words import counted, listed
 from rbstab.report.sweeps.conditions.paired_conditions import Conditions, conditions_of
 from rbstab.report.sweeps.conditions.paired_difference import PairedDifference, paired_difference
 from rbstab.report.sweeps.members import LEFT_RANGE, Members, kept

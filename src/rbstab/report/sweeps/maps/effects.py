@@ -3,7 +3,7 @@
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.report.model.document import Block
+from rbstab.report.model.document import Block, Cell, Table
 from rbstab.report.model.figure import Band, Figure, Line, Mark, Panel
 from rbstab.report.sweeps.conditions.paired_conditions import Slice
 from rbstab.report.sweeps.maps.shown import FIRST, shown_of
@@ -12,7 +12,6 @@ from rbstab.report.sweeps.outcomes import wilson
 from rbstab.report.sweeps.parameters import Parameter
 from rbstab.report.sweeps.quantiles import Ascending, quantiles_by_group
 from rbstab.report.sweeps.quantities import MemberQuantity
-from rbstab.report.sweeps.tables import number, table_of
 
 MIN_MEMBERS = 100
 """Fewer members, in a condition, are too few for groups along a parameter."""
@@ -80,11 +79,11 @@ class Effects:
             return []
         heads = "parameter", *(q.axis.label for q in self._shown)
         rows = [
-            (parameter.axis.label, *(number(ratio, 2) for ratio in row.round(12)))
+            (parameter.axis.label, *(Cell.number(ratio, 2) for ratio in row.round(12)))
             for parameter, row in zip(self.order, self.ratios, strict=True)
         ]
         note, title = NOTE.format(chance=self._chance), "What each parameter explains"
-        table = table_of(f"{name}-influence", title, heads, rows, note)
+        table = Table.of(f"{name}-influence", title, heads, rows, note)
         for column, quantity in enumerate(self._shown):
             ratios = self.ratios[:, column]
             order = np.argsort(-ratios, kind="stable").tolist()

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.experiment.answers.rounded import number
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.document import Block
 from rbstab.report.model.figure import Figure, Line, Mark, Panel, Points
-from rbstab.report.model.words import number
 from rbstab.report.sweeps.conditions.paired_conditions import Slice, conditions_of
 from rbstab.report.sweeps.maps.cells import MIN_MEMBERS, MapGrid, cells_of, map_grid
 from rbstab.report.sweeps.maps.effects import Effects, explained

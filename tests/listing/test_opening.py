@@ -74,6 +74,13 @@ def test_what_is_no_run(place, name, what, hint):
     check_no_run(name, what, hint)
 
 
+def test_json_elsewhere_is_not_taken_for_a_proof(place):
+    Path("notes.json").write_text("{}")
+    with pytest.raises(StoreError) as caught:
+        rbstab.open_result("notes.json")
+    assert "proof" not in str(caught.value)
+
+
 def test_a_proof_is_no_run(place):
     name = proof_in(place).as_posix()
     check_no_run(name, "a proof of rest states", f"rbstab.open_proof('{name}')")

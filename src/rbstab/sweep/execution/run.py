@@ -80,7 +80,7 @@ class ShardRun:
         self._lost: deque[_Members] = deque()
         self._running: dict[Future[Computed], tuple[Pool, Executor | None, _Members]] = {}
         self._done: SimpleQueue[Future[Computed]] = SimpleQueue()
-        self._parts: dict[int, dict[int, Shard]] = {}
+        self._parts: dict[int, list[Shard]] = {}
         self._processors = {processor()}
         self._has_failed = self._is_idle = False
 
@@ -204,12 +204,13 @@ class ShardRun:
         """Write a shard as soon as all its members are computed."""
         number = members.shard
         start, stop = self.folder.bounds(number)
-        parts = self._parts.setdefault(number, {})
-        parts[members.start] = shard
-        if sum(len(part.outcome["status"]) for part in parts.values()) < stop - start:
+        # Of halves, the first is computed first.
+        parts = self._parts.setdefault(number, [])
+        parts.append(shard)
+        if sum(len(part.outcome["status"]) for part in parts) < stop - start:
             return
         del self._parts[number]
-        whole = shard if len(parts) == 1 else joined([parts[first] for first in sorted(parts)])
+        whole = shard if len(parts) == 1 else joined(parts)
         facts = ShardFacts.of(self.folder.write(self.plan, number, whole))
         inventory.done[number] = facts
         if self.fail_fast and facts.first_failed is not None:

@@ -29,7 +29,7 @@ from rbstab.proof.zeros import Zero, ordered
 LAMBDA = 1000
 """The number of the variable λ."""
 
-STARTS = 256
+STARTS = 1024
 """Random points from which zeros are looked for."""
 
 UPWARDS = np.array([0.0, 1.0, 0.0])

@@ -33,8 +33,8 @@ TRY_STEPS = 12
 MOST_TINY = 64
 """Boxes too small to be halved from whose centres zeros are looked for at the end."""
 
-NEAR_FAILED = 1e-8
-"""Points that are nearer to one that could not be isolated are not tried."""
+NEAR = 1e-8
+"""Points that are nearer to one that was tried are not tried again."""
 
 FAMILY_TRIES = 12
 """So many different points that cannot be isolated are taken for a family of zeros."""
@@ -98,6 +98,7 @@ class Search:
     ) -> None:
         self.energy, self.box, self.also, self.across = energy, box, also, across
         self.zeros: list[Zero] = []
+        self.tried: list[Array] = []
         self.failed: list[Array] = []
         self.ambiguous: list[Box] = []
         self.left = one_box(box)
@@ -186,8 +187,9 @@ class Search:
                 continue
             if any(zero.domain.contains(x) for zero in self.zeros):
                 continue
-            if any(np.abs(x - other).max() < NEAR_FAILED for other in self.failed):
+            if any(np.abs(x - other).max() < NEAR for other in self.tried):
                 continue
+            self.tried.append(x)
             zero = isolated(self.energy, x)
             if zero is not None:
                 if self._is_bounded(*zero.enclosure):

@@ -42,7 +42,7 @@ MEANINGS = {
 }
 """What the words say of the members of a sweep."""
 
-NUMBERS = ("settling time, median", f"largest |r|/{ENERGY_SCALE}")
+NUMBERS = ("settling time, median of those settled", f"largest |r|/{ENERGY_SCALE}")
 """The facts about a sweep that are numbers."""
 
 

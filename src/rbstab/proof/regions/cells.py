@@ -28,7 +28,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box, Boxes, joined
 from rbstab.proof.regions.landscape import Landscape
 
-LIMIT = 16_000
+LIMIT = 32_000
 """Cells of one range."""
 
 AT_ONCE = 300

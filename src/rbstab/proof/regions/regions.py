@@ -250,7 +250,7 @@ class _Search:
         """Return the level that is tried next: just below the next pass, if one is known."""
         for one in sorted(self.levels, key=lambda one: one.bound):
             margin = self._margin(one)
-            aim = one.bound - 0.5 * margin
+            aim = one.bound - 0.9 * margin
             # The margin of a very shallow region may be lost in round-off.
             if one.bound <= self.top and aim < self.top and self.proved < one.bound - margin:
                 return aim

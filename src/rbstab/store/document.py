@@ -35,7 +35,9 @@ def write_document(path: Path, data: dict[str, Any], *, replace: bool = True) ->
         StoreError: The file cannot be written, or the data are too large.
     """
     with_digest = {**data, "digest": digest_of(data)}
-    content = json.dumps(with_digest, indent=1, ensure_ascii=False, allow_nan=False).encode()
+    short = (",", ":")
+    text = json.dumps(with_digest, separators=short, ensure_ascii=False, allow_nan=False)
+    content = text.encode()
     if _is_too_large(content):
         raise StoreError(f"{path} cannot be written: it would be too large to be read again")
     with store_errors(path, "written"):

@@ -47,7 +47,7 @@ def test_a_damaged_proof_is_missing(tmp_path, record, damage):
     file = BodiesRecord.file(tmp_path, record.id)
     assert BodiesRecord.kept(tmp_path, record.id) == record
     whole = file.read_text()
-    text = whole.replace('"proved": true', '"proved": false') if damage == "edited" else damage
+    text = whole.replace('"proved":true', '"proved":false') if damage == "edited" else damage
     file.write_text(text)
     assert BodiesRecord.kept(tmp_path, record.id) is None
     assert all_bodies(tmp_path) == []

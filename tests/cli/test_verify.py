@@ -57,7 +57,7 @@ def test_a_check_that_takes_too_long_is_no_refusal(proof, monkeypatch):
 
 def test_an_edit_without_a_new_digest_is_damage(proof):
     text = proof.read_text()
-    proof.write_text(text.replace('"lower_bound": 4', '"lower_bound": 5', 1))
+    proof.write_text(text.replace('"lower_bound":4', '"lower_bound":5', 1))
     assert proof.read_text() != text
     done = ended(4, "verify", str(proof))
     assert "is damaged" in done.stderr

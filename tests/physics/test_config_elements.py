@@ -7,6 +7,7 @@ from support.elements import random_spd
 from support.problems import ENGINES
 
 import rbstab
+from rbstab.config.load import load_config
 
 
 def random_data(seed, count, **integration):
@@ -59,15 +60,19 @@ def test_engines_agree(count):
 
 
 def test_guard_keeps_a_body_inside_the_range():
-    """Without it, the same body leaves the range of eq. 5."""
+    """Without it, the same body leaves the range of eq. 5, or in quaternions turns on."""
     fast = {
         "controller": None,
         "gravity": [0.0, 0.0, 0.0],
         "initial": {"orientation": [0.0, 0.0, 0.0], "angular_velocity": [0.0, 6.0, 0.0]},
         "integration": {"duration": 2.0, "samples": 21},
     }
-    free = rbstab.simulate(config_data({}, **fast))
+    free = rbstab.simulate(load_config(config_data({}, **fast), ["integration.coordinates=Z"]))
     assert free.attributes["status"] == "range left"
+    turned = rbstab.simulate(config_data({}, **fast))
+    assert turned.attributes["status"] == "completed"
+    # The body turns about its second axis at 6 rad/s: A33 = cos θ1 cos θ2 = cos 6t.
+    assert np.abs(turned.rotation[:, 2, 2] - np.cos(6.0 * turned["time"])).max() < 1e-9
     guard = {"kind": "guard", "method": "barrier", "stiffness": 10.0}
     kept = rbstab.simulate(config_data({"range": guard}, **fast))
     assert kept.attributes["status"] == "completed"

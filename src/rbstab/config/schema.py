@@ -156,13 +156,16 @@ class Experiment(Section):
                 f"{', '.join(switches)}",
                 "expected none or {baumgarte: rate}",
             )
-        quaternion = integration.coordinates == "quaternion"
-        reading = reading_angles(controller, elements) if quaternion else []
-        if reading:
+        reading = reading_angles(controller, elements)
+        if reading and integration.coordinates == "quaternion":
             raise value_error(
                 f"has coordinates: quaternion, but {', '.join(reading)} may read Euler angles",
                 "expected other coordinates, or elements that do not: no K_r, guards or Python",
             )
+        is_free = not reading and not isinstance(integration, SlidingIntegration)
+        if is_free and "coordinates" not in integration.model_fields_set:
+            # No element reads Θ, so nothing is singular at θ2 = ±π/2, and no run leaves the range.
+            integration = integration.model_copy(update={"coordinates": "quaternion"})
         for name in legs:
             signal = elements[name].signal
             knots = signal.rate * integration.duration if signal.kind == "noise" else 0.0

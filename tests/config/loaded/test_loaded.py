@@ -216,3 +216,29 @@ LINES = st.text(st.sampled_from(" \t#:'\"\\|-{é½\x85\u2028\n"), max_size=25)
 def test_any_code_survives(text):
     stored = as_yaml({"kind": "python", "source": text})
     assert parse_source(stored, "stored").data == {"kind": "python", "source": text}
+
+
+@pytest.mark.parametrize(
+    ("elements", "changes", "coordinates"),
+    [
+        ({}, {"controller": None}, "quaternion"),
+        ({"end": guard("stiff", 4.0, 0.2)}, {"controller": None}, "Z"),
+        ({}, {}, "Z"),
+    ],
+)
+def test_motions_pass_the_pole_by_default_where_nothing_reads_angles(
+    elements, changes, coordinates
+):
+    data = config_data(elements, **changes)
+    data["integration"].pop("coordinates", None)
+    config = load_config(data)
+    assert config.integration.coordinates == coordinates
+    again = load_config(config.plain())
+    assert again == config
+    assert run_id(again) == run_id(config)
+
+
+@pytest.mark.parametrize(("stiffness", "coordinates"), [(0, "quaternion"), (1, "reduced")])
+def test_a_held_body_without_springs_of_angles_passes_the_pole(stiffness, coordinates):
+    config = load_config(plain(PERMANENT), [f"controller.K_r=[0,0,{stiffness}]"])
+    assert config.integration.coordinates == coordinates

@@ -19,6 +19,8 @@ Method = Literal["DOP853", "RK45", "LSODA", "Radau"]
 MIN_SCIPY_RTOL = 2.3e-14
 """The smallest rtol for SciPy. If rtol is too small, SciPy increases it and only warns."""
 
+COORDINATES = "default: quaternion where no element reads Euler angles"
+
 MIN_INTERVAL = 1e-100
 """Smallest time between samples, s: far below physical times, far above float underflow."""
 
@@ -28,7 +30,7 @@ class Integration(Section):
 
     duration: Positive = required("simulated time, s")
     samples: Whole = Field(401, ge=2, le=1_000_000, description="equally spaced, both ends")
-    coordinates: Literal["Z", "W", "quaternion"] = "Z"
+    coordinates: Literal["Z", "W", "quaternion"] = Field("Z", description=COORDINATES)
     engine: Literal["scipy", "heyoka"] = "scipy"
     method: Method = Field("DOP853", description="scipy only")
     rtol: Annotated[Positive, Field(ge=1e-16, le=0.1)] = 1e-12
@@ -64,7 +66,9 @@ class Integration(Section):
 class HeldIntegration(Integration):
     """Settings of the integration of a held body."""
 
-    coordinates: Literal["reduced", "manifold", "quaternion"] = "reduced"  # type: ignore[assignment]
+    coordinates: Literal["reduced", "manifold", "quaternion"] = Field(  # type: ignore[assignment]
+        "reduced", description=COORDINATES
+    )
     drift_control: Annotated[
         Literal["none", "projection"] | Baumgarte,
         word_or(("none", "projection"), (Baumgarte, "rate")),

@@ -252,16 +252,15 @@ def _replaced(config: Config, method: str, gains: dict[str, float] | None) -> Co
     if gains is not None:
         guard = {"kind": "guard", "method": method, **gains}
         elements[_name_in(config, method)] = guard
+    if config.integration.coordinates == "quaternion":
+        # In which no run leaves the range; and a guard reads Θ.
+        usual = type(config.integration).model_fields["coordinates"].default
+        data["integration"]["coordinates"] = usual
     return changed_config(config, data | {"schema_version": 2, "elements": elements})
 
 
 def _check(config: Config, method: str) -> None:
     """Reject a config with guards that one guard would not replace, or that needs none."""
-    if config.integration.coordinates == "quaternion":
-        raise UnsuitedConfigError(
-            "integration.coordinates: is 'quaternion', in which no run leaves the range (expected "
-            "other coordinates)"
-        )
     names, barriers = _guards_of(config, method), _guards_of(config, BARRIER)
     if len(names) > 1:
         what = "barriers" if method == BARRIER else "soft guards"

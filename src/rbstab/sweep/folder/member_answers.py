@@ -223,7 +223,11 @@ _FACTS: tuple[Fact[MemberAnswers], ...] = (
     Fact("decides", "", lambda found: found.outcomes.deciding or NO_VALUE),
     Fact("members", "", lambda found: grouped(found.members)),
     Fact("settled", "", lambda found: grouped(found.settled)),
-    Fact("settling time, median of those settled", "s", lambda found: found.summary["settling_median"]),
+    Fact(
+        "settling time, median of those settled",
+        "s",
+        lambda found: found.summary["settling_median"],
+    ),
     Fact(
         f"largest |r|/{ENERGY_SCALE}",
         "",

@@ -30,7 +30,7 @@ SWEEP = ("sweep", "--no-prove", "plan.yaml")
 def test_a_sweep(plan, name):
     done = success(*SWEEP, "--engine", name, "--shard-size", "8")
     assert "completed       20  100.00%" in done.stdout
-    assert "worst |r| / largest energy " in done.stdout
+    assert "largest |r|/largest energy " in done.stdout
     assert "-> results/plan/members.h5" in done.stderr.replace("\\", "/")
     names = sorted(path.name for path in Path("results/plan").iterdir())
     assert names == [".lock", "manifest.json", "members.h5", "plan.yaml", "shards"]

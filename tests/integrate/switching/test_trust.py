@@ -1,5 +1,7 @@
 """A motion is trusted up to the sample where any number of two runs differs too much."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -31,6 +33,18 @@ def test_trust_ends_before_any_number_differs_too_much(place, size):
     assert trusted_until(RUN, second_run(place, 1.1 * allowed)) == 2.0
     assert trusted_until(RUN, second_run(place, -1.1 * allowed)) == 2.0
     assert trusted_until(RUN, second_run(place, np.nan)) == 2.0
+
+
+def in_quaternions(run):
+    """Return the run with a quaternion of size 1 in the place of Θ."""
+    return replace(run, states=np.column_stack([np.ones(len(run.times)), run.states]))
+
+
+@pytest.mark.parametrize(("place", "size"), [(0, 1.0), (4, 10.0), (7, 0.1)])
+def test_trust_ends_as_early_with_a_quaternion_in_place_of_angles(place, size):
+    for factor, end in ((0.9, 5.0), (1.1, 2.0)):
+        second = in_quaternions(second_run(place, factor * TRUST_TOLERANCE * size))
+        assert trusted_until(in_quaternions(RUN), second, 13) == end
 
 
 def test_round_off_is_no_difference():

@@ -118,7 +118,7 @@ def trusted_until(run: Trajectory, second: Trajectory, size: int = 12) -> float:
     """Return the time of the last sample that does not depend on the last digit of the start.
 
     The trusted time ends when two runs differ by more than `TRUST_TOLERANCE` times the largest
-    value of Θ, Ω, E or F (X or V). After that, both runs are equally valid in double precision.
+    value of Θ or q, Ω, E or F (X or V). After that, both runs are equally valid in double precision.
 
     Args:
         run: The run.
@@ -131,8 +131,10 @@ def trusted_until(run: Trajectory, second: Trajectory, size: int = 12) -> float:
     """
     # The largest value is taken over all axes, because a held axis contains only round-off.
     states = run.states[:, :size]
-    largest = np.abs(states).reshape(len(states), -1, 3).max(axis=(0, 2))
-    scale = np.repeat(np.maximum(largest, NEGLIGIBLE), 3)
+    # Each vector has three states, but a quaternion in the place of Θ has four.
+    begins = np.array([0, *range(3 + size % 3, size, 3)])
+    largest = np.maximum.reduceat(np.abs(states).max(axis=0), begins)
+    scale = np.repeat(np.maximum(largest, NEGLIGIBLE), np.diff(begins, append=size))
     count = min(len(run.times), len(second.times))
     differs = run.times[:count] != second.times[:count]
     common = int(differs.argmax()) if differs.any() else count

@@ -7,7 +7,6 @@ from typing import Any
 from benchmarks.measure import least_by_turns, line
 from rbstab import load_config
 from rbstab.config.build import problem_of
-from rbstab.config.load import plain_data
 from rbstab.integrate.engines import engine
 from rbstab.integrate.problem import Problem
 from rbstab.sweep.members.engine import MemberEngine
@@ -41,7 +40,7 @@ def main() -> None:
     """Measure the case with no element, with one more, and with one that switches."""
     for name in ("heyoka", "scipy"):
         run = engine(name)
-        kinds = {"none": None, **SMOOTH, **SWITCHING}
+        kinds: dict[str, Any] = {"none": None, **SMOOTH, **SWITCHING}
         problems = [_problem(element) for element in kinds.values()]
         actions = [partial(run, problem) for problem in problems]
         seconds = dict(zip(kinds, least_by_turns(ROUNDS[name], *actions), strict=True))
@@ -57,7 +56,8 @@ def main() -> None:
 
 def _measure_members() -> None:
     """Measure the same in batches."""
-    engines = [_members(element) for element in (None, *SMOOTH.values())]
+    weak: list[Any] = [None, *SMOOTH.values()]
+    engines = [_members(element) for element in weak]
     actions = [partial(one.compute, 0, MEMBERS) for one in engines]
     bare, *others = least_by_turns(MEMBER_ROUNDS, *actions)
     for kind, seconds in zip(SMOOTH, others, strict=True):
@@ -69,7 +69,7 @@ def _measure_members() -> None:
 
 
 def _data(element: Mapping[str, Any] | None) -> dict[str, Any]:
-    data = plain_data(load_config(CASE, ["integration.samples=201"])) | {"schema_version": 2}
+    data = load_config(CASE, ["integration.samples=201"]).plain() | {"schema_version": 2}
     return data | {"elements": {} if element is None else {"one": dict(element)}}
 
 

@@ -94,6 +94,6 @@ def _seconds_per_switch(clock: list[tuple[int, float]], begin: float, end: float
     """Return the seconds per switch between two fractions of all switches (nearest samples)."""
     total = clock[-1][0]
     (first, start), (last, stop) = (
-        min(clock, key=lambda row, part=part: abs(row[0] - part * total)) for part in (begin, end)
+        min((abs(row[0] - part * total), row) for row in clock)[1] for part in (begin, end)
     )
     return (stop - start) / (last - first)

@@ -115,22 +115,17 @@ class Sweeping:
         count = min(MAX_LOOP_MEMBERS, self.plan.members)
         parameters, starts = batches.binding.parameters_and_starts(self.plan.values(0, count))
         ensemble = batches.ensemble
-        integrator, batch, given = (
-            ensemble.compiled.integrator,
-            SIMD,
-            parameters[ensemble.compiled.open_indices],
-        )
-
-        grid = np.array(ensemble.batches.grid)
+        integrator, given = ensemble._integrator, parameters[ensemble.open_indices]
+        grid = np.repeat(ensemble.times[:, np.newaxis], SIMD, axis=1)
 
         def seconds() -> float:
             begin = time.perf_counter()
-            for first in range(0, count, batch):
+            for first in range(0, count, SIMD):
                 integrator.set_time(0.0)
-                integrator.pars[: len(given)] = given[:, first : first + batch]
+                integrator.pars[: len(given)] = given[:, first : first + SIMD]
                 integrator.pars[len(given) :] = 1e3
                 integrator.state[:] = 0.0
-                integrator.state[: len(starts)] = starts[:, first : first + batch]
+                integrator.state[: len(starts)] = starts[:, first : first + SIMD]
                 if sampled:
                     integrator.propagate_grid(grid)
                 else:

@@ -118,7 +118,7 @@ def trusted_until(run: Trajectory, second: Trajectory, size: int = 12) -> float:
     """Return the time of the last sample that does not depend on the last digit of the start.
 
     The trusted time ends when two runs differ by more than `TRUST_TOLERANCE` times the largest
-    value of Θ or q, Ω, E or F (X or V). After that, both runs are equally valid in double precision.
+    value of Θ or q, Ω, E or F (X or V). After that, both runs are equally valid in doubles.
 
     Args:
         run: The run.

@@ -166,8 +166,6 @@ WITHOUT_EFFECT = {
     "plot results/good.h5 --figure runs-decay -o a.csv --column": "--column is of use only with",
     "guard held.yaml --soft-angle 1.2": "--method barrier has no use for --soft-angle",
     "guard held.yaml --limit 5": "--method barrier has no use for --limit",
-    "guard held.yaml --set controller.K_r=0 --set integration.coordinates=quaternion": "in which no"
-    " run leaves",
     "examples --all joint": "--all cannot be combined with NAME",
     **{
         f"sweep plan.yaml {one} {other}": f"{one.split()[0]} cannot be combined with "

@@ -10,6 +10,10 @@ PARTS = 16
 """An interval between samples near θ2 = ±90° is divided into this many."""
 
 
+POLE = 1e-6
+"""Where cos θ2 is smaller, θ1 and θ3 are not determined, but for their sum or difference."""
+
+
 def quaternion(Theta: Array) -> tuple[Array, Array]:
     """Return the unit quaternion of A(Θ) (eq. 2).
 
@@ -69,6 +73,15 @@ def angles(w: Array, r: Array) -> tuple[Array, Array]:
     theta2 = np.arctan2(2.0 * (xz + wy), upright)
     Theta = np.array([np.arctan2(s, c), theta2, np.arctan2(sine, cosine)])
     return Theta, upright / (ww + xx + yy + zz)
+
+
+def sharp_angles(w: Number, r: Array) -> Array:
+    """Return Θ of one attitude as by `angles`, with θ3 = 0 where θ2 = ±90° and neither is sharp."""
+    Theta, cosine = angles(w, r)
+    if cosine < POLE:
+        A = rotation(w, r)
+        return np.array([math.atan2(A[2, 1], A[1, 1]), Theta[1], 0.0])
+    return Theta
 
 
 def continued_angles(w: Array, r: Array, Omega: Array, times: Array) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from support.leg import leg
 
 import rbstab
 from rbstab.config.load import run_id
-from rbstab.experiment.answers.outcome import outcome_of, pushes_of
+from rbstab.experiment.answers.outcome import OutcomeKind, outcome_of, pushes_of
 from rbstab.experiment.answers.rest_modes import rest_modes
 from rbstab.experiment.run_to_file import run_to_file
 from rbstab.mechanics.attitude import tilt
@@ -224,3 +224,35 @@ def test_turns_without_a_spring_have_no_frequency():
     assert "6 modes do not decay; of the others, the slowest mode decays with τ = 3 s" in found
     one = modes_of(variant="visco-elastic", K_r=[60, 60, 30], **tie)
     assert "1 mode does not decay" in one
+
+
+def tie(point, anchor):
+    return {
+        "kind": "visco-elastic",
+        "point": point,
+        "anchor": anchor,
+        "K_c": [80] * 3,
+        "L_c": [4] * 3,
+    }
+
+
+def test_a_body_that_comes_to_rest_at_the_pole_of_its_angles_stands_still():
+    """Its ties hold it where θ2 = 90°: there no descent in Euler angles finds a rest state."""
+    ties = {
+        "a": tie([0.3, 0, 0], [0, 0, -0.3]),
+        "b": tie([0, 0.3, 0], [0, 0.3, 0]),
+        "c": tie([0, 0, 0], [0, 0, 0]),
+    }
+    given = leg(gravity=[0, 0, 0], elements=ties)
+    del given["controller"]
+    changes = ["initial.angular_velocity=[0.1, 0.4, 0.1]", "integration.duration=40"]
+    loaded = rbstab.load_config(given, changes)
+    assert loaded.integration.coordinates == "quaternion"
+    found = outcome_of(rbstab.simulate(loaded), loaded)
+    assert found.kind is OutcomeKind.RESTS_ELSEWHERE
+    assert not found.why
+    assert found.orientation is not None
+    assert found.tilt == pytest.approx(math.pi / 2, abs=1e-4)
+    turned = Rotation.from_euler("XYZ", found.orientation).as_matrix()
+    assert turned == pytest.approx(Rotation.from_euler("y", math.pi / 2).as_matrix(), abs=1e-4)
+    assert max(map(abs, found.orientation)) <= math.pi

@@ -5,8 +5,8 @@ import pytest
 from support.rotations import attitude, config_of, held, tie, traced, zero_of_chart
 
 from rbstab.analysis.configuration import configurations
-from rbstab.experiment.stored_proof.rotations import angles_of
 from rbstab.mechanics.attitude import quaternions, rotation
+from rbstab.mechanics.quaternion import sharp_angles
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.taylor import value_at
 from rbstab.proof.rotations.forms import in_chart
@@ -58,7 +58,7 @@ def test_where_ligaments_hold_it_the_position_is_the_lowest_at_each_rotation():
     at = configurations(system)
     q = [1, 0.7, 0.1, -0.9]
     rest = configuration_at(energy, zero_of_chart(0, q[1:]))
-    where = np.array([*angles_of(np.array(q)), *(rest[k] for k in (3, 4, 5))])
+    where = np.array([*sharp_angles(q[0], np.array(q[1:])), *(rest[k] for k in (3, 4, 5))])
     # The line is taut, so this is not where the tie alone would hold it.
     assert at.energies(where)[-1] > 1e-3
     assert np.abs(at.gradient(where)[3:]).max() < 1e-7

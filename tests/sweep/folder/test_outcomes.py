@@ -15,7 +15,7 @@ from rbstab.mechanics.attitude import rotation
 from rbstab.store.table import Table, columns_from
 from rbstab.store.variables import RUN
 from rbstab.sweep.folder.member_answers import member_answers
-from rbstab.sweep.folder.outcomes import pose_numbers, with_outcomes
+from rbstab.sweep.folder.outcomes import SPEEDS, pose_numbers, with_outcomes
 from rbstab.sweep.members.outcome import COLUMNS, STATUSES
 from rbstab.sweep.plan.load import load_plan
 
@@ -25,12 +25,16 @@ UPSIDE = 40.0
 """The pitch of an unstable rest state in a made table, degrees."""
 
 
-def table_of(rows):
-    """Return a table of members: status, settling time, pitch at rest and at the end, degrees."""
+def table_of(rows, speed=1.0):
+    """Return a table of members: status, settling time, pitch at rest and at the end, degrees.
+
+    speed is that at the end of each, rad/s and m/s.
+    """
     status, settling, rest, end = zip(*rows, strict=True)
     names = [
         *("status", "settling_time", "end_time"),
         *("rest_orientation", "rest_unstable", "final_orientation"),
+        *SPEEDS,
     ]
     arrays: dict[str, Any] = {
         RUN: np.arange(len(rows)),
@@ -40,6 +44,7 @@ def table_of(rows):
         "rest_orientation": np.radians([[0, angle, 0] for angle in rest]),
         "final_orientation": np.radians([[0, angle, 0] for angle in end]),
         "rest_unstable": np.array([angle == UPSIDE for angle in rest], np.int8),
+        **{name: np.full((len(rows), 3), speed) for name in SPEEDS},
     }
     return Table(columns_from({name: COLUMNS[name] for name in names}, arrays), {})
 
@@ -70,6 +75,15 @@ def test_kinds_follow_from_status_rest_and_tilt():
     assert found["rest_state"].tolist() == [row[6] for row in rows]
     assert "2 rests elsewhere" in repr(found)
     assert set(KINDS) == set(found.words("outcome"))
+
+
+@pytest.mark.parametrize(
+    ("speed", "rest", "kind"),
+    [(9e-5, NAN, "rests_elsewhere"), (2e-4, NAN, "moving"), (9e-5, 0.0, "moving")],
+)
+def test_where_no_rest_state_was_found_a_member_without_speed_stands_still(speed, rest, kind):
+    table = with_outcomes(table_of([(RunStatus.COMPLETED, NAN, rest, 89.9)], speed), None)
+    assert table.words("outcome").tolist() == [kind]
 
 
 def test_the_tilt_is_measured_from_the_desired_attitude():

@@ -15,10 +15,11 @@ from rbstab.experiment.answers.wanted import in_degrees, one_in_degrees, wanted
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import stored_convergence
 from rbstab.experiment.convergence.zero_description import UNSTABLE
-from rbstab.experiment.summary import settling_time_of, stands_under_inputs
+from rbstab.experiment.summary import is_driven, settling_time_of, stands_still
 from rbstab.files.names import printable
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.quaternion import quaternion, sharp_angles
 from rbstab.store.result import Result
 
 if TYPE_CHECKING:
@@ -151,7 +152,7 @@ def outcome_of(
     status, settled = result.status, settling_time_of(result)
     completed, zero = status == RunStatus.COMPLETED, str(result.attributes.get("lyapunov_zero"))
     at_rest = completed and not math.isnan(settled)
-    loaded = completed and not at_rest and stands_under_inputs(result)
+    still = completed and not at_rest and stands_still(result)
     end = result["rest_orientation"] if at_rest else result["orientation"][-1]
     found, aim = stored_convergence(result.attributes), wanted(config)
     proved = None if found is None else found.proved
@@ -165,12 +166,15 @@ def outcome_of(
         state = proof.states[number - 1] if number and number <= len(proof.states) else None
     if at_rest and proved and state is not None:
         end = np.array(state.orientation)
+    if config is not None and config.integration.coordinates == "quaternion":
+        (w,), r = quaternion(end)
+        end = sharp_angles(w, r)
     Theta = tuple(end.tolist()) if np.isfinite(end).all() else None
     away = None if Theta is None else aim.tilt(Theta)
     unstable = at_rest and bool(UNSTABLE in zero if state is None else state.index)
     by_status = KINDS.index(KIND_OF_STATUS.get(status, OutcomeKind.FAILED))
     tilt = math.nan if away is None else away
-    code = outcome_codes(by_status, at_rest or loaded, tilt, aim.within, unstable)
+    code = outcome_codes(by_status, at_rest or still, tilt, aim.within, unstable)
     sureness, why = Sureness.SEEN, ""
     if result.attributes.get("verdict") == Verdict.VIOLATED:
         sureness = Sureness.NOT_DECIDED
@@ -178,7 +182,7 @@ def outcome_of(
         sureness = Sureness.PROVED
     if status not in {RunStatus.COMPLETED, RunStatus.RANGE_LEFT}:
         why = printable(status)
-    elif loaded:
+    elif still and is_driven(result):
         why = "under its inputs"
     elif not at_rest and number is not None:  # only a proof knows it
         there = "its rest state" if state is None else in_degrees(state.orientation)

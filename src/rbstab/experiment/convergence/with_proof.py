@@ -29,7 +29,7 @@ from rbstab.experiment.convergence.enclosed_samples import (
     enclosure_variables,
 )
 from rbstab.experiment.convergence.enclosed_samples import GROUP as ENCLOSURE
-from rbstab.experiment.convergence.zero_description import NO_REST_STATE, described_by_proof
+from rbstab.experiment.convergence.zero_description import described_by_proof
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
     GLOBAL_STABILITY,
@@ -39,6 +39,7 @@ from rbstab.experiment.run_certificate import (
     rest_state_check,
 )
 from rbstab.experiment.stored_certificate import certificate_lines
+from rbstab.experiment.summary import NO_REST_STATE
 from rbstab.integrate.problem import Problem
 from rbstab.store.result import Result
 from rbstab.store.variables import Variable

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rbstab.analysis.approached_state import SAME_STATE, LyapunovZero
-from rbstab.experiment.summary import is_driven, moves_on_in, settling_time_of
+from rbstab.experiment.summary import NO_REST_STATE, is_driven, moves_on_in, settling_time_of
 from rbstab.mechanics.numbers import Array
 from rbstab.store.result import Result
 from rbstab.systems.system import System
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 A_LOWER_ONE = "a lower one is known"
 """The end of the text if the state is not the lowest one that is known."""
-
-NO_REST_STATE = "no rest state was found in the range of eq. 5"
 
 APPROACHED = "the rest state that the motion approaches"
 """The begin of the text if the motion was seen, or is proved, to come to rest there."""

@@ -10,7 +10,7 @@ from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics import contact
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.quaternion import angles, rotation
+from rbstab.mechanics.quaternion import POLE, sharp_angles
 from rbstab.proof.entries import ProvedMinimum, ProvedRegion, ProvedState
 from rbstab.systems.system import System
 
@@ -26,9 +26,6 @@ FAMILIES = "all rest states among all rotations were found; some form a continuu
 
 NOWHERE: dict[str, Any] = dict.fromkeys(("pass_state", "pass_face", "pass_at"))
 """The pass of a region that is not located."""
-
-POLE = 1e-6
-"""|cos θ2| below which θ1 and θ3 are not determined by the rotation."""
 
 
 def rotations_record(
@@ -91,7 +88,7 @@ def _state(system: System, energy: "RotationEnergy", state: "RestRotation") -> P
         X = contact.centre_position(system.body, A, ZERO, system.anchor)
     else:
         X = np.array([placed.pop(k) for k in (3, 4, 5)])
-    Theta = angles_of(state.quaternion)
+    Theta = sharp_angles(state.quaternion[0], state.quaternion[1:])
     return ProvedState(
         orientation=Theta,
         position=X,
@@ -102,16 +99,6 @@ def _state(system: System, energy: "RotationEnergy", state: "RestRotation") -> P
         enclosure=_enclosure(Theta, state.radius),
         index_proved=True,
     )
-
-
-def angles_of(quaternion: Array) -> Array:
-    """Return Θ of a unit quaternion, shape (3,), rad; θ3 = 0 where θ1 and θ3 are not determined."""
-    w, *r = quaternion
-    Theta, cosine = angles(w, np.array(r))
-    if cosine < POLE:
-        A = rotation(w, np.array(r))
-        return np.array([math.atan2(A[2, 1], A[1, 1]), Theta[1], 0.0])
-    return Theta
 
 
 def _enclosure(Theta: Array, radius: float) -> tuple[Array, Array]:

@@ -31,7 +31,7 @@ READ = (
 """The columns from which the outcomes follow."""
 
 SPEEDS = ("final_angular_velocity", "final_velocity")
-"""Those that tell whether a member stands still under its inputs (`stands_under_inputs`)."""
+"""Those that tell whether a member stands still under its inputs (`stand_still`)."""
 
 STILL = 1e-4
 """rad/s and m/s: a body that is slower at the end of its run stands still."""
@@ -88,7 +88,7 @@ def with_outcomes(table: Table, plan: Plan | None) -> Table:
     rest = table["rest_orientation"]
     settled = np.isfinite(table["settling_time"])
     completed = table["status"] == STATUSES.index(RunStatus.COMPLETED)
-    at_rest = completed & (settled | stands_under_inputs(table, plan))
+    at_rest = completed & (settled | stand_still(table, plan))
     aim = wanted_of(plan)
     desired = np.array(aim.orientation)
     # What is no number has no tilt; a foreign file may have any numbers.
@@ -109,18 +109,24 @@ def with_outcomes(table: Table, plan: Plan | None) -> Table:
     return replace(table, variables=first | found | dict(table.variables))
 
 
-def stands_under_inputs(table: Table, plan: Plan | None) -> Array:
-    """Return which members stand still at the end, under inputs that have become steady.
+def stand_still(table: Table, plan: Plan | None) -> Array:
+    """Return which members stand still at the end, where v does not tell it.
+
+    Inputs that have become steady may hold them; or no rest state was found, as at θ2 = ±90°.
 
     Args:
         table: The table, with the columns in `READ` and `SPEEDS`.
         plan: Its plan.
     """
     bases = () if plan is None else plan.bases.values()
-    if not any(map(supplies_power, bases)) or not all(map(_is_steady, bases)):
-        return np.zeros(len(table["status"]), bool)
-    found: Array = np.all([np.abs(table[name]).max(axis=1) < STILL for name in SPEEDS], axis=0)
-    return found
+    if any(map(supplies_power, bases)):
+        asked = np.full(len(table["status"]), all(map(_is_steady, bases)))
+    else:
+        asked = np.isnan(table["rest_orientation"]).any(axis=1)
+    if not asked.any():
+        return asked
+    still: Array = np.all([np.abs(table[name]).max(axis=1) < STILL for name in SPEEDS], axis=0)
+    return asked & still
 
 
 def _is_steady(base: Config) -> bool:

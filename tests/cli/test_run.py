@@ -133,7 +133,7 @@ def warned(folder, monkeypatch):
     names = ["a.yaml", "b.yaml"]
     for name in names:
         Path(name).write_text(GOOD.replace("[10.0, 9.0, 2.0]", "[10.0, 8.0, 0.4]"))
-    monkeypatch.setattr("rbstab.experiment.simulate.motion_warnings", lambda _: [WARNING])
+    monkeypatch.setattr("rbstab.experiment.simulate.motion_warnings", lambda _, **__: [WARNING])
     return names
 
 

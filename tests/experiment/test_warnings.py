@@ -55,6 +55,13 @@ def test_angle_beyond_pi_is_told_with_its_time(engine, axis, name, sign):
     assert outside == f"{name} is outside [-π, π], the range of eq. 5, from t = 0.79 s"
 
 
+def test_angles_that_no_element_reads_need_no_warning():
+    spin = {"initial": {"angular_velocity": [0, 0, 4]}, "integration": {"duration": 1}}
+    result = rbstab.simulate({"schema_version": 2, "body": REAL_BODY, **spin})
+    assert result["orientation"][-1, 2] == pytest.approx(4.0)
+    assert warnings(result) == []
+
+
 def test_angle_that_comes_back_is_told_from_its_first_time():
     # θ1 = 4 sin(ω t) with ω² = K/J1 leaves the range and returns; at t = 1 s it is inside.
     frequency = 3.0

@@ -21,10 +21,11 @@ LARGEST_INVERSE_ERROR = 1e-9
 """The largest error of the inverse of a matrix that needs no warning, relative to the matrix."""
 
 
-def motion_warnings(trajectory: Trajectory) -> list[str]:
+def motion_warnings(trajectory: Trajectory, *, reads_angles: bool) -> list[str]:
     """Return warnings about a motion.
 
-    θ1 or θ3 may leave the range of eq. 5; no equation becomes singular then. `trusted_until` may be
+    θ1 or θ3 may leave the range of eq. 5, which says nothing where no element reads them; no
+    equation becomes singular then. `trusted_until` may be
     unknown, or earlier than the end. Numbers of a config may overflow or underflow in the rates.
     """
     warnings = []
@@ -33,7 +34,7 @@ def motion_warnings(trajectory: Trajectory) -> list[str]:
             "numbers of the config are too small or too large: its rates underflow or overflow in "
             "double precision"
         )
-    for index, name in ((0, "θ1"), (2, "θ3")):
+    for index, name in ((0, "θ1"), (2, "θ3")) if reads_angles else ():
         outside = np.abs(trajectory.states[:, index]) > math.pi
         if outside.any():
             t = trajectory.times[int(outside.argmax())]

@@ -116,7 +116,7 @@ def simulate_problem(
             [
                 *config_warnings(config),
                 *([] if record.zero.rest.is_at_rest else [no_rest_state_warning(problem.system)]),
-                *motion_warnings(trajectory),
+                *motion_warnings(trajectory, reads_angles=not problem.quaternion),
                 *inverse_warnings(problem.system),
                 *resolution_warnings(config.integration, trajectory, record.variables),
             ]

@@ -222,7 +222,9 @@ def _polished(at_rest: Configurations, q: Array) -> Array:
         hessian = numerical_hessian(at_rest.gradient, q)
         with suppress(np.linalg.LinAlgError):
             better = q - np.linalg.solve(hessian, at_rest.gradient(q))
-            if _steepness(at_rest, better) < _steepness(at_rest, q):
+            # At θ2 = ±90° the Hessian is singular, and a step may lead beyond.
+            inside = bool(is_upright(better[ORIENTATION]))
+            if inside and _steepness(at_rest, better) < _steepness(at_rest, q):
                 q = better
                 continue
         break

@@ -1,5 +1,6 @@
 """The commands of `rbstab`, each imported when it is called, and words that may mean one."""
 
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -102,10 +103,12 @@ def _unknown_command(name: str) -> str:
     if suffix in {".yaml", ".yml", ".h5"}:
         from rbstab.files.shell_words import shell_word
         from rbstab.report.reading.kinds import Kind, kind_of
+        from rbstab.store.errors import StoreError
 
         task = "Run this config: rbstab run"
-        if kind_of(path) is Kind.PLAN:
-            task = "Run this plan: rbstab sweep"
+        with suppress(StoreError):
+            if kind_of(path) is Kind.PLAN:
+                task = "Run this plan: rbstab sweep"
         if suffix == ".h5":
             task = "Look at this result: rbstab show"
         return f"{name} is not a command. {task} {shell_word(path)}"

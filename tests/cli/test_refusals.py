@@ -67,6 +67,7 @@ NO_COMMANDS = {
     "good.yaml": "good.yaml is not a command. Run this config: rbstab run good.yaml\n",
     "'a b/my case.yml'": f"Run this config: rbstab run {shell_word(Path('a b/my case.yml'))}\n",
     "plan.yaml": "Run this plan: rbstab sweep plan.yaml\n",
+    f"{'a' * 300}.yaml": "a.yaml is not a command. Run this config: rbstab run ",
     "a.h5": "a.h5 is not a command. Look at this result: rbstab show a.h5\n",
     **dict.fromkeys(("run", "check a --set", "show", "sensitivities"), " "),
     "tune good.yaml --objective energy": "Missing option '--over'",
@@ -123,7 +124,7 @@ PLANS_AND_CONFIGS = {
 
 WRONG_KINDS = {
     "show good.yaml": "is a config, not a result. Run it: rbstab run good.yaml; or",
-    "show open.yaml": "open.yaml is a YAML file, not a result; or check it: rbstab check ",
+    "show open.yaml": "open.yaml is a YAML file, not a result. Check it: rbstab check ",
     "show mine.txt": "mine.txt is a config, not a result. Run it: rbstab run mine.txt",
     "show plan.txt": "plan.txt is the plan of a sweep, not a result. Run it: rbstab sweep plan.txt",
     "show results/begun/plan.yaml": "check it: rbstab check results/begun/plan.yaml",
@@ -136,7 +137,7 @@ WRONG_KINDS = {
     "verify good.yaml": "is a config, not a proof. Prove it: rbstab stability good.yaml. Proofs",
     "verify mine.txt": "mine.txt is a config, not a proof. Prove it: rbstab stability mine.txt",
     "verify plan.yaml": "is the plan of a sweep, not a proof. Proofs are the files in DIR/proofs",
-    "verify results/good.h5": "results/good.h5 is the result of a run, not a proof. ",
+    "verify results/good.h5": "results/good.h5 is a result, not a proof. ",
     "report results/good.h5 --format text -o results/good.h5 --force": "is one of the results",
     "report results --format text -o results/good.h5 --force": "Choose another name with -o.",
 }

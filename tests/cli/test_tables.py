@@ -14,7 +14,7 @@ def test_a_narrow_terminal_cuts_no_number():
         "v(end) [J]",
         "|r|/largest energy",
         "at rest from [s]",
-        "max|E| [m]",
+        "peak |E| [m]",
         "time [s]",
     )
     table = Table("file", "status", *names, words=("status",), numbers=names)

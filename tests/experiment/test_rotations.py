@@ -11,7 +11,8 @@ from support.leg import BODY
 from support.rotations import attitude, config_of, held, tie
 
 import rbstab
-from rbstab.experiment.answers.run_answer import answer_beside
+from rbstab.experiment.answers.run_answer import answer_of
+from rbstab.experiment.convergence.with_proof import with_later_proof
 from rbstab.experiment.proof import prove
 from rbstab.experiment.stability import stability_of, statements_of
 from rbstab.experiment.stored_proof.starts import number_of, start_state
@@ -44,7 +45,7 @@ def test_the_sentences_have_no_words_about_a_range():
 def test_a_run_says_that_almost_every_start_returns(config):
     config = from_angle(config, 0.5)
     result, proof = rbstab.simulate(config), prove(config)
-    answer = answer_beside(result, config, proof)
+    answer = answer_of(with_later_proof(result, config, proof), config, proof)
     assert answer.whole_range.word == "almost every start returns: proved"
     assert "range" not in answer.whole_range.sentence
     assert "the exceptions are" in answer.whole_range.sentence

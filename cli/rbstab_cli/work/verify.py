@@ -184,7 +184,7 @@ def _proofs_of_folder(folder: Path, config: Config | None) -> tuple[list[Path], 
 def _refuse_others(path: Path) -> None:
     """Say what a file is that is not a proof of rest states, and how to get one of it."""
     kind = kind_of(path)
-    if kind is Kind.TOLERANCES:
+    if path.name.startswith(WITHIN_TOLERANCES):
         raise click.UsageError(
             f"{path} is a proof for all bodies, or for all starts, within tolerances; only proofs "
             "of rest states can be checked"
@@ -192,10 +192,11 @@ def _refuse_others(path: Path) -> None:
     is_run = path.suffix == RESULT and is_file(path)
     if kind is Kind.PROOF or (kind is Kind.RUN and not is_run):
         return
+    what = "a result" if is_run else kind.words
     prove = f"Prove it: rbstab stability {shell_word(path)}. " if kind is Kind.CONFIG else ""
     raise click.UsageError(
-        f"{path} is {kind.words}, not a proof. {prove}Proofs are the files in DIR/proofs, by "
-        "default results/proofs; `rbstab verify results` checks all of them"
+        f"{path} is {what}, not a proof. {prove}Proofs are the files in DIR/proofs, by default "
+        "results/proofs; `rbstab verify results` checks all of them"
     )
 
 

@@ -108,7 +108,7 @@ def baseline(problem: Problem) -> Baseline:
 
     def run(times: Array, level: float = 0.0) -> VariationalTrajectory:
         found = compiled.integrate(problem, course, times, Levels(zero, level))
-        return _completed(found)
+        return _completed(found, problem)
 
     def value(system: System, y: Array) -> float:
         """Return the Lyapunov function v, J."""
@@ -186,7 +186,8 @@ def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
         needed.append(outcome.settling_time)
     times = np.unique(needed)
     trajectory = _completed(
-        base.compiled.integrate(base.problem, course, times, Levels(base.rest.energy), tangent)
+        base.compiled.integrate(base.problem, course, times, Levels(base.rest.energy), tangent),
+        base.problem,
     )
     states = dict(zip(times.tolist(), trajectory.states, strict=True))
     seen = {
@@ -285,7 +286,11 @@ def _derivative(value: Array) -> Array:
     return np.imag(value) / STEP
 
 
-def _completed(trajectory: VariationalTrajectory) -> VariationalTrajectory:
+def _completed(trajectory: VariationalTrajectory, problem: Problem) -> VariationalTrajectory:
+    if problem.quaternion and trajectory.status is RunStatus.RANGE_LEFT:
+        raise NotDifferentiableError(
+            "the motion passes θ2 = ±90°, and derivatives are found in Euler angles only"
+        )
     if trajectory.status is not RunStatus.COMPLETED:
         raise UnfinishedRunError(trajectory.status, trajectory.detail)
     return trajectory

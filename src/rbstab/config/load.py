@@ -250,7 +250,7 @@ def resolved(config: Config) -> dict[str, Any]:
     if integration["engine"] != "scipy":
         for key in SCIPY_ONLY:
             del integration[key]
-    if integration["coordinates"] != "manifold":
+    if integration.get("coordinates") != "manifold":
         integration.pop("drift_control", None)
     return data
 

@@ -7,7 +7,7 @@ Version 2 adds `elements`; with them, the controller may be left out. The other 
 from collections.abc import Mapping
 from functools import reduce
 from operator import or_
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationInfo, create_model, field_validator
 
@@ -65,12 +65,26 @@ class Experiment(Section):
     __str__ = __repr__
 
     def plain(self) -> dict[str, Any]:
-        """Return the config as plain data with all defaults. It loads as the same config."""
+        """Return the config as plain data with all defaults. It loads as the same config.
+
+        Quaternions are left out: they are the default wherever they are possible, and so a change
+        of these data may add what reads Euler angles.
+        """
         data = self.model_dump(mode="json", exclude_none=True, by_alias=True)
+        if self.integration.coordinates == "quaternion":
+            del data["integration"]["coordinates"]
         if self.schema_version == 1:
             # Version 1 has no such key.
             del data["elements"]
         return data
+
+    def in_angles(self) -> Self:
+        """Return the config in Euler angles, if it is in quaternions."""
+        if self.integration.coordinates != "quaternion":
+            return self
+        usual = type(self.integration).model_fields["coordinates"].default
+        integration = self.integration.model_copy(update={"coordinates": usual})
+        return self.model_copy(update={"integration": integration})
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle plain data, and whether the code of users may run."""

@@ -11,6 +11,7 @@ from rbstab.analysis.approached_state import is_unstable
 from rbstab.analysis.certificate.verdict import overall
 from rbstab.analysis.rest_system import smooth_rest_system
 from rbstab.config.build import problem_of
+from rbstab.config.elements import reading_angles
 from rbstab.config.errors import describe
 from rbstab.config.load import load_config, resolved_yaml, run_id
 from rbstab.config.schema import Config
@@ -106,6 +107,7 @@ def simulate_problem(
     trajectory = record.trajectory
     with np.errstate(all="ignore"):
         unstable = is_unstable(smooth_rest_system(problem), record.zero.rest)
+    reads_angles = bool(reading_angles(config.controller, config.elements))
     arrays = Result(record.variables, {"variant": config.controller.variant}, "")
     attributes: dict[str, str | int | float] = {
         "title": config.title,
@@ -116,7 +118,7 @@ def simulate_problem(
             [
                 *config_warnings(config),
                 *([] if record.zero.rest.is_at_rest else [no_rest_state_warning(problem.system)]),
-                *motion_warnings(trajectory, reads_angles=not problem.quaternion),
+                *motion_warnings(trajectory, reads_angles=reads_angles),
                 *inverse_warnings(problem.system),
                 *resolution_warnings(config.integration, trajectory, record.variables),
             ]

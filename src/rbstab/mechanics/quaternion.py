@@ -84,6 +84,12 @@ def sharp_angles(w: Number, r: Array) -> Array:
     return Theta
 
 
+def turned_back(Theta: Array) -> Array:
+    """Return Θ of the same attitude in the range of eq. 5, shape (3,), rad; as `sharp_angles`."""
+    (w,), r = quaternion(Theta)
+    return sharp_angles(w, r)
+
+
 def continued_angles(w: Array, r: Array, Omega: Array, times: Array) -> tuple[Array, Array]:
     """Return Θ along motions, whose θ1 and θ3 do not jump; and how far they turn in doubt.
 

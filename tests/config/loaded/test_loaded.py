@@ -242,3 +242,14 @@ def test_motions_pass_the_pole_by_default_where_nothing_reads_angles(
 def test_a_held_body_without_springs_of_angles_passes_the_pole(stiffness, coordinates):
     config = load_config(plain(PERMANENT), [f"controller.K_r=[0,0,{stiffness}]"])
     assert config.integration.coordinates == coordinates
+
+
+def test_a_config_in_quaternions_can_be_changed_to_read_angles():
+    config = load_config(plain(PERMANENT), ["controller.K_r=[0,0,0]"])
+    stored = yaml.safe_load(resolved_yaml(config))
+    for one in (config, config.plain(), stored):
+        assert load_config(one).integration.coordinates == "quaternion"
+        changed = load_config(one, ["controller.K_r=[0,0,5]"])
+        assert changed.integration.coordinates == "reduced"
+    assert config.in_angles().integration.coordinates == "reduced"
+    assert run_id(load_config(config.in_angles().plain())) != run_id(config)

@@ -167,7 +167,7 @@ def test_in_quaternions_a_start_at_the_pole_is_one_as_any_other():
     data = in_quaternions(PERMANENT)
     data["initial"]["orientation"] = [0.1, 1.5707963267948, 0.2]
     found = load_config(data)
-    assert resolved(found)["integration"]["coordinates"] == "quaternion"
+    assert found.integration.coordinates == "quaternion"
     assert "drift_control" not in resolved(found)["integration"]
     data["integration"]["coordinates"] = "reduced"
     with pytest.raises(ConfigError, match="cos θ2"):

@@ -12,9 +12,10 @@ from support.results import with_data
 import rbstab
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.experiment.answers.check_words import comparison, word_of_check
-from rbstab.experiment.answers.run_answer import answer_beside, answer_of
+from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.experiment.answers.words import MEANINGS, Sureness, run_words, word_of
 from rbstab.experiment.convergence.convergence import Enclose
+from rbstab.experiment.convergence.with_proof import with_later_proof
 from rbstab.experiment.proof import prove
 from rbstab.experiment.run_certificate import LEAST_REST_STATES
 from rbstab.experiment.summary import settling_time_of
@@ -126,10 +127,10 @@ def test_what_more_steps_can_do_where_a_body_stands_upright_on_a_soft_spring():
 def test_a_proof_that_came_after_the_run_is_used():
     config = config_of()
     result, proof = rbstab.simulate(config), prove(config)
-    found = answer_beside(result, config, proof)
+    found = answer_of(with_later_proof(result, config, proof), config, proof)
     assert {answer.sureness for answer in found.answers.values()} == {Sureness.PROVED}
     assert found == answer_of(rbstab.simulate(config, proof=proof), proof=proof)
-    without = answer_beside(result, None, proof)
+    without = answer_of(with_later_proof(result, None, proof), None, proof)
     assert without.answers == answer_of(result, proof=proof).answers
 
 

@@ -10,6 +10,7 @@ from support.switching import MASS, data
 import rbstab
 from rbstab.config.build import input_legs
 from rbstab.experiment.tuning.sensitivities import UnsuitedConfigError, sensitivities
+from rbstab.experiment.tuning.tune import tune
 
 pytest.importorskip("heyoka")
 
@@ -186,3 +187,20 @@ def test_a_motion_without_derivatives_is_refused(name):
     config, message = REFUSED[name]
     with pytest.raises(UnsuitedConfigError, match=message):
         sensitivities(config)
+
+
+def test_a_motion_past_the_pole_of_euler_angles_is_refused():
+    """It is found in quaternions, and its derivatives are not."""
+    gains = {"K_c": [9, 9, 9], "L_c": [1, 1, 1]}
+    tie = {"kind": "visco-elastic", "point": [0, 0, 0.1], "anchor": [0, 0, 0], **gains}
+    given = {
+        "schema_version": 2,
+        "body": {"mass": 2, "inertia": [0.06, 0.05, 0.03], "contact_point": [0, 0, -0.25]},
+        "elements": {"tie": tie},
+        "initial": {"angular_velocity": [0, 8, 0]},
+        "integration": {"duration": 1},
+    }
+    assert rbstab.simulate(given).status == "completed"
+    for refused in (sensitivities, lambda config: tune(config, "energy", ["elements.tie.L_c"])):
+        with pytest.raises(UnsuitedConfigError, match="the motion passes θ2 = ±90°"):
+            refused(given)

@@ -66,3 +66,19 @@ def test_rest_states_of_different_bodies_are_not_grouped(members, key):
     different = members(vary, two_basins)
     assert basins_of(different) is None
     assert basin_blocks("a", different) == []
+
+
+@pytest.mark.parametrize(("coordinates", "count"), [("quaternion", None), ("Z", 2)])
+def test_turns_are_another_rest_state_only_where_something_reads_angles(
+    members, monkeypatch, coordinates, count
+):
+    turned = members(
+        GRID,
+        lambda columns: (
+            two_basins(columns)
+            | {"rest_orientation": np.outer(columns["run"] >= 10, [2 * np.pi, 0, 0])}
+        ),
+    )
+    monkeypatch.setattr(type(turned.plan), "in_quaternions", coordinates == "quaternion")
+    found = basins_of(turned)
+    assert (found if found is None else len(found.energies)) == count

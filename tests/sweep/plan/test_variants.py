@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.configs import EMBEDDED, edited, plain
+from support.configs import EMBEDDED, PERMANENT, edited, plain
 
 from rbstab.config.load import load_config
 from rbstab.config.schema import VARIANTS, model_of
@@ -170,3 +170,14 @@ def test_members_are_checked_for_the_variants_that_have_the_key(complaints, desi
     good = load_plan(tmp_path / "good.yaml")
     found = {key: column[0] for key, column in good.values(number, number + 1).items()}
     assert found == {"controller.variant": "embedded", "controller.K_c[0]": 3.0}
+
+
+def test_members_of_which_some_read_euler_angles_have_the_same_coordinates():
+    base = edited("K_r: [400, 400, 320]", "K_r: [0, 0, 0]", PERMANENT)
+    fixed = plan_of({"body.mass": {"values": [40, 41]}}, base)
+    assert fixed.in_quaternions
+    varied = plan_of({"controller.K_r[0]": {"values": [0, 5]}}, base)
+    assert not varied.in_quaternions
+    for plan, coordinates in ((fixed, "quaternion"), (varied, "reduced")):
+        for number in range(2):
+            assert plan.config_of(number).integration.coordinates == coordinates

@@ -31,9 +31,9 @@ def show_other(path: Path, kind: Kind, *, as_json: bool, as_config: bool) -> int
         UsageError: It is a config or a plan; or it has no config to print.
     """
     if kind in (Kind.CONFIG, Kind.PLAN, Kind.YAML):
-        raise click.UsageError(
-            f"{not_a_result(path, kind)}; or check it: rbstab check {shell_word(path)}"
-        )
+        check = f"heck it: rbstab check {shell_word(path)}"
+        way = f". C{check}" if kind is Kind.YAML else f"; or c{check}"
+        raise click.UsageError(not_a_result(path, kind) + way)
     if as_config:
         raise click.UsageError(f"{path} is {kind.words}; only a run has a config to print")
     if kind is Kind.PART:

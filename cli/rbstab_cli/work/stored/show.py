@@ -16,6 +16,7 @@ from rbstab.experiment.own_states import final_state
 from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.summary import ReferenceValue, reference_values_of
 from rbstab.files.names import printable
+from rbstab.mechanics.quaternion import turned_back
 from rbstab.report.runs.paper_cases import changed_keys
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result, open_result
@@ -130,7 +131,7 @@ def _print(run: KnownRun) -> None:
 
 
 NUMBERS = (
-    *("at rest from", "v(0)", "v(end)", "largest v", "start above the rest state of c*", "v(0)/c*"),
+    *("v(0)", "v(end)", "largest v", "start above the rest state of c*", "v(0)/c*"),
     *(f"|r|/{ENERGY_SCALE}", "peak |E|", "peak E1", "peak E2", "peak E3", "peak |θ2|"),
 )
 """The numbers of a run, of those that it has."""
@@ -146,19 +147,23 @@ def _print_numbers(run: KnownRun) -> None:
     if run.convergence is not None and run.convergence.proved is not None:
         table.add("exact motion", run.convergence.sentence)
     table.add("v = 0 at", str(attributes["lyapunov_zero"]))
-    table.add("", f"Θ = {vector(result['rest_orientation'])} rad")
+    Theta = result["rest_orientation"]
+    if run.config is not None and run.config.integration.coordinates == "quaternion":
+        Theta = turned_back(Theta)
+    table.add("", f"Θ = {vector(Theta)} rad")
+    table.add("at rest from", FACTS["at rest from"].text(run) or "not in this run")
     for fact in map(FACTS.__getitem__, NUMBERS):
         if fact.text(run):
             table.add(fact.name, fact.text(run))
+    if not run.summary.resolved:
+        why = "the motion is faster than its samples; more `integration.samples` show its peaks"
+        table.add("", why, style="yellow")
     if run.stores_v_minus_work:
         ends = (number(float(result["lyapunov"][place]), 7) for place in (0, -1))
         table.add("v - ε at 0 and at the end", " J, ".join(ends) + " J")
     modes = rest_modes(result, run.config)
     if modes is not None:
         table.add("modes", str(modes))
-    if not run.summary.resolved:
-        why = "the motion is faster than its samples; more `integration.samples` show its peaks"
-        table.add("", why, style="yellow")
     if "impact_count" in result:
         table.add("impacts", _impacts(result))
     for name, value in final_state(result).items():

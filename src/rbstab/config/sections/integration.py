@@ -19,7 +19,7 @@ Method = Literal["DOP853", "RK45", "LSODA", "Radau"]
 MIN_SCIPY_RTOL = 2.3e-14
 """The smallest rtol for SciPy. If rtol is too small, SciPy increases it and only warns."""
 
-COORDINATES = "default: quaternion where no element reads Euler angles"
+COORDINATES = "default: quaternion where no element reads Euler angles, else this one"
 
 MIN_INTERVAL = 1e-100
 """Smallest time between samples, s: far below physical times, far above float underflow."""

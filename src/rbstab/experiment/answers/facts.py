@@ -179,7 +179,12 @@ def _peak(value: float, *, resolved: bool) -> Shown:
 
 
 def _peak_by_axis(axis: int) -> Fact[KnownRun]:
-    return Fact(f"peak E{axis + 1}", "m", lambda run: run.summary.peak_contact_displacement[axis])
+    def peak(run: KnownRun) -> float:
+        """A sample is no peak."""
+        s = run.summary
+        return s.peak_contact_displacement[axis] if s.displacement_resolved else math.nan
+
+    return Fact(f"peak E{axis + 1}", "m", peak)
 
 
 def _status(run: KnownRun) -> Shown:

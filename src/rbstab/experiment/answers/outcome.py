@@ -19,7 +19,7 @@ from rbstab.experiment.summary import is_driven, settling_time_of, stands_still
 from rbstab.files.names import printable
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.quaternion import quaternion, sharp_angles
+from rbstab.mechanics.quaternion import turned_back
 from rbstab.store.result import Result
 
 if TYPE_CHECKING:
@@ -167,8 +167,7 @@ def outcome_of(
     if at_rest and proved and state is not None:
         end = np.array(state.orientation)
     if config is not None and config.integration.coordinates == "quaternion":
-        (w,), r = quaternion(end)
-        end = sharp_angles(w, r)
+        end = turned_back(end)
     Theta = tuple(end.tolist()) if np.isfinite(end).all() else None
     away = None if Theta is None else aim.tilt(Theta)
     unstable = at_rest and bool(UNSTABLE in zero if state is None else state.index)

@@ -151,20 +151,6 @@ def answer_of(
     )
 
 
-def answer_beside(result: Result, config: Config | None, proof: "Proof | None") -> RunAnswer:
-    """Return the answers of a stored run, with a proof that may have been stored after it.
-
-    Args:
-        result: The result.
-        config: Its config; None if this version cannot read it.
-        proof: The proof that is stored in the same folder, if there is one.
-    """
-    # Imported late: it reads proofs.
-    from rbstab.experiment.convergence.with_proof import with_later_proof
-
-    return answer_of(with_later_proof(result, config, proof), config, proof)
-
-
 def _this_start(result: Result, found: Convergence, lines: dict[str, Check]) -> Answer:
     if found.proved is False:
         return Answer(Sureness.FALSE, f"the exact motion never comes to rest: {found.why}")

@@ -246,16 +246,13 @@ def _name_in(config: Config, method: str) -> str:
 
 def _replaced(config: Config, method: str, gains: dict[str, float] | None) -> Config:
     """Return a config of schema version 2 with one guard, or none, in place of those like it."""
-    data = config.plain()
+    # In quaternions no run would leave the range.
+    data = config.in_angles().plain()
     names = _guards_of(config, method)
     elements = {k: one for k, one in data.get("elements", {}).items() if k not in names}
     if gains is not None:
         guard = {"kind": "guard", "method": method, **gains}
         elements[_name_in(config, method)] = guard
-    if config.integration.coordinates == "quaternion":
-        # In which no run leaves the range; and a guard reads Θ.
-        usual = type(config.integration).model_fields["coordinates"].default
-        data["integration"]["coordinates"] = usual
     return changed_config(config, data | {"schema_version": 2, "elements": elements})
 
 

@@ -42,7 +42,7 @@ OBJECTIVES = {
         # The largest component has more: where another axis becomes the largest.
         Objective(
             "peak_displacement",
-            "max|E|",
+            "peak |E|",
             "m",
             "the largest distance of C from its anchor",
             "largest_distance",

@@ -116,7 +116,7 @@ class Table:
             if any(cell.text for cell in column)
         ]
         typed = tuple(
-            head._replace(numbers=any(cell.value is not None for cell in column))
+            head._replace(numbers=head.numbers or any(cell.value is not None for cell in column))
             for head, column in shown
         )
         return cls(name, title, typed, (*zip(*(own for _, own in shown), strict=True),), note)

@@ -4,6 +4,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from rbstab.config.errors import ConfigError
+from rbstab.config.load import source_of
 from rbstab.config.source import YAML
 from rbstab.experiment.proof_cache import PROOFS, WITHIN_TOLERANCES
 from rbstab.files.shell_words import shell_word
@@ -74,9 +75,10 @@ def _told_by_text(path: Path) -> Kind:
     """Return what a file is, told by its text as YAML; a config may have any name."""
     is_yaml = path.suffix.lower() in YAML
     try:
-        if is_plan(path):
+        data = source_of(path).data
+        if is_plan(data):
             return Kind.PLAN
-        return Kind.CONFIG if is_yaml or is_config(path) else Kind.RUN
+        return Kind.CONFIG if is_yaml or is_config(data) else Kind.RUN
     except ConfigError:
         return Kind.YAML if is_yaml else Kind.RUN
 
@@ -94,7 +96,7 @@ def sweep_folder_of(path: Path) -> Path:
     Raises:
         StoreError: The path cannot be tested.
     """
-    for folder in (path, path.parent):
+    for folder in (path, path.parent, path.parent.parent):
         if path_is_file(folder / MANIFEST):
             return folder
-    return path.parent.parent
+    return path.absolute().parent.parent

@@ -8,11 +8,14 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
 from rbstab.experiment.answers.known_run import KnownRun
+from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.stored_config import stored_config
+from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.processes.mapped import mapped
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted
@@ -60,6 +63,11 @@ class Run(KnownRun):
     name: str = ""
     label: str = ""
     legend: str = ""
+
+    @cached_property
+    def proof(self) -> "Proof | None":
+        """As of a known run; but a report says it if the disk reports an error."""
+        return None if self.config is None else cached_proof(self.path.parent, self.config)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.experiment.answers.rounded import vector
+from rbstab.mechanics.attitude import rotations
 from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.quaternion import turned_back
 from rbstab.report.model.document import Block, Cell, Head, Table
 from rbstab.report.sweeps.members import Members, kept
 
@@ -43,11 +45,14 @@ def basins_of(members: Members) -> Basins | None:
     Theta, energy = members.column("rest_orientation"), members.column("energy_at_rest")
     known = members.completed & np.isfinite(Theta).all(axis=1) & np.isfinite(energy)
     codes = np.full(len(known), -1)
+    # In quaternions a rest state has many angles; elsewhere other turns may be another state.
+    in_quaternions = members.plan is not None and members.plan.in_quaternions
+    places = rotations(Theta) if in_quaternions else Theta[:, np.newaxis]
     found: list[int] = []
     left = known.copy()
     while left.any():
         first = int(np.flatnonzero(left)[0])
-        same = left & (np.abs(Theta - Theta[first]).max(axis=1) < SAME_ANGLES)
+        same = left & (np.abs(places - places[first]).max(axis=(1, 2)) < SAME_ANGLES)
         codes[same] = len(found)
         found.append(first)
         left &= ~same
@@ -59,7 +64,10 @@ def basins_of(members: Members) -> Basins | None:
     rank = np.argsort(order)
     chosen = np.array(found)[order]
     numbers = np.where(codes < 0, -1, rank[codes])
-    return Basins(energy[chosen], Theta[chosen], numbers)
+    orientations = Theta[chosen]
+    if in_quaternions:
+        orientations = np.array([turned_back(one) for one in orientations])
+    return Basins(energy[chosen], orientations, numbers)
 
 
 def basin_blocks(name: str, members: Members) -> list[Block]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.config.source import key_of
+from rbstab.mechanics.attitude import rotations
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Table
 from rbstab.store.variables import Variable
@@ -141,7 +142,19 @@ def compare_with_scipy(
     if not members:
         return ScipyComparison((), 0, {})
     progress(len(members), len(members))
-    return ScipyComparison(tuple(members), *compare(concatenated(ours), concatenated(theirs)))
+    found = [concatenated(columns) for columns in (ours, theirs)]
+    if plan.in_quaternions:
+        found = [_with_rotations(columns) for columns in found]
+    return ScipyComparison(tuple(members), *compare(*found))
+
+
+def _with_rotations(columns: dict[str, Array]) -> dict[str, Array]:
+    """Return columns with rotations in place of Θ, whose θ1 and θ3 are not sharp near θ2 = ±90°."""
+    changed = {
+        name: rotations(columns[name]).reshape(-1, 9)
+        for name in ("final_orientation", "rest_orientation")
+    }
+    return columns | changed | {"peak_orientation": np.ones_like(columns["peak_orientation"])}
 
 
 def is_comparable(variant: str) -> bool:

@@ -22,25 +22,22 @@ MEMBER_KEYS = ("vary", "design", "members", "seed")
 """The keys from which the members follow, apart from their base."""
 
 
-def is_plan(path: FilePath) -> bool:
-    """Return whether a file is a plan, valid or not: it has a key that no config has.
+def is_plan(file: FilePath | Mapping[str, Any]) -> bool:
+    """Return whether a file, or its data, is a plan, valid or not: it has a key that no config has.
 
     Raises:
         ConfigError: The file cannot be read.
     """
-    return not PLAN_ONLY.isdisjoint(source_of(path).data)
+    return not PLAN_ONLY.isdisjoint(source_of(file).data)
 
 
-def is_config(path: FilePath) -> bool:
-    """Return whether a file is a config, valid or not: it has a section that no plan has.
+def is_config(file: FilePath | Mapping[str, Any]) -> bool:
+    """Return whether a file, or its data, is a config, valid or not: no plan has such a section.
 
     Raises:
         ConfigError: The file cannot be read.
     """
-    return _is_config(source_of(path).data)
-
-
-def _is_config(data: Mapping[str, Any]) -> bool:
+    data = source_of(file).data
     sections = set(Experiment.model_fields) - set(PlanFile.model_fields)
     return PLAN_ONLY.isdisjoint(data) and not sections.isdisjoint(data)
 
@@ -91,7 +88,7 @@ def plan_to_read(plan: str | FilePath | Mapping[str, Any]) -> Plan:
 
 def _loaded(plan: str | FilePath | Mapping[str, Any], changes: list[str], code: Code) -> Plan:
     source = source_of(plan, "plan")
-    if _is_config(source.data):
+    if is_config(source.data):
         expected = "expected a plan with base and vary; rbstab.simulate runs a config"
         raise ConfigError([source.problem((), "is a config", expected)])
     problems = Problems(source)
@@ -104,6 +101,9 @@ def _loaded(plan: str | FilePath | Mapping[str, Any], changes: list[str], code: 
     knows_variants = not any(key_of(VARIANT) in problem.key for problem in problems)
     base = file.base if knows_variants else None
     bases = read_bases(problems, base, folder, _variants(axes), changes, code)
+    if any(k.path[:2] == ("controller", "K_r") for axis in axes for k in axis.varied_keys):
+        # Some members may read Euler angles, and all members have the same coordinates.
+        bases = {name: base.in_angles() for name, base in bases.items()}
     loaded = Plan(file, bases, axes, design)
     if bases:
         check_keys(problems, loaded)

@@ -168,6 +168,11 @@ class Plan:
         """Return the variant of a member with these values."""
         return str(values.get("controller.variant", self.variants[0]))
 
+    @property
+    def in_quaternions(self) -> bool:
+        """Whether all members are integrated in quaternions: their Θ may have any turns."""
+        return all(base.integration.coordinates == "quaternion" for base in self.bases.values())
+
     def config_of(self, index: int) -> Config:
         """Return the config of a member: the base with the member's values, validated.
 

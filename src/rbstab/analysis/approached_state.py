@@ -103,6 +103,15 @@ def falls(H: Array) -> Array:
     return found
 
 
+def rises(H: Array) -> bool:
+    """Return whether an energy rises in all directions from where its slope is zero.
+
+    Args:
+        H: Its Hessian there, shape (n, n).
+    """
+    return bool(np.isfinite(H).all() and np.linalg.eigvalsh(H)[0] > FALLS * np.abs(H).max())
+
+
 def is_lower(energy: Array | float, other: Array | float) -> Any:
     """Return whether energies at rest, J, are below others, apart from round-off."""
     return energy < other - ENERGY_TOLERANCE * (np.abs(energy) + np.abs(other) + 1.0)

@@ -5,11 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.analysis.configuration import configurations, without_inputs
+from rbstab.integrate.in_quaternions import in_quaternions
 from rbstab.mechanics import pitch
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
-from rbstab.mechanics.states import PITCH
+from rbstab.mechanics.quaternion import rate_matrix
+from rbstab.mechanics.states import PITCH, THETA
 from rbstab.systems.impact import stop_of
 from rbstab.systems.modes import with_modes_at
 from rbstab.systems.system import System
@@ -69,6 +71,10 @@ class Linearisation:
         return int((self.eigenvalues.real > 0).sum())
 
 
+NEAR_POLE = 1e-4
+"""Where |cos θ2| is smaller, rates of Θ are linearised with large errors."""
+
+
 class NoDerivativesError(ArithmeticError):
     """The equations have no derivatives at a rest state, as where a spring has no length."""
 
@@ -96,9 +102,10 @@ def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
     """Linearise a system at a rest state; complex steps make the matrix exact to round-off.
 
     Args:
-        system: The system, in any coordinates. If its elements switch, the modes are those of the
-            rest state. Its inputs are left out. If it rests against a stop, θ2 and its rate have
-            the eigenvalue 0.
+        system: The system, in any coordinates. Its inputs are left out. If its elements switch, the
+            modes are those of the rest state. If it rests against a stop, θ2 and its rate have the
+            eigenvalue 0. At θ2 = ±90° no element may read Θ; the states of the orientation are then
+            turns about the axes of the body.
         rest: The motion at rest.
         own: The elements' own states there.
 
@@ -108,7 +115,8 @@ def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
     resting = without_inputs(configurations(system).system)
     start = resting.start(rest, own)
     resting = with_modes_at(resting, start)
-    A = jacobian(resting.rates, start)
+    at_pole = abs(np.cos(start[PITCH])) < NEAR_POLE
+    A = _by_turns(resting, start) if at_pole else jacobian(resting.rates, start)
     if not np.isfinite(A).all():
         raise NoDerivativesError
     eigenvalues, modes = _eigenvalues(A, resting, start)
@@ -121,6 +129,16 @@ def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
     }
     states = tuple(f"{name}[{index}]" for name, size in sizes.items() for index in range(size))
     return Linearisation(A, eigenvalues[order], modes / largest, states)
+
+
+def _by_turns(system: System, start: Array) -> Array:
+    """Return A with turns about the axes of the body in place of Θ, by q̇ = ½ q⊗(0, Ω)."""
+    moving, q = in_quaternions(system)
+    y, place = q.from_angles(start), system.coordinates.size
+    w, r = y[place], y[THETA]
+    turn = np.delete(np.eye(len(y)), place, axis=1)
+    turn[THETA, THETA], turn[place, THETA] = rate_matrix(w, r), -0.5 * r
+    return np.asarray(np.linalg.pinv(turn) @ jacobian(moving.rates, y) @ turn)
 
 
 def _eigenvalues(A: Array, system: System, start: Array) -> tuple[Array, Array]:

@@ -229,14 +229,9 @@ def test_turns_without_a_spring_have_no_frequency():
     assert "1 mode does not decay" in one
 
 
-def tie(point, anchor):
-    return {
-        "kind": "visco-elastic",
-        "point": point,
-        "anchor": anchor,
-        "K_c": [80] * 3,
-        "L_c": [4] * 3,
-    }
+def tie(point, anchor, stiffness=80, damping=4):
+    gains = {"K_c": [stiffness] * 3, "L_c": [damping] * 3}
+    return {"kind": "visco-elastic", "point": point, "anchor": anchor, **gains}
 
 
 @pytest.fixture(scope="module")
@@ -292,3 +287,22 @@ def test_a_body_stands_still_also_where_no_rest_state_was_found(pitched, speed, 
     changed = {name: result.variables[name]._replace(data=data) for name, data in arrays.items()}
     unknown = replace(result, variables=result.variables | changed, attributes=attributes)
     assert outcome_of(unknown, loaded).kind == kind
+
+
+@pytest.mark.parametrize("pitch", [90, 89.9999])
+def test_modes_do_not_depend_on_the_attitude_at_which_a_body_rests(pitch):
+    """Near θ2 = ±90° rates of Θ are singular. The same body is turned by turning its anchors."""
+    points = ([0, 0, 0.25], [0.2, 0, 0], [0, 0.2, 0])
+    found = []
+    for angle in (0, pitch):
+        turn = Rotation.from_euler("y", angle, degrees=True).as_matrix()
+        ties = {f"t{k}": tie(p, (turn @ p).tolist(), 1000, 50) for k, p in enumerate(points)}
+        given = leg(gravity=[0, 0, 0], elements=ties)
+        del given["controller"]
+        start = f"initial.orientation={{deg: [0, {min(angle, 80)}, 0]}}"
+        loaded = rbstab.load_config(given, [start, "integration.duration=20"])
+        modes = rest_modes(rbstab.simulate(loaded), loaded)
+        assert modes is not None
+        assert modes.growing == 0
+        found.append([*modes.frequencies, modes.slowest])
+    assert found[1] == pytest.approx(found[0], rel=1e-6)

@@ -94,3 +94,13 @@ def test_a_file_without_a_proof_is_refused(proof):
     (finding,) = verify(old).findings
     assert not finding.verified
     assert "Make the proof again" in finding.text
+
+
+@pytest.mark.slow
+def test_a_proof_that_no_rule_shows_to_be_convex_is_not_refused():
+    """The energy of a tied ligament is convex in X, but not each of its terms."""
+    config = load_config(PAPER.parent / "examples/ligament_proved.yaml")
+    found = verify(prove(config), config)
+    assert refused(found) == ["convexity"]
+    assert found.takes_too_long
+    assert found.outcome == "not decided: no rule shows that U is convex in what is not Θ"

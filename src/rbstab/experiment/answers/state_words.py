@@ -130,9 +130,10 @@ def exceptions(proof: "ProofData") -> str:
     """Return which rest states are not stable, without a full stop; empty if all are."""
     numbers = [n for n, state in enumerate(proof.states, start=1) if not state.stable]
     if proof.families:
-        listed = "".join(f"rest state {number}, " for number in numbers)
-        others = f"other rest states ({listed}{families_of(proof)})"
-        return f"the exceptions are {others} and starts that lead to them"
+        alone = ", ".join(f"rest state {number}" for number in numbers)
+        families = families_of(proof).replace("of them", "of rest states")
+        others = " and ".join(filter(None, (alone, families)))
+        return f"the exceptions are {others}, and starts that lead to them"
     if not numbers:
         return ""
     if len(numbers) == 1:

@@ -49,20 +49,24 @@ class Verification(NamedTuple):
     @property
     def takes_too_long(self) -> bool:
         """Whether no claim is refused, but the check ended before all were verified."""
-        from rbstab.proof.check.findings import TIME
+        from rbstab.proof.check.findings import CONVEXITY, TIME
 
         left = [finding.claim for finding in self.findings if not finding.verified]
-        return bool(left) and all(claim in {TIME, NO_CHECKER, UNDECIDED} for claim in left)
+        return bool(left) and {TIME, CONVEXITY, NO_CHECKER, UNDECIDED}.issuperset(left)
 
     @property
     def outcome(self) -> str:
         """The result in words."""
+        from rbstab.proof.check.findings import CONVEXITY
+
         if self.verified:
             return "verified"
         if any(finding.claim == NO_CHECKER for finding in self.findings):
             return "not decided: there is no checker of rest states among all rotations"
         if self.takes_too_long and any(one.claim == UNDECIDED for one in self.findings):
             return "not decided: codac does not decide every claim"
+        if self.takes_too_long and self.findings[-1].claim == CONVEXITY:
+            return "not decided: no rule shows that U is convex in what is not Θ"
         return "not decided: the check takes too long" if self.takes_too_long else "REFUSED"
 
 

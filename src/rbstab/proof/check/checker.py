@@ -14,6 +14,7 @@ from rbstab.proof.check.confine import confinement
 from rbstab.proof.check.convex import parts_of, why_not_convex
 from rbstab.proof.check.energy import Energy, read_energy
 from rbstab.proof.check.findings import (
+    CONVEXITY,
     EVERYWHERE,
     IN_RANGE,
     TIME,
@@ -70,7 +71,7 @@ def _findings(record: Mapping[str, Any]) -> Iterator[Finding]:
     if U.free:
         but = ", but for its springs" if parts_of(U).lines else ""
         text = f"U is convex in the variables besides Θ{but}."
-        about.append(("convexity", text, why_not_convex(U)))
+        about.append((CONVEXITY, text, why_not_convex(U)))
     if any(one[0] == "step" for one in U.operations):
         text = "U is as smooth at each switch as it is said to be."
         about.append(("switches", text, why_not_smooth(U)))

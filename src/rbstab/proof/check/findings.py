@@ -13,6 +13,11 @@ TIME = "time"
 """The claim of a finding that the check takes too long: then the proof is not refused."""
 
 
+CONVEXITY = "convexity"
+"""The claim that U is convex in what is not Θ. The rules that show it know few functions, so the
+proof is not refused where they fail."""
+
+
 class Cover(NamedTuple):
     """A cover of a box by smaller boxes, each with the reason why it is settled.
 

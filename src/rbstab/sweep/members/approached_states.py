@@ -40,13 +40,11 @@ class SharedState(NamedTuple):
 
     Attributes:
         q: The configuration, shape (n,); None if it is the unloaded position of each member.
-        energy: The stored energy, J.
-        unstable: Whether it is unstable.
+        energy: The stored energy, J. It rises in all directions.
     """
 
     q: Array | None
     energy: float
-    unstable: bool = False
 
 
 class ApproachedStates:
@@ -76,7 +74,7 @@ class ApproachedStates:
             shared = self._shared_configurations(parameters)
             found = np.abs(last - shared).max(axis=0) < NEAR
             q[:, found], energy[found] = shared[:, found], self.shared.energy
-        unstable = found & (self.shared is not None and self.shared.unstable)
+        unstable = np.zeros(count, dtype=bool)
         rows = np.flatnonzero(~found & np.isfinite(last).all(axis=0))
         if len(rows):
             q[:, rows], energy[rows], found[rows] = self._descended(

@@ -14,8 +14,9 @@ from functools import partial
 
 import numpy as np
 
-from rbstab.analysis.approached_state import is_unstable, lyapunov_zero
+from rbstab.analysis.approached_state import is_unstable, lyapunov_zero, rises
 from rbstab.analysis.configuration import configurations
+from rbstab.analysis.descents.descent import numerical_hessian
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.settling import value_round_off
 from rbstab.config.build import problem_of
@@ -160,7 +161,10 @@ class _VariantEngine:
         self.in_traces = observed(others) if plan.keep.count(plan.members) else None
 
     def _shared_rest_state(self) -> SharedState | None:
-        """Return the rest state nearest to the unloaded position, if all members share it."""
+        """Return the rest state nearest to the unloaded position, if all members share it.
+
+        One that is unstable, or may be one of a family, is not shared: near it are others.
+        """
         varied = [key.path for key in self.binding.varied_keys]
         base = self.binding.base
         varies_load = any(path[0] == "gravity" for path in varied)
@@ -168,9 +172,11 @@ class _VariantEngine:
         if all(map(is_of_initial_state, varied)):
             with np.errstate(all="ignore"):
                 nearest = nearest_rest_state(self.problem.system)
-                unstable = is_unstable(self.problem.system, nearest)
-            q = configurations(self.problem.system).configuration(nearest.motion, nearest.own)
-            return SharedState(q, nearest.energy, unstable) if nearest.found else None
+            at_rest = configurations(self.problem.system)
+            q = at_rest.configuration(nearest.motion, nearest.own)
+            if not nearest.found or not rises(numerical_hessian(at_rest.gradient, q)):
+                return None
+            return SharedState(q, nearest.energy)
         # Without a load it is the unloaded position, where no energy is stored. Elements of the
         # config may pull there.
         return None if loaded else SharedState(None, 0.0)

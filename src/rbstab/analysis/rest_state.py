@@ -16,6 +16,7 @@ from rbstab.analysis.configuration import (
 )
 from rbstab.analysis.descents.descent import descend_one, numerical_hessian
 from rbstab.analysis.descents.kinked import descend_to_kinks, has_kinks
+from rbstab.elements.guards.barrier import Barrier
 from rbstab.mechanics.attitude import in_range, is_upright
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.motion import Motion
@@ -42,6 +43,13 @@ NEAR_STOP = 1e-3
 
 MAX_POLISHES = 5
 """The maximum number of Newton steps after the descent. One is enough unless loads are extreme."""
+
+LARGEST_PITCH = float(np.nextafter(np.pi / 2, 0.0))
+"""rad: the largest |θ2| at which Euler angles are regular."""
+
+AT_POLE = 1e-6
+"""rad: a descent that ends so little beyond θ2 = ±90° ends there; θ1 and θ3 stay near those of the
+motion."""
 
 SAME_ENERGY = 1e-9
 """Energies are equal if they differ by less, relative to the largest of them: their last bits
@@ -161,19 +169,45 @@ def _descended(
     at_rest: Configurations, q: Array, is_late: Callable[[], bool], largest_pitch: float
 ) -> RestState:
     """Return the state in which a descent ends, at a rest state or at the largest |θ2|."""
+    free = not _reads_angles(at_rest, q)
 
     def is_inside(q: Array) -> Array:
         Theta = q[ORIENTATION]
         inside: Array = is_upright(Theta) & (np.abs(Theta[PITCH]) <= largest_pitch)
-        return inside
+        return np.ones_like(inside) if free else inside
 
     tolerance = gradient_tolerance(largest_load(at_rest, q))
     if has_kinks(at_rest.system):
         at = descend_to_kinks(at_rest, q, tolerance, is_late, is_inside)
         return replace(rest_state_at(at_rest, at.q), gradient=at.gradient, on_kink=at.on_kink)
     end, found = descend_one(lambda _: at_rest.energy, q, tolerance, is_late, is_inside)
+    if free:
+        end[PITCH] -= 2 * np.pi * np.round(end[PITCH] / (2 * np.pi))
+        end = _reflected(end) if abs(end[PITCH]) > np.pi / 2 + AT_POLE else end
+        end[PITCH] = np.clip(end[PITCH], -LARGEST_PITCH, LARGEST_PITCH)
     # A rest state from which it begins is kept as it is.
     return rest_state_at(at_rest, _polished(at_rest, end) if found and np.any(end != q) else end)
+
+
+def _reads_angles(at_rest: Configurations, q: Array) -> bool:
+    """Return whether the energy may depend on Θ, and not on the attitude alone.
+
+    If it does not, it is smooth at θ2 = ±90°, and a descent may go on beyond.
+    """
+    # A stop stores nothing, and a barrier as much on the other side.
+    if stop_of(at_rest.system) is not None:
+        return True
+    if any(one.from_user or isinstance(one, Barrier) for one in at_rest.system.elements):
+        return True
+    here, there = (np.asarray(at_rest.energies(one), dtype=float) for one in (q, _reflected(q)))
+    return not np.allclose(here, there, rtol=SAME_ENERGY, atol=SAME_ENERGY)
+
+
+def _reflected(q: Array) -> Array:
+    """Return q with other Θ of the same attitude, on the other side of θ2 = ±90°."""
+    other = q.copy()
+    other[ORIENTATION] += [np.pi, np.copysign(np.pi, q[PITCH]) - 2 * q[PITCH], np.pi]
+    return other
 
 
 def rest_state_at(at_rest: Configurations, q: Array) -> RestState:

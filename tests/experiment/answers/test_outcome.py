@@ -306,3 +306,15 @@ def test_modes_do_not_depend_on_the_attitude_at_which_a_body_rests(pitch):
         assert modes.growing == 0
         found.append([*modes.frequencies, modes.slowest])
     assert found[1] == pytest.approx(found[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("tilt_of_start", [[10, 0, 0], [0, 10, 0], [0, -10, 30]])
+def test_v_counts_from_the_hanging_pose_whatever_way_a_pendulum_begins_to_fall(tilt_of_start):
+    """A descent in energy passes θ2 = ±90°. The pendulum falls by m g l (1 + cos 10°)."""
+    zero = [0, 0, 0]
+    held = {"variant": "permanent", "K_t": zero, "L_t": zero, "K_r": zero, "L_r": [0.1] * 3}
+    body = {"mass": 12, "inertia": [0.3, 0.3, 0.13], "contact_point": [0, 0, -0.25]}
+    initial = {"orientation": {"deg": tilt_of_start}}
+    given = leg(body=body, controller=held, initial=initial, integration={"duration": 0.3})
+    v = rbstab.simulate(given)["lyapunov"]
+    assert v[0] == pytest.approx(12 * 9.81 * 0.25 * (1 + math.cos(math.radians(10))), rel=1e-9)

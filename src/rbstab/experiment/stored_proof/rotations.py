@@ -21,7 +21,10 @@ if TYPE_CHECKING:
 COMPLETE = "all rest states among all rotations were found"
 """The outcome of a complete list."""
 
-FAMILIES = "all rest states among all rotations were found; some form a continuum (a family)"
+FAMILIES = (
+    "all rest states among all rotations were found, but some form a continuum (a family), so a "
+    "motion has no single one to come to"
+)
 """That of one with families."""
 
 NOWHERE: dict[str, Any] = dict.fromkeys(("pass_state", "pass_face", "pass_at"))

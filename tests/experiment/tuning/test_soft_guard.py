@@ -14,7 +14,7 @@ from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
 from rbstab.experiment.tuning import guard as guards
 from rbstab.experiment.tuning import soft_guard as searching
-from rbstab.experiment.tuning.soft_guard import SoftLaw, unguarded
+from rbstab.experiment.tuning.soft_guard import NotDecidedError, SoftLaw, unguarded
 from rbstab.integrate.status import RunStatus
 
 guard: Any = guards.guard
@@ -101,3 +101,9 @@ def test_a_refusal_of_the_checker_is_not_called_proved(monkeypatch):
     found = guard(config(), "stiff")
     assert found.config is None
     assert found.reason.startswith("the checker refuses it: Every motion with an energy below")
+
+
+def test_a_body_whose_proof_is_about_rotations_has_no_soft_guard():
+    spring = {"kind": "attitude", "K": [70, 50, 30], "L": [6, 6, 4]}
+    with pytest.raises(NotDecidedError, match="no element reads Euler angles"):
+        unguarded(config({"up": spring}, soft=0.0))

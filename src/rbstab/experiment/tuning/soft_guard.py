@@ -192,7 +192,8 @@ def unguarded(config: Config) -> Unguarded:
     problem = problem_of(config)
     proof = prove(config, problem)
     if proof.reduced_energy is None:
-        raise NotDecidedError(proof.outcome)
+        turns = "no element reads Euler angles, so the proof is about rotations and has no range"
+        raise NotDecidedError(proof.outcome if proof.on_rotations is None else turns)
     energy = proof.reduced_energy.energy
     if not energy.U.is_polynomial:
         raise NotDecidedError(

@@ -19,6 +19,7 @@ import tempfile
 import time
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
+from itertools import count
 from pathlib import Path
 from queue import SimpleQueue
 from typing import NamedTuple
@@ -35,6 +36,9 @@ PROGRAM = ("src", "cli", "configs")
 MARKS = "not heavy and not long and not browser"
 FIRST_MARKS = "not long and not browser"
 """Tests that are named by a mutant run also if they are heavy."""
+
+STAMPS = count(int(time.time()) + 10**6)
+"""Times of changed files, s: all differ."""
 
 TIME_LIMIT = 300.0
 """s: a mutant whose tests take longer counts as killed; some mutants never end."""
@@ -89,12 +93,19 @@ def killer(mutant, tree):
     """Return the test that notices a mutant, "" if none does; `tree` is a copy of the program."""
     file = tree / mutant.file
     original = file.read_text(encoding="utf-8")
-    file.write_text(mutant.changed(), encoding="utf-8")
+    write(file, mutant.changed())
     try:
         failed = first_failure(mutant.first, FIRST_MARKS, tree) if mutant.first else ""
         return failed or first_failure(mutant.tests, MARKS, tree)
     finally:
-        file.write_text(original, encoding="utf-8")
+        write(file, original)
+
+
+def write(file, text):
+    """Write a file with a time of its own: Python tells by time and size if it must compile it."""
+    file.write_text(text, encoding="utf-8")
+    stamp = next(STAMPS)
+    os.utime(file, (stamp, stamp))
 
 
 def first_failure(tests, marks, tree):

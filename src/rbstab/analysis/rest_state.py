@@ -181,12 +181,13 @@ def _descended(
         at = descend_to_kinks(at_rest, q, tolerance, is_late, is_inside)
         return replace(rest_state_at(at_rest, at.q), gradient=at.gradient, on_kink=at.on_kink)
     end, found = descend_one(lambda _: at_rest.energy, q, tolerance, is_late, is_inside)
+    # A rest state from which it begins is kept as it is.
+    end = _polished(at_rest, end) if found and np.any(end != q) else end.copy()
     if free:
         end[PITCH] -= 2 * np.pi * np.round(end[PITCH] / (2 * np.pi))
         end = _reflected(end) if abs(end[PITCH]) > np.pi / 2 + AT_POLE else end
         end[PITCH] = np.clip(end[PITCH], -LARGEST_PITCH, LARGEST_PITCH)
-    # A rest state from which it begins is kept as it is.
-    return rest_state_at(at_rest, _polished(at_rest, end) if found and np.any(end != q) else end)
+    return rest_state_at(at_rest, end)
 
 
 def _reads_angles(at_rest: Configurations, q: Array) -> bool:
@@ -256,9 +257,7 @@ def _polished(at_rest: Configurations, q: Array) -> Array:
         hessian = numerical_hessian(at_rest.gradient, q)
         with suppress(np.linalg.LinAlgError):
             better = q - np.linalg.solve(hessian, at_rest.gradient(q))
-            # At θ2 = ±90° the Hessian is singular, and a step may lead beyond.
-            inside = bool(is_upright(better[ORIENTATION]))
-            if inside and _steepness(at_rest, better) < _steepness(at_rest, q):
+            if _steepness(at_rest, better) < _steepness(at_rest, q):
                 q = better
                 continue
         break

@@ -24,9 +24,9 @@ LARGEST_INVERSE_ERROR = 1e-9
 def motion_warnings(trajectory: Trajectory, *, reads_angles: bool) -> list[str]:
     """Return warnings about a motion.
 
-    θ1 or θ3 may leave the range of eq. 5, which says nothing where no element reads them; no
-    equation becomes singular then. `trusted_until` may be
-    unknown, or earlier than the end. Numbers of a config may overflow or underflow in the rates.
+    θ1 or θ3 may leave the range of eq. 5: no equation becomes singular then, and it says nothing
+    where no element reads them. `trusted_until` may be unknown, or earlier than the end. Numbers of
+    a config may overflow or underflow in the rates.
     """
     warnings = []
     if trajectory.status is RunStatus.DIVERGED and len(trajectory.times) == 1:

@@ -206,14 +206,19 @@ def test_a_new_wish_changes_outcomes_and_no_identity(tmp_path):
     assert kept == kept_too
 
 
-def test_members_rest_where_they_are_on_a_curve_of_rest_states(tmp_path):
-    """A pendulum turns about its axis by J₃ω/L₃ before it rests; each such pose is a rest state."""
+@pytest.mark.parametrize("weight", [9.81, 0.0])
+def test_members_rest_where_they_are_on_a_family_of_rest_states(tmp_path, weight):
+    """A held body turns about its axis by J₃ω/L₃ before it rests: each pose is a rest state."""
     zero = [0, 0, 0]
     held = {"variant": "permanent", "K_t": zero, "L_t": zero, "K_r": zero, "L_r": [6, 6, 4]}
     body = {"mass": 12, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, 0.25]}
-    base = leg(body=body, controller=held, initial={}, gravity=[0, 0, -9.81])
+    base = leg(body=body, controller=held, initial={}, gravity=[0, 0, -weight])
     base["integration"] = {"duration": 5}
-    plan = plan_of({"initial.angular_velocity[2]": {"values": [0.2, 0.6, 1.2, 2.0]}}, base)
-    table = rbstab.open_sweep(swept(tmp_path / "a", plan).sweep_file)
     spins = np.array([0.2, 0.6, 1.2, 2.0])
-    assert table["final_tilt"] == pytest.approx(0.13 * spins / 4, rel=1e-3)
+    vary = {"initial.angular_velocity[2]": {"values": spins.tolist()}}
+    if not weight:
+        # Its rest states differ from those of the base, for all that is known.
+        base["initial"] = {"angular_velocity": [0, 0, 1.2]}
+        vary = {"controller.L_r[2]": {"values": (4 * 1.2 / spins).tolist()}}
+    table = rbstab.open_sweep(swept(tmp_path / "a", plan_of(vary, base)).sweep_file)
+    assert table["final_tilt"] == pytest.approx(0.13 * spins / 4, rel=2e-3)

@@ -31,7 +31,7 @@ READ = (
 """The columns from which the outcomes follow."""
 
 SPEEDS = ("final_angular_velocity", "final_velocity")
-"""Those that tell whether a member stands still under its inputs (`stand_still`)."""
+"""Those that tell whether a member stands still where v does not (`stand_still`)."""
 
 STILL = 1e-4
 """rad/s and m/s: a body that is slower at the end of its run stands still."""

@@ -169,17 +169,17 @@ class _VariantEngine:
         base = self.binding.base
         varies_load = any(path[0] == "gravity" for path in varied)
         loaded = any(base.gravity) or varies_load or bool(base.elements)
-        if all(map(is_of_initial_state, varied)):
-            with np.errstate(all="ignore"):
+        at_rest = configurations(self.problem.system)
+        with np.errstate(all="ignore"):
+            if all(map(is_of_initial_state, varied)):
                 nearest = nearest_rest_state(self.problem.system)
-            at_rest = configurations(self.problem.system)
-            q = at_rest.configuration(nearest.motion, nearest.own)
-            if not nearest.found or not rises(numerical_hessian(at_rest.gradient, q)):
-                return None
-            return SharedState(q, nearest.energy)
-        # Without a load it is the unloaded position, where no energy is stored. Elements of the
-        # config may pull there.
-        return None if loaded else SharedState(None, 0.0)
+                q = at_rest.configuration(nearest.motion, nearest.own)
+                known, shared = nearest.found, SharedState(q, nearest.energy)
+            else:
+                # Without a load it is the unloaded position, where no energy is stored. Elements of
+                # the config may pull there.
+                q, known, shared = at_rest.unloaded, not loaded, SharedState(None, 0.0)
+            return shared if known and rises(numerical_hessian(at_rest.gradient, q)) else None
 
     def order(self, values: Values) -> Array:
         """Return the order in which members are integrated, shape (m,): by their energy.

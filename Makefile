@@ -81,8 +81,8 @@ format: $(READY)  ## format the code
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-bench: $(READY)  ## run the benchmarks; they print ratios within one run
-	$(BIN)/python -m benchmarks
+bench: $(READY)  ## run the benchmarks; with BEFORE=COMMIT: commands and engines beside those of COMMIT
+	$(BIN)/python -m benchmarks $(BEFORE)
 
 bench-peers: $(READY)  ## measure other programs on the same problem; write the table in docs/performance.md
 	$(BIN)/python -m benchmarks.peers

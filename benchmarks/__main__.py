@@ -1,6 +1,12 @@
-"""All benchmarks, one after the other; `make bench` runs them."""
+"""All benchmarks, one after the other; `make bench` runs them.
+
+With a commit, as in `make bench BEFORE=COMMIT`: what they have in common, side by side.
+"""
+
+import sys
 
 from benchmarks import (
+    against,
     commands,
     elements,
     engines,
@@ -13,13 +19,16 @@ from benchmarks import (
     traces,
 )
 
-startup.main()
-commands.main()
-engines.main()
-elements.main()
-sliding.main()
-sweeps.main()
-limit.main()
-reports.main()
-sweep_sizes.main()
-traces.main()
+if len(sys.argv) > 1:
+    against.main(sys.argv[1])
+else:
+    startup.main()
+    commands.main()
+    engines.main()
+    elements.main()
+    sliding.main()
+    sweeps.main()
+    limit.main()
+    reports.main()
+    sweep_sizes.main()
+    traces.main()

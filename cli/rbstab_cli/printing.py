@@ -1,6 +1,5 @@
 """What commands print: lines on stderr, tables, facts, numbers and JSON on stdout."""
 
-import json
 import math
 import sys
 import unicodedata
@@ -158,6 +157,9 @@ def print_json(data: Any) -> None:
 
 def as_json_text(data: Any, *, ensure_ascii: bool = False) -> str:
     """Return data as JSON; NaN and infinite numbers, which JSON does not have, become null."""
+    # Few commands print JSON, and it is a tenth of the time of those that print help.
+    import json
+
     return json.dumps(_finite(data), indent=2, ensure_ascii=ensure_ascii, allow_nan=False)
 
 

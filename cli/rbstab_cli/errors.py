@@ -7,6 +7,7 @@ from typing import IO, Any
 import click
 
 from rbstab_cli import exit_codes
+from rbstab_cli.interrupts import interrupted_code
 from rbstab_cli.printing import say
 
 
@@ -61,10 +62,19 @@ def told(error: Exception) -> Failed | None:
     for kind in type(error).__mro__:
         if kind.__module__.startswith("rbstab.") and kind.__name__ in CODES:
             return Failed(CODES[kind.__name__], f"error: {error}")
+    if _is_interrupt(error):
+        return Failed(interrupted_code(), "Interrupted.")
     # Only where code of a user was loaded can an error be in it.
     loaded = sys.modules.get("rbstab.elements.user_code.loaded")
     failure = None if loaded is None else loaded.failure_in_user_code(error)
     return None if failure is None else Failed(exit_codes.USAGE, f"error: {failure}")
+
+
+def _is_interrupt(error: BaseException | None) -> bool:
+    """Return whether an interrupt became an error: Python does that where a class is made."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def reason_of(error: Exception) -> str:

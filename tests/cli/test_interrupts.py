@@ -86,10 +86,20 @@ def files(folder):
     return folder
 
 
-def interrupted(place, count, number, words):
+KILL = "os.kill(os.getpid(), int(number))"
+WHILE_A_CLASS_IS_MADE = f"""
+        class Name:
+            def __set_name__(self, *_):
+                {KILL}
+        type("Made", (), {{"name": Name()}})
+""".strip()
+"""What a signal meets often while schemas are made. Python 3.11 raises a RuntimeError of it."""
+
+
+def interrupted(place, count, number, words, program=PROGRAM):
     """Run a command that gets a signal as it calls a function for the `count`-th time."""
     done = subprocess.run(
-        [sys.executable, "-c", PROGRAM, place, str(count), str(int(number)), *words.split()],
+        [sys.executable, "-c", program, place, str(count), str(int(number)), *words.split()],
         capture_output=True,
         text=True,
         check=False,
@@ -110,6 +120,14 @@ def test_what_is_stored_and_what_is_missing_is_said(place, count, words, said, n
     assert stderr.endswith(f"Run the same command {again}.\n")
     # What is stored is printed.
     assert bool(stdout) != said.startswith("0")
+
+
+@pytest.mark.parametrize("number", CODES)
+@pytest.mark.usefixtures("files")
+def test_an_interrupt_that_python_turns_into_an_error_is_one(number):
+    program = PROGRAM.replace(KILL, WHILE_A_CLASS_IS_MADE)
+    code, _, stderr = interrupted("rbstab.config.load.loaded", 1, number, "run good.yaml", program)
+    assert (code, stderr) == (CODES[number], "Interrupted.\n")
 
 
 def test_proofs_that_were_made_are_kept_and_the_others_follow(files):

@@ -79,12 +79,13 @@ class CoactivatedKeys(Section):
         rest, factor = info.data.get("excitation"), info.data.get("amplitude")
         if rest is None or factor is None:
             return value  # they have a problem already
-        name, rises = "activation", value
+        name, rises, expected = "activation at the start", value, "0 to 1"
         if info.field_name == SIGNAL:
             name, rises = "excitation", [factor * s for s in extremes(value)]
+            expected = "a signal that keeps it from 0 to 1, as a noise does not"
         for found in (rest + rise for rise in rises):
             if not 0 <= found <= 1:
-                raise value_error(f"makes the {name} {found:g}", f"expected a {name} from 0 to 1")
+                raise value_error(f"makes the {name} {found:g}", f"expected {expected}")
         return value
 
 

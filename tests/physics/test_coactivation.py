@@ -10,6 +10,9 @@ from support.inputs import AUDIT, LEGS, SINE, driven, value_at
 from support.member_plans import drawn
 
 import rbstab
+from rbstab.analysis.linearisation import linearise
+from rbstab.analysis.rest_state import nearest_rest_state
+from rbstab.config.build import problem_of
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config
 from rbstab.elements.coactivated import CoactivatedTie
@@ -18,7 +21,7 @@ from rbstab.experiment.simulate import simulate
 from rbstab.experiment.tuning.sensitivities import sensitivities
 from rbstab.mechanics.attitude import rotations
 from rbstab.mechanics.motion import motion_from_centre
-from rbstab.sweep.members.ensemble import ensemble_engine
+from rbstab.sweep.members.ensemble import EnsembleEngine
 from rbstab.sweep.members.single import SingleRuns
 
 ENGINES = ("scipy", "heyoka")
@@ -179,6 +182,22 @@ def test_with_a_constant_excitation_it_is_the_visco_elastic_tie(constant, name):
         np.testing.assert_allclose(one["lyapunov"], two["lyapunov"], atol=1e-9)
 
 
+def test_the_eigenvalues_are_those_without_the_signal():
+    """Of the body on the tie of u_0, and the rate of the activation at rest: half of each way."""
+    fixed = {"kind": "visco-elastic", "point": [0.1, 0, -0.2], "anchor": [0.1, 0.02, -0.2]}
+    fixed |= {"K_c": (REST * np.diag(K)).tolist(), "L_c": (REST * np.diag(L)).tolist()}
+    found = []
+    for tie in (fixed, muscles({"kind": "constant"})):
+        elements = {"upright": UPRIGHT, "tie": tie}
+        system = problem_of(load_config(driven(elements, gravity=[0, 0, -9.81]))).system
+        rest = nearest_rest_state(system)
+        found.append(linearise(system, rest.motion, rest.own).eigenvalues)
+    z = 0.5 + 1.5 * REST
+    rate = -0.5 / (TIMES["activation_time"] * z) - 0.5 * z / TIMES["deactivation_time"]
+    expected, values = np.sort_complex([*found[0], rate]), np.sort_complex(found[1])
+    np.testing.assert_allclose(values, expected, rtol=1e-9)
+
+
 def test_power_on_the_body_is_stored_dissipated_or_supplied(rng):
     """For any activation, point and motion: Ė = -f'ṗ - lost + supplied, by a difference of E."""
     for _ in range(20):
@@ -291,7 +310,7 @@ def test_the_example_says_its_numbers():
     assert runs[1][1] == 0
 
 
-def test_members_in_a_batch_rest_as_single_runs_do():
+def test_members_in_a_batch_rest_as_single_runs_do(monkeypatch):
     """The batch descends from the last sample with the activation at rest too."""
     tie = muscles(SINE | {"frequency": 3.0})
     base = driven(
@@ -303,8 +322,10 @@ def test_members_in_a_batch_rest_as_single_runs_do():
         "initial.velocity[0]": {"uniform": [-1.0, 1.0]},
     }
     plan = drawn(base, vary, members=8)
-    found = ensemble_engine(plan).compute(0, 8).outcome
     alone = SingleRuns(plan, "scipy").compute(0, 8).outcome
+    # No member needs a run, or a descent, of its own.
+    monkeypatch.setattr("rbstab.sweep.members.ensemble.lyapunov_zero", None)
+    found = EnsembleEngine(plan, single_runs=None).compute(0, 8).outcome
     for column in ("rest_orientation", "final_orientation", "lyapunov_start", "lyapunov_end"):
         np.testing.assert_allclose(found[column], alone[column], atol=1e-7)
     assert not found["rest_unstable"].any()

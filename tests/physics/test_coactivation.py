@@ -1,13 +1,17 @@
 """A coactivated tie against the published activation, an oscillator, quadrature, a fixed tie."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import simpson, solve_ivp
-from support.differences import relative_error
+from support.differences import derivative, relative_error
+from support.elements import Form, random_element
 from support.inputs import AUDIT, LEGS, SINE, driven, value_at
 from support.member_plans import drawn
+from support.path import random_path
+from support.systems import random_body
 
 import rbstab
 from rbstab.analysis.linearisation import linearise
@@ -39,7 +43,7 @@ UPRIGHT = {"kind": "attitude", "K": [40.0, 30.0, 35.0], "L": [1.0, 1.0, 1.0]}
 BALL = {"orientation": [0.1, 0.2, -0.1], "position": [0.05, -0.03, 0.04], "velocity": [0.5, 0.2, 0]}
 
 
-def muscles(signal=SINE, **changes):
+def muscles(signal, **changes):
     """Return a tie of a point beside the centre."""
     return {
         "kind": "coactivated",
@@ -147,9 +151,9 @@ def test_the_natural_frequency_follows_the_activation(name):
     rise = {"kind": "table", "times": [2.0, 2.0], "values": [0.0, 1.0]}
     tie = muscles(rise, point=[0, 0, 0], anchor=[0, 0, 0], L_c=[0.02] * 3, amplitude=0.6)
     start = {"position": [0.05, 0, 0]}
-    run = motion({"muscles": tie}, name, initial=start, gravity=[0, 0, 0], integration={
-        "duration": 5.0, "samples": 5001,
-    })  # fmt: skip
+    sections = {"initial": start, "gravity": [0, 0, 0]}
+    sections["integration"] = {"duration": 5.0, "samples": 5001}
+    run = motion({"muscles": tie}, name, **sections)
     t, x, v = run["time"], run["position"][:, 0], run["velocity"][:, 0]
     for a, first, last in ((REST, 0.0, 2.0), (REST + 0.6, 3.0, 5.0)):
         rows = np.flatnonzero((x[:-1] * x[1:] < 0) & (t[:-1] >= first) & (t[1:] <= last))
@@ -198,45 +202,29 @@ def test_the_eigenvalues_are_those_without_the_signal():
     np.testing.assert_allclose(values, expected, rtol=1e-9)
 
 
+FORM = Form(fields=lambda rng: {"name": "one", "signal": Leg(*rng.uniform(0, 1, 3))} | TIMES)
+
+
 def test_power_on_the_body_is_stored_dissipated_or_supplied(rng):
-    """For any activation, point and motion: Ė = -f'ṗ - lost + supplied, by a difference of E."""
+    """For any tie, activation and motion: Ė = -f'ṗ - lost + supplied, by a difference of E."""
     for _ in range(20):
-        roots = rng.normal(size=(2, 3, 3))
-        K_c, L_c = (root @ root.T for root in roots)
-        point, anchor = rng.normal(size=(2, 3))
-        size = {"excitation": 0.4, "amplitude": float(rng.uniform(-0.4, 0.6))}
-        tie = CoactivatedTie(
-            name="one", point=point, anchor=anchor, K_c=K_c, L_c=L_c, **size, **TIMES,
-            signal=Leg(*rng.uniform(0, 0.5, size=3).tolist()),
-        )  # fmt: skip
-        Theta, X, Omega, V = rng.normal(size=(4, 3))
-        own = rng.uniform(-0.4, 0.6, size=1)
-        body = load_config(driven({})).body
-        here = motion_of(body, Theta, Omega, X, V)
-        wrench = tie.wrench(here, own)
-        taken = -(wrench.force @ V + wrench.couple @ Omega)
-        lost, supplied = tie.dissipated(here, own), tie.supplied(here, own)
-        h, rate = 1e-5, here.B @ Omega
-        ahead, behind = (
-            tie.stored(
-                motion_of(body, Theta + s * rate, Omega, X + s * V, V),
-                own + s * tie.rates(here, own),
-            )
-            for s in (h, -h)
-        )
+        tie, path = random_element(rng, CoactivatedTie, FORM), random_path(rng, random_body(rng))
+        start, own = motion_from_centre(path.body, np.zeros(3), path.Z()), rng.uniform(0, 1, 1)
+        rates = tie.rates(start, own)
+
+        def stored(t, tie=tie, path=path, own=own, rates=rates):
+            motion = motion_from_centre(path.body, np.zeros(3), path.Z(t))
+            return tie.stored(motion, own + t * rates)
+
+        wrench = tie.wrench(start, own)
+        taken = -(wrench.force @ start.V + wrench.couple @ start.Omega)
+        lost, supplied = tie.dissipated(start, own), tie.supplied(start, own)
         scale = abs(taken) + lost + abs(supplied)
-        assert relative_error((ahead - behind) / (2 * h), taken - lost + supplied, scale) < 1e-6
+        found = derivative(stored, 5e-4)
+        assert relative_error(found, taken - lost + supplied, scale) < 1e-9
 
 
-def motion_of(section, Theta, Omega, X, V):
-    from rbstab.mechanics.body import Body
-
-    body = Body(section.mass, np.diag(section.inertia), np.array(section.contact_point))
-    Z = np.concatenate([Theta, Omega, X, V])
-    return motion_from_centre(body, np.zeros(3), Z)._replace(time=0.3)
-
-
-WRONG = {
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "excitation": ({"amplitude": 0.7}, "muscles.signal: makes the excitation 1.05"),
     "below zero": ({"amplitude": -0.4}, "muscles.signal: makes the excitation -0.05"),
     "noise": ({"signal": LEGS["noise"]}, "muscles.signal: makes the excitation -inf"),
@@ -249,7 +237,7 @@ WRONG = {
 @pytest.mark.parametrize("case", WRONG)
 def test_an_activation_outside_of_0_to_1_is_refused(case):
     changes, words = WRONG[case]
-    tie = muscles(**{"signal": SIGNALS["pulse"]} | changes)
+    tie = muscles(SIGNALS["pulse"]) | changes
     with pytest.raises(ConfigError) as caught:
         load_config(driven({"muscles": tie}))
     assert words in str(caught.value)
@@ -268,7 +256,7 @@ def test_derivatives_know_the_time_constants_and_when_the_muscles_begin():
     """After a step from rest r = g((t - t_0)/τ): ∂r/∂t_0 = -ȧ, and Σ τ ∂r/∂τ = -(t - t_0) ȧ."""
     pytest.importorskip("heyoka")
     tie = muscles({"kind": "pulse", "start": 0.9, "duration": 5.0})
-    data = driven({"upright": UPRIGHT, "muscles": tie}, gravity=[0, 0, -9.81], initial=BALL)
+    data: Any = driven({"upright": UPRIGHT, "muscles": tie}, gravity=[0, 0, -9.81], initial=BALL)
     found = sensitivities(load_config(data))
     rows = {entry.key.removeprefix("elements.muscles."): k for k, entry in enumerate(found.entries)}
     by = found.derivatives[:, found.column("final.muscles.rise[0]")]
@@ -325,7 +313,8 @@ def test_members_in_a_batch_rest_as_single_runs_do(monkeypatch):
     alone = SingleRuns(plan, "scipy").compute(0, 8).outcome
     # No member needs a run, or a descent, of its own.
     monkeypatch.setattr("rbstab.sweep.members.ensemble.lyapunov_zero", None)
-    found = EnsembleEngine(plan, single_runs=None).compute(0, 8).outcome
+    nobody: Any = None
+    found = EnsembleEngine(plan, nobody).compute(0, 8).outcome
     for column in ("rest_orientation", "final_orientation", "lyapunov_start", "lyapunov_end"):
         np.testing.assert_allclose(found[column], alone[column], atol=1e-7)
     assert not found["rest_unstable"].any()

@@ -26,8 +26,8 @@ class CoactivatedTie(ViscoElasticTie, Driven):
 
         ȧ = (u - a)((½ + φ)/(τ_a z) + (½ - φ) z/τ_d)    φ = ½ tanh(b(u - a))    z = ½ + 3a/2
 
-    So a stays between 0 and 1 if u does. The own state is r = a - u_0, shape (1,): it vanishes at
-    rest without the signal. While a rises, ½ȧ e'K_c e is supplied.
+    So a stays between 0 and 1 if it begins there, and u stays there. The own state is r = a - u_0,
+    shape (1,): it vanishes at rest without the signal. ½ȧ e'K_c e is supplied.
 
     Args:
         K_c: Stiffness at a = 1, shape (3, 3), N/m, inertial.

@@ -12,6 +12,7 @@ from support.inputs import LEGS, value_at
 from support.path import random_path
 from support.systems import random_body
 
+from rbstab.elements.coactivated import CoactivatedTie
 from rbstab.elements.element import NO_STATE, Element
 from rbstab.elements.inputs import legs
 from rbstab.elements.inputs.loads import BodyCoupleInput, BodyForceInput, CoupleInput, ForceInput
@@ -54,10 +55,10 @@ def test_a_load_acts_at_its_point_and_supplies_its_work_along_a_path(rng, case):
         np.testing.assert_allclose(A @ wrench.couple, moment, atol=1e-9)
 
 
-def test_only_inputs_supply():
+def test_only_inputs_and_muscles_supply():
     """Whether an element supplies follows from its statements; all others stay passive."""
     supplying = {kind for kind in (*ELEMENTS, *NAMED_ELEMENTS) if kind.supplies}
-    assert supplying == {ForceInput, BodyForceInput, CoupleInput, BodyCoupleInput}
+    assert supplying == {ForceInput, BodyForceInput, CoupleInput, BodyCoupleInput, CoactivatedTie}
 
     class Motor(Element):
         def supplied(self, motion, own):

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from rbstab.elements.inputs.loads import Input
+from rbstab.elements.inputs.signals import Driven, Leg
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.integrate.switching.phase import depend_on_loads
 from rbstab.mechanics.algebra import ZERO
@@ -15,6 +16,7 @@ from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.states import PITCH
 from rbstab.systems.coordinates import CentreCoordinates, ReducedCoordinates
 from rbstab.systems.modes import Modes, guards_at, has_modes, with_modes, with_modes_at
+from rbstab.systems.schedule import with_legs
 from rbstab.systems.system import System
 
 ORIENTATION = slice(0, 3)
@@ -192,6 +194,7 @@ def as_at_rest(system: System) -> System:
 
 
 def without_inputs(system: System) -> System:
-    """Return a system without its inputs: a body on which they act need not be at rest."""
+    """Return a system without its inputs, and with signals of zero: else it need not be at rest."""
     acting = tuple(element for element in system.elements if not isinstance(element, Input))
-    return replace(system, elements=acting)
+    driven = {one.name: Leg(0.0, 0.0, 0.0) for one in acting if isinstance(one, Driven)}
+    return with_legs(replace(system, elements=acting), driven)

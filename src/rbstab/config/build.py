@@ -15,8 +15,7 @@ from rbstab.config.user_code.section import PythonElement
 from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.inputs import legs
-from rbstab.elements.inputs.loads import Input
-from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
+from rbstab.elements.inputs.signals import Constant, Driven, Leg, Signal, Sine
 from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of
 from rbstab.elements.sliding import Sliding
 from rbstab.elements.spring import NO_LENGTH, Spring, squared_length
@@ -168,7 +167,7 @@ def _elements(config: Config, convert: Convert) -> list[Element]:
         else:
             kind = element_of(section)
         fields = {"name": name, **_gains(kind, section, convert)}
-        if issubclass(kind, Input):
+        if issubclass(kind, Driven):
             fields["signal"] = _signal(section.signal, config.integration.duration, convert)
         if issubclass(kind, Sliding):
             fields |= _surface_settings(section)

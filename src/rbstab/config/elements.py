@@ -13,25 +13,27 @@ from pydantic import (
     AfterValidator,
     BeforeValidator,
     Field,
+    ValidationInfo,
     create_model,
+    field_validator,
 )
 
 from rbstab.config.controllers import BoundaryLayer, Surface, gain_fields, initial_fields
 from rbstab.config.quantities import value_error
 from rbstab.config.section import FrozenMapping, Section, required, word_or
-from rbstab.config.sections.signals import SMOOTH_SIGNALS, Signal
+from rbstab.config.sections.signals import SMOOTH_SIGNALS, Signal, extremes
 from rbstab.config.source import Path
 from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.config.user_code.section import PARAMETERS, PythonElement
 from rbstab.elements.element import Element
-from rbstab.elements.inputs.loads import Input
+from rbstab.elements.inputs.signals import Driven
 from rbstab.elements.registry import KINDS, SELECTORS, element_of
 from rbstab.elements.user_code.declared import Declared
 
 MAX_ELEMENTS = 100
 
 SIGNAL = "signal"
-"""The key of the signal of an input."""
+"""The key of the signal of an element."""
 
 RESERVED_NAMES = ("anchor", "body", "connector", "gravity", "kinetic")
 """Names that parts of every system have."""
@@ -65,8 +67,30 @@ class SlidingKeys(Section):
         return "position" if self.surface == "position" else "slope"
 
 
-_BASES: dict[str, type[Section]] = {"sliding": SlidingKeys}
-"""The models of the kinds that have keys besides gains."""
+class CoactivatedKeys(Section):
+    """The kind of a coactivated tie, and the checks of its activation."""
+
+    kind: Literal["coactivated"] = required("the kind of element")
+
+    @field_validator("initial_rise", "signal", check_fields=False)
+    @classmethod
+    def _check_activation(cls, value: Any, info: ValidationInfo) -> Any:
+        """Check that the activation begins between 0 and 1, and that the excitation stays there."""
+        rest, factor = info.data.get("excitation"), info.data.get("amplitude")
+        if rest is None or factor is None:
+            return value  # they have a problem already
+        name, rises, expected = "activation at the start", value, "0 to 1"
+        if info.field_name == SIGNAL:
+            name, rises = "excitation", [factor * s for s in extremes(value)]
+            expected = "a signal that keeps it from 0 to 1, as a noise does not"
+        for found in (rest + rise for rise in rises):
+            if not 0 <= found <= 1:
+                raise value_error(f"makes the {name} {found:g}", f"expected {expected}")
+        return value
+
+
+_BASES: dict[str, type[Section]] = {"sliding": SlidingKeys, "coactivated": CoactivatedKeys}
+"""The models of the kinds that have keys besides gains, or checks of their own."""
 
 
 def _model(kind: str, method: str | None) -> type[Section]:
@@ -82,7 +106,7 @@ def _model(kind: str, method: str | None) -> type[Section]:
     fields |= gain_fields(element)
     fields |= initial_fields(element)
     documentation = (element.__doc__ or "").strip().splitlines()[0]
-    if issubclass(element, Input):
+    if issubclass(element, Driven):
         fields[SIGNAL] = (Signal, ...)
     words = f"{method or ''}-{kind}".title().replace("-", "").replace("_", "")
     return create_model(
@@ -135,9 +159,9 @@ def reading_angles(controller: Any, elements: Mapping[str, Any]) -> list[str]:
 
 
 def inputs(elements: Mapping[str, Any], *, with_legs: bool = False) -> list[str]:
-    """Return the names of the inputs of a config; only those whose signals have legs, if wanted."""
+    """Return the names of the elements with a signal; only those of legs, if wanted."""
     smooth = SMOOTH_SIGNALS if with_legs else ()
-    return _named(elements, lambda one: one.kind == "input" and one.signal.kind not in smooth)
+    return _named(elements, lambda one: hasattr(one, SIGNAL) and one.signal.kind not in smooth)
 
 
 MAX_SLIDING = 3

@@ -8,6 +8,7 @@ needs one file and its line in `KINDS`.
 from typing import Any
 
 from rbstab.elements.attitude_spring import AttitudeSpring
+from rbstab.elements.coactivated import CoactivatedTie
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedConnector, EmbeddedTie
 from rbstab.elements.gravity import Gravity
@@ -52,6 +53,7 @@ KINDS: dict[str, dict[str | None, type[Element]]] = {
     "visco-elastic": {None: ViscoElasticTie},
     "embedded": {None: EmbeddedTie},
     "sliding": {None: SlidingTie},
+    "coactivated": {None: CoactivatedTie},
     "attitude": {None: AttitudeSpring},
     "ligament": {None: Ligament},
     "guard": {

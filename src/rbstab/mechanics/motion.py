@@ -17,7 +17,7 @@ class Motion(NamedTuple):
     Theta (rad) and Omega (rad/s, body) describe the rotation of the body. X (m) and V (m/s) are the
     position and velocity of its centre of gravity, inertial. A and B are computed from Theta. E (m)
     and F (m/s) are the contact point's displacement from its anchor and its velocity, inertial.
-    time (s) is the time of the run; only inputs depend on it. While a quaternion is integrated,
+    time (s) is the time of the run; only signals depend on it. While a quaternion is integrated,
     Theta is its vector part r, and B its rate matrix; no element may read them then.
     """
 

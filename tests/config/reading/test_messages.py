@@ -8,8 +8,8 @@ from rbstab.config.load import load_config
 
 VARIANTS = "expected one of free, permanent, visco-elastic, embedded, sliding"
 KINDS = (
-    "(expected one of spring, visco-elastic, embedded, sliding, attitude, ligament, python, guard, "
-    "input)"
+    "(expected one of spring, visco-elastic, embedded, sliding, coactivated, attitude, ligament, "
+    "python, guard, input)"
 )
 
 MASS, INERTIA, POINT = "mass: 41.0", "inertia: [10.0, 8.0, 0.4]", "[0.15, 0.10, -0.42]"

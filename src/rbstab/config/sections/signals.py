@@ -2,6 +2,7 @@
 
 from functools import reduce
 from itertools import pairwise
+from math import inf
 from operator import or_
 from typing import Annotated, Any, Literal
 
@@ -127,6 +128,14 @@ SIGNALS: dict[str, type[Section]] = {
 
 SMOOTH_SIGNALS = ("constant", "sine")
 """The kinds that are smooth at all times; the others are made of legs."""
+
+
+def extremes(signal: Any) -> tuple[float, ...]:
+    """Return numbers among which are the smallest and the largest value of a signal."""
+    by_kind = {"constant": (1.0,), "sine": (-1.0, 1.0), "pulse": (0.0, 1.0), "ramp": (0.0, 1.0)}
+    unbounded = (-inf, inf)
+    return getattr(signal, "values", None) or by_kind.get(signal.kind, unbounded)
+
 
 SIGNAL_UNITS = {
     "frequency": "Hz",

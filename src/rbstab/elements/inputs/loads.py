@@ -10,7 +10,7 @@ from typing import ClassVar
 
 from rbstab.elements.declarations import POINT, Gain
 from rbstab.elements.element import Element, couple_on_body
-from rbstab.elements.inputs.signals import Signal
+from rbstab.elements.inputs.signals import Driven
 from rbstab.mechanics import point
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number
@@ -25,25 +25,18 @@ _BODY = Gain("direction", "1", "d, direction, body coordinates; of any length", 
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Input(Element):
+class Input(Driven):
     """A load a s(t) d on the body, with an amplitude a, a signal s and a direction d.
 
     Args:
         name: The name of the element in its config.
         direction: d, a unit vector, shape (3,).
         amplitude: a, N or N m.
-        signal: s.
     """
 
     name: str
     direction: Array
     amplitude: Number
-    signal: Signal
-
-    @property
-    def timed(self) -> bool:
-        """Whether the signal changes with time."""
-        return self.signal.timed
 
     def load(self, motion: Motion) -> Array:
         """Return a s(t) d, shape (3,), N or N m."""

@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from rbstab.elements.element import Element
 from rbstab.mechanics.numbers import Array, Number, sin
 
 PERIOD = 2.0 * np.pi
@@ -67,6 +68,22 @@ class Leg:
 
 
 Signal = Constant | Sine | Leg
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Driven(Element):
+    """An element whose statements depend on a signal.
+
+    Args:
+        signal: s.
+    """
+
+    signal: Signal
+
+    @property
+    def timed(self) -> bool:
+        """Whether the signal changes with time."""
+        return self.signal.timed
 
 
 def _sine(angle: Number) -> Number:

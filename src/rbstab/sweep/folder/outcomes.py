@@ -7,6 +7,7 @@ import numpy as np
 
 from rbstab.analysis.approached_state import SAME_STATE
 from rbstab.config.build import supplies_power
+from rbstab.config.elements import SIGNAL
 from rbstab.config.errors import ConfigError
 from rbstab.config.schema import Config
 from rbstab.config.source import parse_source
@@ -130,9 +131,9 @@ def stand_still(table: Table, plan: Plan | None) -> Array:
 
 
 def _is_steady(base: Config) -> bool:
-    """Return whether all inputs of a config are constant from some time on."""
-    inputs = (one for one in base.elements.values() if one.kind == "input")
-    return all(one.signal.kind in STEADY for one in inputs)
+    """Return whether all signals of a config are constant from some time on."""
+    driven = (one for one in base.elements.values() if hasattr(one, SIGNAL))
+    return all(one.signal.kind in STEADY for one in driven)
 
 
 def _tilts(orientations: Array, desired: Array) -> Array:

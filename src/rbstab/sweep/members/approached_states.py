@@ -5,7 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.analysis.approached_state import SAME_STATE, falls, is_lower
-from rbstab.analysis.configuration import ORIENTATION, POSITION, Configurations, configurations
+from rbstab.analysis.configuration import (
+    ORIENTATION,
+    POSITION,
+    Configurations,
+    as_at_rest,
+    configurations,
+)
 from rbstab.analysis.descents.descent import descend
 from rbstab.analysis.rest_state import gradient_tolerance
 from rbstab.integrate.heyoka.compiled_map import CompiledScalar, ScalarAt
@@ -56,7 +62,7 @@ class ApproachedStates:
     """
 
     def __init__(self, system: System, shared: SharedState | None) -> None:
-        self.configurations = configurations(system)
+        self.configurations = configurations(as_at_rest(system))
         self.shared = shared
         _, self._offsets, _ = symbols_of(self.configurations.system)
         self._compiled: CompiledScalar | None = None

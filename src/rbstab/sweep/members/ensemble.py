@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 
 from rbstab.analysis.approached_state import is_unstable, lyapunov_zero, rises
-from rbstab.analysis.configuration import configurations
+from rbstab.analysis.configuration import as_at_rest, configurations
 from rbstab.analysis.descents.descent import numerical_hessian
 from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.settling import value_round_off
@@ -169,7 +169,7 @@ class _VariantEngine:
         base = self.binding.base
         varies_load = any(path[0] == "gravity" for path in varied)
         loaded = any(base.gravity) or varies_load or bool(base.elements)
-        at_rest = configurations(self.problem.system)
+        at_rest = configurations(as_at_rest(self.problem.system))
         with np.errstate(all="ignore"):
             if all(map(is_of_initial_state, varied)):
                 nearest = nearest_rest_state(self.problem.system)

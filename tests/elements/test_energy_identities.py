@@ -31,9 +31,12 @@ def element_of(kind, symbols):
     """Return an element whose gains are variables."""
     if kind is Gravity:
         return Gravity(symbols.vector())
-    gains = {gain.name: symbols.symmetric() for gain in kind.gains}
-    assert all(gain.shape == "matrix" for gain in kind.gains)
-    return kind(**gains)
+    made = {
+        "matrix": symbols.symmetric,
+        "diagonal": symbols.vector,
+        "number": lambda: symbols.vector(1)[0],
+    }
+    return kind(**{gain.name: made[gain.shape]() for gain in kind.gains})
 
 
 def power(wrench, motion):

@@ -1,6 +1,7 @@
 """Random elements of every kind that the program knows, made from the gains that each declares.
 
-A new element in the registry needs nothing here, unless it has fields that are not declared gains.
+A new element in the registry needs nothing here, unless it has fields besides its name and gains,
+or loses power without a gain that is declared to dissipate.
 """
 
 from collections.abc import Callable
@@ -9,9 +10,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import Element
-from rbstab.elements.embedded import EmbeddedTie
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
@@ -21,7 +20,6 @@ from rbstab.elements.ligament import Ligament
 from rbstab.elements.registry import ELEMENTS, NAMED_ELEMENTS
 from rbstab.elements.sliding import CrossingTie, LayeredTie, SlidingConnector
 from rbstab.elements.spring import Spring
-from rbstab.elements.visco_elastic import ViscoElasticTie
 
 SCALES = {
     "N/m": 1000.0,
@@ -100,13 +98,9 @@ def _sliding(slides, layered):
     return made
 
 
-def _named(_):
-    return {"name": "one"}
-
-
 def _with_signal(signal):
     """Return what makes an input with a random signal."""
-    return {"fields": lambda rng: {"name": "one", "signal": signal(rng)}, "has_potential": False}
+    return {"fields": lambda rng: {"signal": signal(rng)}, "has_potential": False}
 
 
 INPUT_FORMS = (
@@ -120,13 +114,13 @@ INPUT_FORMS = (
 def _tie(*modes):
     """Return a form of a sliding tie on s = E, with its axes on each side and in a layer."""
     surface = {"rate_weight": 0.0, "slope": 1.0, "layer_width": 0.7}
-    fields = {"name": "one", "mode": np.array(modes, dtype=float)} | surface
+    fields = {"mode": np.array(modes, dtype=float)} | surface
     return Form(fields=lambda _: fields)
 
 
 def _in_modes(step, *modes):
     """Return a form of an element that switches: in given modes, and undamped in the first."""
-    fields = {"name": "one", "mode": np.array(modes, dtype=float)}
+    fields = {"mode": np.array(modes, dtype=float)}
     return Form(str(modes), lambda _: fields, loses=step < 1 and modes[0] > 0, step=step)
 
 
@@ -138,11 +132,8 @@ FORMS: dict[type[Element], tuple[Form, ...]] = {
         Form("s = F + κE", _sliding(slides=True, layered=False), has_potential=False),
         Form("s = F + κE in its layer", _sliding(slides=True, layered=True), has_potential=False),
     ),
-    Spring: (Form(fields=_named, loses=True, step=0.2),),
-    ViscoElasticTie: (Form(fields=_named),),
-    EmbeddedTie: (Form(fields=_named),),
-    AttitudeSpring: (Form(fields=_named),),
-    Barrier: (Form(fields=_named, step=0.1),),
+    Spring: (Form(loses=True, step=0.2),),
+    Barrier: (Form(step=0.1),),
     **dict.fromkeys(INPUTS, INPUT_FORMS),
     CrossingTie: (_tie(1, 0, 1),),
     LayeredTie: (_tie(1, 0, 0, 0, 1, 0),),
@@ -183,9 +174,10 @@ def case_id(case):
 
 def random_element(rng, kind, form=None):
     """Return a random element in one of its forms, by default in the first."""
-    values = {gain.name: random_gain(rng, gain) for gain in kind.gains}
+    known = fields(cast("Any", kind))
+    values = {"name": "one"} if any(field.name == "name" for field in known) else {}
+    values |= {gain.name: random_gain(rng, gain) for gain in kind.gains}
     values |= (form or forms_of(kind)[0]).fields(rng)
-    needed = [f.name for f in fields(cast("Any", kind)) if f.default is MISSING]
-    missing = [name for name in needed if name not in values]
+    missing = [f.name for f in known if f.default is MISSING and f.name not in values]
     assert not missing, f"{kind.__name__}: no declared gains, add them to `FORMS`: {missing}"
     return kind(**values)

@@ -30,7 +30,7 @@ name = "rbstab.systems.quantities"
 spec = importlib.util.find_spec(name)
 module = sys.modules[name] = importlib.util.module_from_spec(spec)
 source = open(spec.origin, encoding="utf-8").read()
-place = '"time from the start", always=True),\\n'
+place = '"time from the start"),\\n'
 assert source.count(place) == 1
 exec(compile(source.replace(place, place + row), spec.origin, "exec"), module.__dict__)
 rbstab.systems.quantities = module

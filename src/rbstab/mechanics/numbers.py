@@ -4,9 +4,9 @@ numpy handles floats and complex numbers. All other numbers are entries of objec
 methods, such as ``sin`` and ``exp``, are called (python-flint's ``arb``, mpmath), unless a module
 registers another function for its kind of number: ``FUNCTIONS["sin"].register(Kind, function)``.
 
-Each function takes one number, or an array. All are analytic where they are defined, so complex
-steps give their derivatives. There is no absolute value, and no largest or smallest of two numbers:
-these are branches.
+Each function takes one number, or an array. All are analytic where they are defined (sqrt above 0),
+so complex steps give their derivatives. There is no absolute value, and no largest or smallest of
+two numbers: these are branches.
 """
 
 from collections.abc import Callable

@@ -46,7 +46,6 @@ class Quantity(NamedTuple):
         meaning: The meaning, with frame and equation.
         formula: Its value at a state, without the dimension `time`. A quantity without one is
             no function of the state: it is recorded with the motion.
-        always: Whether every run has it, though it has no formula.
         only_for: Returns whether a system has the quantity; None: all have it.
         trace: Whether the traces of sweeps have it.
         end: What the column of its value at the end, `final_NAME`, says behind its symbol; None:
@@ -60,16 +59,10 @@ class Quantity(NamedTuple):
     dimensions: tuple[str, ...]
     meaning: str
     formula: Formula | None = None
-    always: bool = False
     only_for: Callable[[System], bool] | None = None
     trace: bool = False
     end: str | None = None
     peak: Peak | None = None
-
-    @property
-    def optional(self) -> bool:
-        """Whether only some variants or coordinates have it."""
-        return self.only_for is not None or not (self.formula or self.always)
 
     def exists_in(self, system: System) -> bool:
         """Whether a system may have the quantity."""
@@ -152,7 +145,7 @@ _ERROR = "bound of its error; NaN: unknown, and it is that of the samples"
 
 # fmt: off
 QUANTITIES: tuple[Quantity, ...] = (
-    Quantity("time", "t", "s", _TIME, "time from the start", always=True),
+    Quantity("time", "t", "s", _TIME, "time from the start"),
     Quantity("orientation", "Θ", "rad", _VECTOR, "Euler angles, A = A1(θ1) A2(θ2) A3(θ3) (eq. 2)",
              formula=lambda seen: seen.motion.Theta, trace=True, end="",
              peak=Peak(lambda seen: seen.motion.B @ seen.motion.Omega,
@@ -186,12 +179,12 @@ QUANTITIES: tuple[Quantity, ...] = (
              "couple of each element of the config about the centre of gravity, body",
              formula=_of_elements("couple"), only_for=_has_named_elements),
     Quantity("lyapunov", "v", "J", _TIME, "Lyapunov function, sum of energy less energy_at_rest",
-             always=True, trace=True),
+             trace=True),
     Quantity("lyapunov_rate", "v'", "W", _TIME,
              "derivative of v, what is supplied minus what is dissipated",
              formula=_lyapunov_rate, trace=True),
     Quantity("lyapunov_change", "∫v'dt", "J", _TIME, "v' integrated together with the motion",
-             always=True, trace=True),
+             trace=True),
     Quantity("energy", "-", "J", _BY_PART, "kinetic energy, and energy stored by each element",
              formula=lambda seen: seen.energy),
     Quantity("dissipation", "-", "W", _BY_PART, "power that each part dissipates",
@@ -200,7 +193,7 @@ QUANTITIES: tuple[Quantity, ...] = (
              formula=lambda seen: seen.supplied,
              only_for=lambda system: system.supplies),
     Quantity("energy_residual", "r", "J", _TIME,
-             "v(t) - v(0) - ∫v'dt, zero but for integration errors", always=True, trace=True),
+             "v(t) - v(0) - ∫v'dt, zero but for integration errors", trace=True),
     Quantity("supplied_energy", "-", "J", _TIME,
              "sum of supplied_power, integrated together with the motion",
              only_for=lambda system: system.supplies, trace=True),
@@ -234,13 +227,12 @@ QUANTITIES: tuple[Quantity, ...] = (
              "time at which each rest against the stop begins"),
     Quantity("rest_end", "-", "s", ("rest",),
              "time at which each rest against the stop ends, NaN if it does not"),
-    Quantity("energy_at_rest", "-h", "J", (), "stored energy of the rest state (eq. 28)",
-             always=True),
-    Quantity("energy_round_off", "-", "J", (), "v below this energy is round-off", always=True),
+    Quantity("energy_at_rest", "-h", "J", (), "stored energy of the rest state (eq. 28)"),
+    Quantity("energy_round_off", "-", "J", (), "v below this energy is round-off"),
     Quantity("rest_orientation", "Θ*", "rad", ("axis",),
-             "Θ of the rest state at which v is zero", always=True),
+             "Θ of the rest state at which v is zero"),
     Quantity("rest_position", "X*", "m", ("axis",),
-             "X of the rest state at which v is zero, inertial", always=True),
+             "X of the rest state at which v is zero, inertial"),
     Quantity("peak_contact_displacement", "-", "m", ("axis",), "E farthest from 0, by axis"),
     Quantity("peak_contact_displacement_error", "-", "m", ("axis",), _ERROR),
     Quantity("peak_distance", "-", "m", (), "the largest |E|"),

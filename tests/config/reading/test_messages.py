@@ -5,12 +5,12 @@ from support.configs import VISCO_ELASTIC, edited, plain
 
 from rbstab.config.errors import ConfigError, ConfigProblem, Location
 from rbstab.config.load import load_config
+from rbstab.elements.registry import KINDS as ALL_KINDS
+from rbstab.elements.registry import SELECTORS
 
 VARIANTS = "expected one of free, permanent, visco-elastic, embedded, sliding"
-KINDS = (
-    "(expected one of spring, visco-elastic, embedded, sliding, coactivated, attitude, ligament, "
-    "python, guard, input)"
-)
+CHOSEN = [*(kind for kind in ALL_KINDS if kind not in SELECTORS), "python", *SELECTORS]
+KINDS = f"(expected one of {', '.join(CHOSEN)})"
 
 MASS, INERTIA, POINT = "mass: 41.0", "inertia: [10.0, 8.0, 0.4]", "[0.15, 0.10, -0.42]"
 ORIENTATION, DURATION, SAMPLES = "orientation: [0, 0, 0]", "duration: 2.0", "samples: 11"

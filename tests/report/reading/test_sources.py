@@ -11,6 +11,7 @@ from support.made_runs import made_file, made_result
 from support.results import flip, result
 from support.sweeps import SHORT, FakeEngine, plan_of
 
+from rbstab.report.reading import untrusted
 from rbstab.report.reading.sources import MAX_LABEL_LENGTH, read_sources, unique_labels
 from rbstab.store.dataset_file import write_dataset
 from rbstab.store.disk.seal import SEAL_SIZE
@@ -20,6 +21,7 @@ from rbstab.sweep.folder.sweep_folder import SHARD
 from rbstab.sweep.folder.sweep_table import MEMBERS
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.sweep import sweep_to_folder
+from rbstab.systems.quantities import QUANTITIES, Quantity
 
 
 @pytest.fixture(scope="module")
@@ -113,6 +115,12 @@ def test_a_result_without_the_arrays_of_a_run(good, tmp_path):
     path = tmp_path / "a.h5"
     write_result(path, result())
     assert reason(path, good) == "is damaged: it has no array angular_velocity"
+
+
+def test_a_file_that_is_older_than_a_quantity_is_read(good, monkeypatch):
+    later = Quantity("later", "-", "J", ("time",), "added later", lambda seen: seen.energy[0])
+    monkeypatch.setattr(untrusted, "QUANTITIES", (*QUANTITIES, later))
+    assert read_sources([good]).unread == ()
 
 
 def reason_with(variables, good, tmp_path):

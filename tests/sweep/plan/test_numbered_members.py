@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scipy import stats
 from support.configs import BY_VARIANT, plain
 
+from rbstab.sweep.plan.designs import DESIGNS
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import MAX_MEMBERS
 
@@ -60,8 +61,6 @@ design: DESIGN
 members: 500
 seed: 7
 """
-
-DESIGNS = ("random", "sobol", "latin-hypercube")
 
 
 @pytest.mark.parametrize("design", DESIGNS)

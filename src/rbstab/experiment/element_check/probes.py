@@ -142,8 +142,8 @@ def heyoka_problems(samples: Sequence[Sample], code: UserCode) -> Iterator[str]:
         startable = np.isfinite(first.system.rates(y)).all()
         if startable and probe is not None and not probe.steps_from(first.system, y):
             yield (
-                f"heyoka cannot start where {words}: its series of x**n divides by x "
-                "(use power(x, n), or a product)"
+                f"heyoka cannot start where {words}: its series of x**n or sqrt(x) divides by x "
+                "(use power(x, n), or a product; sqrt of what stays above 0)"
             )
 
 

@@ -20,6 +20,16 @@ from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder, unfinished
 from rbstab.sweep.folder.sweep_table import check_sweep
 from rbstab.systems.quantities import QUANTITIES, RUN_DIMENSIONS, Quantity, state_quantity
 
+# fmt: off
+NEEDED = frozenset((
+    "time", "part", "orientation", "angular_velocity", "position", "velocity",
+    "contact_displacement", "contact_velocity", "contact_force", "stabilizing_force",
+    "stabilizing_couple", "lyapunov", "lyapunov_rate", "lyapunov_change", "energy", "dissipation",
+    "energy_residual", "energy_at_rest", "energy_round_off", "rest_orientation", "rest_position",
+))
+# fmt: on
+"""The arrays that every file has. Old files lack the quantities that were added later."""
+
 TEXTS = (
     *("transition_kind", "part"),
     *(f"certificate/{column}" for column in ("check", "verdict", "quantity")),
@@ -67,16 +77,16 @@ def _check_arrays(file: Path, result: Result) -> None:
     """Check that a result has the arrays of a run, with the right types and shapes."""
     lengths = dict(RUN_DIMENSIONS)
     own = [_own_state(name, result.variables[name]) for name in own_states_of(result)]
-    for name, dimensions, optional in (
-        *((one.name, one.dimensions, one.optional) for one in (*QUANTITIES, *own)),
-        ("part", ("part",), False),
-        *((f"certificate/{column}", ("check",), True) for column in Check._fields),
+    for name, dimensions in (
+        *((one.name, one.dimensions) for one in (*QUANTITIES, *own)),
+        ("part", ("part",)),
+        *((f"certificate/{column}", ("check",)) for column in Check._fields),
     ):
         variable = result.variables.get(name)
-        if variable is None and optional:
-            continue
-        if variable is None:
+        if variable is None and name in NEEDED:
             raise NotAResultError(f"{file} is damaged: it has no array {name}")
+        if variable is None:
+            continue
         fits = variable.dimensions == dimensions
         fits &= variable.data.dtype.kind in ("O" if name in TEXTS else "fiu")
         for dimension, length in zip(variable.dimensions, variable.data.shape, strict=fits):

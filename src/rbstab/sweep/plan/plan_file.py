@@ -21,6 +21,7 @@ from rbstab.config.quantities import Count, Text, value_error, version
 from rbstab.config.section import Section, word_or
 from rbstab.config.source import Path, Source
 from rbstab.mechanics.numbers import Array
+from rbstab.sweep.plan.designs import DESIGNS
 from rbstab.sweep.plan.distributions import (
     Geomspace,
     Linspace,
@@ -173,7 +174,7 @@ class PlanFile(Section):
         dict[str, Varied],
         Field(min_length=1, description="keys of the base, with the distributions of their values"),
     ]
-    design: Literal["grid", "random", "sobol", "latin-hypercube"] = "grid"
+    design: Literal[GRID, *DESIGNS] = GRID  # type: ignore[valid-type]
     members: Annotated[Count, Field(description="not for a grid")] = _UNSET
     seed: Annotated[NotNegativeWhole, Field(description="not for a grid")] = _UNSET
     keep: Annotated[

@@ -54,7 +54,7 @@ def stability() -> None:
     For each CONFIG, prints: its rest states, stable and unstable, and whether the list is proved to
     be complete; whether every start, or almost every start, converges to a stable one; the region
     in which convergence is proved; whether the initial state is inside, and if not, when its exact
-    motion enters; the modes at each stable rest state; the checks of its run. A finished run is
+    motion enters; the modes at the lowest rest state; the checks of its run. A finished run is
     read from DIR; a new run is not stored.
 
     With --json, `search` says how the search for rest states ended, `proved` whether `states` are

@@ -89,7 +89,7 @@ def tune() -> None:
 @output("File of the new config; CONFIG.yaml gives CONFIG_guarded.yaml in the working folder.")
 @takes("set", "allow_python", "force", "json", "quiet")
 def guard() -> None:
-    """Find a guard that is proved to keep θ2 between -90° and 90°.
+    """Find a guard with which motions are proved to keep θ2 between -90° and 90°.
 
     Shows what the guard changes in the run, and writes the config with it. If none is found, or its
     couple exceeds the limit, nothing is written, and the exit code is 3.

@@ -93,6 +93,7 @@ figures: $(READY)  ## make the figures of the documentation, and print its table
 	$(BIN)/python docs/figures/inputs.py
 	$(BIN)/python docs/figures/report.py
 	$(BIN)/python docs/figures/system.py
+	$(BIN)/python docs/figures/angles.py
 	$(BIN)/python docs/figures/tutorials.py
 	$(BIN)/python docs/figures/gallery.py
 

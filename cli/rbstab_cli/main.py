@@ -28,8 +28,8 @@ def cli() -> None:
 
     Exit codes: 0 done; 1 an error in rbstab itself; 2 wrong config or command line; 3 a run did not
     complete, or nothing was found; 4 a result could not be written or read, or a proof was refused;
-    5 the check of a proof takes too long; 130 interrupted (Ctrl-C); 141 stdout or stderr is a pipe
-    whose reader has ended, as in `rbstab show RESULT | head`; 143 terminated (SIGTERM).
+    5 the check of a proof takes too long; 130 interrupted (Ctrl-C); 141 the reader of a pipe ended,
+    as in `rbstab show RESULT | head`; 143 terminated (SIGTERM).
     """
 
 

@@ -111,7 +111,7 @@ SHARED: dict[str, Decorator] = {
     "allow_python": flag(
         "--allow-python",
         help="Run the Python files of elements with kind: python. They can do all that you can do, "
-        "so read them first; without this option a config with one is refused.",
+        "so read them first.",
     ),
     "json": flag("--json", "as_json", help="Print the results as JSON."),
     "quiet": quiet(),

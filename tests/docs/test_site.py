@@ -86,14 +86,15 @@ def test_the_gallery_counts_the_members_of_each_plan():
         assert plan.members == int(members.replace(",", "")), name
 
 
-def test_the_drawing_is_that_of_the_program():
+@pytest.mark.parametrize("name", ["system", "angles"])
+def test_the_drawing_is_that_of_the_program(name):
     done = subprocess.run(
-        [sys.executable, str(FIGURES / "system.py"), "-"],
+        [sys.executable, str(FIGURES / f"{name}.py"), "-"],
         capture_output=True,
         encoding="utf-8",
         check=True,
     )
-    assert_same_drawing(DOCS / "pictures" / "system.svg", done.stdout)
+    assert_same_drawing(DOCS / "pictures" / f"{name}.svg", done.stdout)
 
 
 def test_the_citation_has_the_version():

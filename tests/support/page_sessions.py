@@ -42,6 +42,7 @@ FROM_NOTHING = (
     "docs/inputs.md",
     "docs/own_elements.md",
     "docs/tutorial_first.md",
+    "docs/tutorial_limb.md",
     "docs/tutorial_python.md",
     "docs/tutorial_stable.md",
     "docs/tutorial_sweep.md",

@@ -37,9 +37,8 @@ DEFAULT_ELEMENT = "cubic_spring.py"
 def init() -> None:
     """Write a first config and a plan, or a template of an element of your own.
 
-    DIR is the folder of the files, by default the current one; it is made if it is missing. The
-    files are experiment.yaml, sweep.yaml and README.md. No such file is ever overwritten: if one of
-    them exists, nothing is written.
+    Writes experiment.yaml, sweep.yaml and README.md into the folder DIR, by default the current
+    one. If one of these files exists, nothing is written.
     """
 
 
@@ -58,9 +57,9 @@ def init() -> None:
 def examples() -> None:
     """List the configs and plans that come with the program, or copy them.
 
-    Without NAME: lists them. With NAME: copies them, each with the files that it needs, such as the
-    base of a plan. NAME is paper/case1_permanent, or its last part, or a folder such as paper.
-    Nothing is overwritten: if a file exists with other content, nothing is written.
+    Without NAME: lists them. With NAME: copies it, with the files that it needs, such as the base
+    of a plan. NAME is paper/case1_permanent, or its last part, or a folder such as paper. If a file
+    exists with other content, nothing is written.
     """
 
 
@@ -83,12 +82,12 @@ def examples() -> None:
 def check() -> None:
     """Check configs and plans and list their errors, or test elements of your own.
 
-    If every CONFIG is valid, prints one line for each: variant, coordinates, engine and run id; of
-    the plan of a sweep its members, variants and id. Otherwise prints all errors as
+    If all are valid, prints one line for each: the variant, coordinates, engine and run id of a
+    config; the members, variants and id of a plan. Otherwise prints all errors as
     FILE:LINE:COLUMN: KEY: PROBLEM (EXPECTED); the exit code is 2.
 
-    With --element, says of each statement of each class whether it holds: its kinds of number, its
-    power balance, its dissipation (see docs/own_elements.md). If one does not, the exit code is 2.
+    With --element, tests the methods of each class of FILE: kinds of number, power balance,
+    dissipation (see docs/own_elements.md). If a test fails, the exit code is 2.
     """
 
 
@@ -97,10 +96,9 @@ def check() -> None:
 def cache() -> None:
     """Show the cache of compiled code, or clear it.
 
-    Sweeps and the engine heyoka compile the equations of a config once and keep the code, up to 200
-    MB; then the code that was not used for the longest time is removed. It lies in the cache folder
-    of the user, or in the folder that the variable HEYOKA_CACHE_DIR names. Results do not depend on
-    it.
+    The engine heyoka, the default of sweeps, compiles the equations of a config once and keeps the
+    code, up to 200 MB, in the cache folder of the user or in the folder HEYOKA_CACHE_DIR (an
+    environment variable). Results do not depend on it.
     """
 
 
@@ -108,7 +106,7 @@ def cache() -> None:
 def schema() -> None:
     """Print the JSON Schema of a config, for editors.
 
-    Write it to a file: `rbstab schema > rbstab.schema.json`. If a config then starts with the line
+    Write it to a file, as below. If a config then starts with the line
     `# yaml-language-server: $schema=rbstab.schema.json`, the YAML extension of most editors
     completes and checks it.
     """

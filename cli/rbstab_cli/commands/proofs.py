@@ -17,7 +17,7 @@ from rbstab_cli.options import FILE, PATH, declare, flag, output, repeatable, re
     "--along",
     "alongs",
     metavar="KEY=FROM:TO:COUNT",
-    help="Compute the eigenvalues for COUNT factors on a gain, geometrically spaced from FROM to "
+    help="Compute the eigenvalues along a gain, for COUNT factors with equal ratios from FROM to "
     "TO: controller.K_r=0.01:1:41. Repeatable.",
 )
 @repeatable(
@@ -54,15 +54,15 @@ def stability() -> None:
     For each CONFIG, prints: its rest states, stable and unstable, and whether the list is proved to
     be complete; whether every start, or almost every start, converges to a stable one; the region
     in which convergence is proved; whether the initial state is inside, and if not, when its exact
-    motion enters; the linearised system at each rest state; the certificate of its run. A finished
-    run is read from DIR; a new run is not stored.
+    motion enters; the modes at the lowest rest state; the checks of its run. A finished run is
+    read from DIR; a new run is not stored.
 
     With --json, `search` says how the search for rest states ended, `proved` whether `states` are
-    all of them, `stable_count` how many are stable. `every_start` is whether every start is proved
-    to converge. `almost_every_start` has the same of almost every start: `proved`, `returns`
-    (whether all of the rest states that are reached are near the desired orientation), their
-    numbers `states`, and `why` it is not proved. Of a body whose energy depends on no Euler angles,
-    `on_rotations` has the quaternions of all rest states on SO(3), and families of them.
+    all of them, `stable_count` how many are stable. `every_start`: whether every start is proved to
+    converge. `almost_every_start`: whether that is `proved`, `returns` (whether all reached rest
+    states are near the desired orientation), their numbers `states`, and `why` it is not proved. If
+    the energy depends on no Euler angles, `on_rotations` has the quaternions of all rest states on
+    SO(3), and families of them.
     """
 
 
@@ -81,29 +81,25 @@ def stability() -> None:
     help="Also check that PROOF is the proof of this config.",
 )
 @takes("set")
-@flag("--second", help="Also ask codac, a solver of others, about the equations of CONFIG.")
+@flag("--second", help="Also ask another solver, codac, about the equations of CONFIG.")
 @click.option(
     "--certificate",
     metavar="FILE",
     type=FILE,
-    help="Write all boxes by which PROOF was checked, with their reasons, to FILE as JSON.",
+    help="Write the boxes of the check, each with the reason why it is settled, to FILE as JSON.",
 )
 @takes("force", "allow_python", "json", "quiet")
 def verify() -> None:
-    """Check proofs by a program of its own.
+    """Check proofs by a second program.
+
+    Checks the rest states of each PROOF and the region of each minimum. The checker shares no
+    bounds with the program that made the proof: it computes all of them anew, in intervals of 128
+    bits. If a claim is wrong or cannot be confirmed, the exit code is 4. If no claim is refused,
+    but a check takes too long (more than 3,000,000 evaluations of the energy), it is 5.
 
     Each PROOF is a file of DIR/proofs, as `rbstab stability` writes it, or a folder of results DIR.
     Of a folder all proofs of rest states are checked, or with --config the newest proof of that
-    config.
-
-    Of several proofs, those that are refused are printed in full, and of the others how many claims
-    of each kind were checked. A file that only says why there is no proof claims nothing, and is
-    not counted.
-
-    The rest states of a proof and the region of each minimum are checked. The checker shares no
-    bounds and no arithmetic with the program that made the proof: it computes all of them anew, in
-    balls of 128 bits. If a claim is wrong or cannot be confirmed, the exit code is 4. If no claim
-    is refused, but a check takes too long (more than 3,000,000 evaluations of the energy), it is 5.
+    config. Of several proofs, only refused ones are printed in full.
 
     With --second, codac confirms or refutes rest states and certified regions from the equations of
     CONFIG, in five minutes at most. If it refutes a claim, the exit code is 4. If it leaves one

@@ -33,8 +33,8 @@ from rbstab_cli.options import (
 @click.option(
     "--prove/--no-prove",
     default=None,
-    help="Prove what can be proved after each run, in about ten seconds. --prove: try much longer. "
-    "--no-prove: only a proof in DIR/proofs is used.",
+    help="Default: prove what can be proved after each run, in about ten seconds. --prove: try "
+    "much longer. --no-prove: use only a proof that is stored in DIR/proofs.",
 )
 @flag("--to-end", help="With --prove: enclose the exact motion to the end of the run.")
 @takes("allow_python", "json")
@@ -42,19 +42,17 @@ from rbstab_cli.options import (
 def run() -> None:
     """Integrate configs and store their results.
 
-    Each CONFIG is a YAML file (see `rbstab schema`). If one of them has an error, nothing is run. A
-    finished run is not run again; its stored result is used. A different result of the same name is
-    never overwritten. A run that does not complete is stored with its status, and the next one
-    starts.
+    Each CONFIG is a YAML file (see `rbstab init`). Each result is stored as soon as it is computed.
+    Then the program tries to prove where the motions end, and prints the answers: whether the
+    motion from this start comes to rest, and whether all motions that stay in the range come to
+    rest in one state.
 
-    The results are stored as soon as they are computed. Then the program proves what it can about
-    each motion within some seconds, stores that too, and ends with the answers: whether the motion
-    from this start comes to rest, and whether all motions that stay in the range end in one rest
-    state.
+    If a config has an error, nothing is run. A finished run is not run again; its stored result is
+    used. A different result of the same name is never overwritten. A run that ends early is stored
+    with its status, and the next one starts.
 
-    With --member N each CONFIG is the plan of a sweep. Its member N is integrated as a single run
-    and stored as DIR/PLAN-memberN.h5. The plan may be the copy in the sweep's folder:
-    DIR/PLAN/plan.yaml.
+    With --member N each CONFIG is the plan of a sweep, for example DIR/PLAN/plan.yaml. Its member N
+    is integrated as a single run and stored as DIR/PLAN-memberN.h5.
     """
 
 
@@ -102,21 +100,20 @@ def run() -> None:
     "--compare",
     metavar="N",
     type=click.IntRange(1),
-    help="Members that scipy computes again, for comparison; default: 4.",
+    help="Number of members that scipy computes again, for comparison; default: 4.",
 )
 @click.option(
     "--prove/--no-prove",
     default=None,
-    help="Prove the rest states of each distinct body after the sweep, for at most ten seconds, "
-    "and count the members that are proved to converge. --prove: without a limit of time, and "
-    "with more boxes for tied bodies with springs. --no-prove: nothing is proved.",
+    help="Default: try for ten seconds to prove the rest states of each distinct body after the "
+    "sweep, and count the members that are proved to converge. --prove: without a limit of time. "
+    "--no-prove: prove nothing.",
 )
 @flag("--force", help="Move a different sweep of the same name aside.")
 @takes("allow_python", "json", "quiet")
 def sweep() -> None:
     """Run all members of a plan and store their outcomes.
 
-    PLAN is a YAML file (see docs/sweeps.md). Run the same command again to resume a stopped sweep;
-    finished shards are not computed again. A member that does not complete is stored with its
-    status. If no member completes, the exit code is 3.
+    PLAN is a YAML file (see docs/sweeps.md). Run the same command again to resume a stopped sweep.
+    A member that ends early is stored with its status. If no member completes, the exit code is 3.
     """

@@ -21,15 +21,13 @@ from rbstab_cli.options import PATH, Choice, declare, flag, output, quiet, takes
 def show() -> None:
     """Show the content of a result.
 
-    Prints first what is known about stability: of this start, and of every start. Then follow the
-    status of the run, its Lyapunov function and audit, its final state, the checks of its
-    certificate, the values that its reference prints beside the computed ones, the arrays in the
-    file, and its provenance.
+    RESULT is the file of a run, the folder of a sweep, a proof, a folder of proofs, or a folder of
+    results.
 
-    A proof that was stored in the folder of the result after the run counts too.
-
-    RESULT may also be the folder of a sweep, a proof, a folder of proofs, or a folder of results.
-    Of a sweep it prints first how many members are proved, or seen, to come to rest.
+    For a run, prints first what is known about stability, for this start and for every start; also
+    from proofs that were stored later. Then follow status, Lyapunov function, final state, checks,
+    the paper's values beside the computed ones, arrays, and software versions. For a sweep, prints
+    first how many members are proved, or seen, to come to rest.
     """
 
 
@@ -39,10 +37,10 @@ def show() -> None:
 def list_() -> None:
     """List the runs and sweeps in a folder of results, the newest first.
 
-    DIR is results by default. For each run: its status, what its checks found, how sure it is that
-    this start comes to rest, and that the whole range does, and its age. For each sweep: how many
-    members completed, and how many are proved to come to rest. Proofs that were stored later count
-    too. A file that cannot be read is listed with the reason; the exit code is then 4.
+    DIR is results by default. For each run: its outcome, how sure it is that this start comes to
+    rest, and that the whole range does, and its age. For each sweep: how many members completed,
+    and how many are proved to come to rest. A file that cannot be read is listed with the reason;
+    the exit code is then 4.
     """
 
 
@@ -53,9 +51,9 @@ def list_() -> None:
 def compare() -> None:
     """Compare two results: what was run, and what came out.
 
-    A and B are both files of runs, or both folders of sweeps. A folder with one result in it stands
-    for this result. Prints the keys of their configs or plans that differ, and their outcomes
-    beside each other. Proofs that were stored later count too.
+    A and B are both files of runs, or both folders of sweeps. A folder with one result stands for
+    this result. Prints the keys in which their configs or plans differ, and their outcomes beside
+    each other.
     """
 
 
@@ -67,18 +65,18 @@ def compare() -> None:
     PATH,
     default="results.csv",
 )
-@flag("--traces", help="Write the motions: one row a sample.")
+@flag("--traces", help="Write the motions: one row for each sample.")
 @takes("force")
 def export() -> None:
     """Write runs, or a sweep, as a table for other programs.
 
-    Of runs the table has one row a run: what `rbstab show --json` prints of it, its settling time
-    and its final state. Of a sweep it has one row a member: the varied values and the outcomes.
-    RESULT may be a folder of runs, by default results.
+    The table has one row for each run (what `rbstab show --json` prints, the settling time and the
+    final state), or for each member of a sweep (the varied values and the outcomes). RESULT may be
+    a folder of runs, by default results.
 
     Vectors are split into columns: position_0, position_1, position_2. Units are SI, angles
-    radians. What is not known is nan. With --traces, the table has one row a sample: of all runs,
-    or of the members of the sweep whose traces are stored.
+    radians. What is not known is nan. With --traces, the table has one row for each sample of all
+    runs, or of the members whose traces are stored.
     """
 
 
@@ -108,9 +106,8 @@ def report() -> None:
     """Make a report of runs and sweeps.
 
     Each RESULT is the file of a run, the folder of a sweep, or a folder of results, by default
-    results: then the runs and sweeps in it are taken, in the order of their names. Proofs, reports,
-    figures and notes beside them are left out, so results/* may be named. If a result cannot be
-    read, the report gives the reason and shows the others; the exit code is then 4.
+    results. Other files are left out, so results/* may be named. If a result cannot be read, the
+    report gives the reason and shows the others; the exit code is then 4.
 
     The formats md and pdf need the packages of `pip install "rbstab[report]"`.
     """
@@ -127,13 +124,12 @@ def report() -> None:
 @output("File of the figure: .svg, .pdf or .png, 170 mm wide; .csv has its data.", PATH)
 @flag(
     "--column",
-    help="Draw it 80 mm wide, for one column of a paper: its panels are below each other.",
+    help="Draw it 80 mm wide, for one column of a paper.",
 )
 @takes("force")
 def plot() -> None:
     """Draw one figure of runs and sweeps, or write its data.
 
     The figures are those of `rbstab report` on the same results, by default those in the folder
-    results. Without --figure their names and titles are listed. The drawing has no title: that is
-    left to the caption of the paper.
+    results. Without --figure, lists their names and titles. The drawing has no title.
     """

@@ -14,15 +14,13 @@ def sensitivities() -> None:
     """Compute how a run depends on its gains, its body and its initial state.
 
     Prints derivatives of the settling time (after which v stays below v(0)/1000) and of the peak of
-    E by axis (the value farthest from zero). They are taken with respect to every gain, the mass,
-    the inertia, the contact point and the initial state; the most important come first. One table
-    is relative, in % for 1 %; the other is per unit of the parameter. An off-diagonal entry of a
-    symmetric matrix changes in both of its places. --json adds the times of the peaks and the final
-    state.
+    E by axis (the value farthest from zero), with respect to every gain, the mass, the inertia, the
+    contact point and the initial state; the most important come first. One table is relative, in %
+    for 1 %; the other is per unit of the parameter. --json adds the times of the peaks and the
+    final state.
 
-    The derivatives are exact: they come from variational equations, which go through switches and
-    impacts. They need heyoka, also for a config with another engine. A motion without derivatives,
-    such as a chaotic one, is refused with the reason.
+    The derivatives come from variational equations, also through switches and impacts. They need
+    heyoka. A motion without derivatives, such as a chaotic one, is refused with the reason.
     """
 
 
@@ -60,10 +58,10 @@ def sensitivities() -> None:
 def tune() -> None:
     """Scale gains to minimize an objective of the run.
 
-    Samples configs within the bounds, then descends along exact gradients from the given config and
-    from the best sample. Writes the best config found; if none is better than the given one, writes
-    nothing. A run that does not complete or does not settle counts as worst; if no run completes
-    and settles, the exit code is 3. Gradients need heyoka, also for a config with another engine.
+    Writes the best config found; if none is better than the given one, writes nothing. Samples
+    configs within the bounds, then descends along gradients from the given config and from the best
+    sample. A run that ends early or does not settle counts as worst; if all do, the exit code is 3.
+    Needs heyoka.
     """
 
 
@@ -91,16 +89,15 @@ def tune() -> None:
 @output("File of the new config; CONFIG.yaml gives CONFIG_guarded.yaml in the working folder.")
 @takes("set", "allow_python", "force", "json", "quiet")
 def guard() -> None:
-    """Find a guard of θ2 with which motions are proved to keep the range.
+    """Find a guard with which motions are proved to keep θ2 between -90° and 90°.
+
+    Shows what the guard changes in the run, and writes the config with it. If none is found, or its
+    couple exceeds the limit, nothing is written, and the exit code is 3.
 
     A barrier adds the energy ½ k tan² θ2. Stiffnesses k from 0.01 to 50,000 N m are tried until
     every start is proved to converge and the run of the config stays in the range. Then some
     smaller ones are tried.
 
-    A soft guard adds ½ k (|θ2| - θ_s)² (stiff) or K (|θ2| - θ_s) (repelling) beyond a soft angle.
-    The least k or K, of three digits, is found with which this start is proved to keep the range.
-
-    Shows what the guard changes in the run, and writes the config with it; such a guard in the
-    given config is replaced. If none is found, or its couple exceeds the limit, nothing is written,
-    and the exit code is 3.
+    A soft guard adds ½ k (|θ2| - θ_s)² (stiff) or K (|θ2| - θ_s) (repelling) beyond a soft angle
+    θ_s. Finds the least k or K, to three digits, with which this start is proved to keep the range.
     """

@@ -93,10 +93,8 @@ def system_of(config: Config, numbers: Numbers = doubles) -> System:
             weight, is computed with it. The settings of a sliding connector stay doubles.
     """
     controller, convert = config.controller, _conversions(numbers)
-    mass = convert["number"](config.body.mass)
-    contact_point = convert["diagonal"](config.body.contact_point)
-    body = Body(mass, convert["matrix"](config.body.inertia), contact_point)
-    weight = mass * convert["diagonal"](config.gravity)
+    body = body_of(config, numbers)
+    weight = body.mass * convert["diagonal"](config.gravity)
     stabilizers = () if controller.variant == NO_VARIANT else STABILIZERS
     elements: list[Element] = [
         Gravity(weight),
@@ -110,6 +108,16 @@ def system_of(config: Config, numbers: Numbers = doubles) -> System:
     if at_equilibrium:
         anchor = inverse(convert["matrix"](controller.K_t)) @ weight
     return System(body, tuple(elements), _coordinates(config.integration), anchor)
+
+
+def body_of(config: Config, numbers: Numbers = doubles) -> Body:
+    """Return the body of a config, in a kind of number."""
+    body, convert = config.body, _conversions(numbers)
+    inertia, contact_point = (
+        convert["matrix"](body.inertia),
+        convert["diagonal"](body.contact_point),
+    )
+    return Body(convert["number"](body.mass), inertia, contact_point)
 
 
 def supplies_power(config: Config) -> bool:

@@ -96,7 +96,10 @@ def test_the_outcome_of_a_leg_is_proved():
     proof = rbstab.prove(stands)
     found = outcome_of(rbstab.simulate(stands, proof=proof), stands, proof)
     assert found.sentence == "returns: at (0°, 0°, 0°), 0° from the desired attitude: proved"
-    assert "5.95 J" in pushes_of(stands, proof)
+    assert "5.95 J" in (pushes := pushes_of(stands, proof))
+    # About y, at the knee.
+    fastest = math.sqrt(2 * 5.95 / (0.059 + 3.5 * 0.186**2))
+    assert float(pushes.split("or ")[1].split()[0]) == pytest.approx(fastest, abs=0.01)
 
 
 @pytest.mark.slow

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rbstab.analysis.certificate.verdict import Verdict
-from rbstab.config.schema import Config
+from rbstab.config.build import body_of
+from rbstab.config.schema import NO_VARIANT, Config
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.wanted import in_degrees, one_in_degrees, wanted
 from rbstab.experiment.answers.words import Sureness
@@ -201,7 +202,8 @@ def pushes_of(config: Config | None, proof: "Proof | None") -> str:
     """Return which pushes are proved to return, as a sentence without a full stop; "" for none.
 
     A push gives kinetic energy to the body at rest at its desired rest state. The motion returns if
-    this energy is below the proved depth of the valley.
+    this energy is below the proved depth of the valley. So it is for each angular velocity, about
+    an axis through the contact point or the centre of gravity, below one that is printed.
     """
     aim = wanted(config)
     if proof is None or not proof.states:
@@ -213,5 +215,21 @@ def pushes_of(config: Config | None, proof: "Proof | None") -> str:
         depth = depths.get(number, 0.0)
         if depth > 0 and aim.holds(state.orientation):
             pose = in_degrees(state.orientation)
-            return f"pushes below {rounded_down(depth, 4)} J, from rest at {pose}, return there"
+            spin = f" (or {_least_spin(config, depth)} about any axis)" if config else ""
+            return (
+                f"pushes below {rounded_down(depth, 4)} J{spin}, from rest at {pose}, return there"
+            )
     return ""
+
+
+def _least_spin(config: Config, energy: float) -> str:
+    """Return the least angular velocity with some kinetic energy, J: √(2 energy/λ_max).
+
+    A body without a connector turns about its centre of gravity. The inertia about the contact
+    point is not less.
+    """
+    body = body_of(config)
+    free = config.controller.variant in {"free", NO_VARIANT}
+    inertia = body.inertia if free else body.inertia_about_contact
+    largest = np.linalg.eigvalsh(inertia)[-1]
+    return f"{rounded_down(math.sqrt(2 * energy / largest), 4)} rad/s"

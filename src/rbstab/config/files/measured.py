@@ -1,0 +1,130 @@
+"""Reading a measured motion: a CSV file with a name and a unit above each column."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path as FilePath
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.config.errors import ConfigError, ConfigProblem, Location, hint
+from rbstab.config.files.named_files import csv_rows, finite_number
+from rbstab.config.source import read_text
+from rbstab.mechanics.numbers import Array
+
+_ANGLE, _RATE = ({f"rad{per}": 1.0, f"deg{per}": math.radians(1.0)} for per in ("", "/s"))
+
+TIME = "time [s]"
+"""The head of the first column."""
+
+VECTORS = {
+    "Theta": _ANGLE,
+    "Omega": _RATE,
+    "X": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "V": {"m/s": 1.0, "mm/s": 1e-3},
+    "E": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+}
+"""The vectors of a `Motion` that may be measured, with their units, the SI unit first."""
+
+
+class Column(NamedTuple):
+    """What was measured in a column: `theta2` is the axis 1 of `Motion.Theta`, in rad."""
+
+    name: str
+    vector: str
+    axis: int
+    unit: str
+
+
+HEADS = {
+    f"{vector.lower()}{axis + 1} [{unit}]": (
+        Column(f"{vector.lower()}{axis + 1}", vector, axis, next(iter(units))),
+        factor,
+    )
+    for vector, units in VECTORS.items()
+    for unit, factor in units.items()
+    for axis in range(3)
+}
+"""The heads of the other columns: what they have, and what makes their numbers SI."""
+
+GAPS = ("", "nan")
+"""What stands where nothing was measured."""
+
+MAX_SIZE = 16 << 20
+"""Largest size of a file, bytes."""
+
+_AS = "such as theta1 [deg], omega1 [rad/s], x1 [mm], v1 [m/s] or e1 [m], with 1 to 3, each once"
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """A measured motion.
+
+    Attributes:
+        name: The path of its file.
+        times: Ascending, from the start of the run, s, shape (n,).
+        columns: What was measured, m columns.
+        values: Shape (n, m), SI; NaN where nothing was measured.
+    """
+
+    name: str
+    times: Array
+    columns: tuple[Column, ...]
+    values: Array
+
+
+def read_measured(file: str | FilePath, duration: float = math.inf) -> Measured:
+    """Read a measured motion: `time [s],theta1 [deg],x3 [mm]`, then rows of numbers.
+
+    The columns are the Euler angles theta1 to theta3, their body rates omega1 to omega3, the
+    centre of gravity x1 to x3 with its velocity v1 to v3, and the contact displacement e1 to e3,
+    as the paper defines them. An empty cell is a gap. Lines that begin with # are comments.
+
+    Args:
+        file: The path of the file.
+        duration: The end of the run, s; later times are refused.
+
+    Raises:
+        ConfigError: The file is wrong; the error has all problems, each with line and column.
+    """
+    problems: list[ConfigProblem] = []
+
+    def report(line: int, column: int, found: str, expected: str) -> None:
+        problems.append(ConfigProblem(Location(str(file), line, column), "", found, expected))
+
+    try:
+        rows = list(csv_rows(read_text(FilePath(file), MAX_SIZE)))
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise ConfigError.at(
+            Location(str(file)), f"cannot be read: {reason}", "expected a CSV file"
+        ) from error
+    (line, heads), *rows = rows or [(1, [(1, "")])]
+    place, text = heads[0]
+    if text != TIME or len(heads) == 1:
+        report(line, place, f"is '{text}'", f"expected {TIME}, then other columns")
+    columns, factors = list[Column](), [1.0]
+    for place, text in heads[1:]:
+        column, factor = HEADS.get(text, (Column(text, "", 0, ""), 1.0))
+        if text not in HEADS or column in columns:
+            report(line, place, f"is '{text}'", f"expected {_AS}{hint(text, HEADS)}")
+        columns.append(column)
+        factors.append(factor)
+    values, last = np.full((len(rows), len(heads)), math.nan), -math.inf
+    for row, (line, cells) in zip(values, rows, strict=True):
+        if len(cells) != len(heads):
+            report(line, 1, f"has {len(cells)} cells", f"expected {len(heads)}")
+            continue
+        for k, (place, text) in enumerate(cells):
+            number = finite_number(text)
+            if number is not None:
+                row[k] = number * factors[k]
+            elif k == 0 or text.lower() not in GAPS:
+                report(line, place, f"is '{text}'", "expected a finite number; a gap is empty")
+        if row[0] <= last or row[0] < 0 or row[0] > duration:
+            wanted = f"expected rising times from 0 to {duration:g} s, the end of the run"
+            report(line, cells[0][0], f"is the time {row[0]:g} s", wanted)
+        last = max(last, row[0])
+    if problems:
+        raise ConfigError(problems)
+    return Measured(str(file), values[:, 0], tuple(columns), values[:, 1:])

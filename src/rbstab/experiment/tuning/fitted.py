@@ -1,0 +1,118 @@
+"""The result of a fit: numbers with intervals, residuals, and what the data do not tell."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from rbstab.config.files.measured import Measured
+from rbstab.config.schema import Config
+from rbstab.experiment.tuning.determined import Loose
+from rbstab.files.names import line
+from rbstab.mechanics.numbers import Array
+
+LEAST_SHOWN = 0.05
+"""Smaller parts of a combination are not named."""
+
+RANDOM = 3.0
+"""Residuals are taken for random up to this many standard deviations of their autocorrelation."""
+
+
+class FittedNumber(NamedTuple):
+    """A number of a config, in its unit.
+
+    Attributes:
+        name: Its key.
+        unit: Its unit.
+        given: Its value in the given config.
+        fitted: The fitted value.
+        error: Its standard error; infinite if the data do not determine it.
+        low: The lower end of its 95 % interval.
+        high: The upper end.
+    """
+
+    name: str
+    unit: str
+    given: float
+    fitted: float
+    error: float
+    low: float
+    high: float
+
+
+class FittedColumn(NamedTuple):
+    """A measured column.
+
+    Attributes:
+        name: Its name.
+        unit: Its SI unit.
+        values: How many values it has.
+        scatter: The standard deviation of its residuals.
+        autocorrelation: The correlation of successive residuals; 0 if they are round-off.
+    """
+
+    name: str
+    unit: str
+    values: int
+    scatter: float
+    autocorrelation: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fitted:
+    """The result of `fit`.
+
+    Attributes:
+        config: The config with the fitted numbers.
+        measured: The measured motion: `times`, `columns` and `values`.
+        numbers: The free numbers, with `given`, `fitted`, `error`, `low` and `high`.
+        columns: The measured columns, with `values`, `scatter` and `autocorrelation`.
+        computed: What the fitted config gives for the measured values, shape (n, m), SI.
+        loose: The combinations of numbers that the data do not determine, or hardly.
+        runs: The number of runs.
+        is_minimum: Whether a minimum was found; if not, the numbers mean nothing.
+    """
+
+    config: Config
+    measured: Measured
+    numbers: tuple[FittedNumber, ...]
+    columns: tuple[FittedColumn, ...]
+    computed: Array
+    loose: tuple[Loose, ...]
+    runs: int
+    is_minimum: bool
+
+    def __repr__(self) -> str:
+        """Return one line: the fitted numbers with their intervals."""
+        found = (f"{one.name} {one.low:.4g} to {one.high:.4g}" for one in self.numbers)
+        return line("Fitted", self.config.title, found)
+
+    @property
+    def residuals(self) -> Array:
+        """What was measured less what is computed, shape (n, m), SI; NaN in gaps."""
+        return self.measured.values - self.computed
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the data do not determine, and which residuals are not only noise: sentences."""
+        found = []
+        for changes, reach in self.loose:
+            pairs = zip(self.numbers, changes.tolist(), strict=True)
+            shown = [
+                f"{one.name} {change:+.2g} %"
+                if one.given
+                else f"{one.name} {change / 100:+.2g} {one.unit}"
+                for one, change in pairs
+                if abs(change) >= LEAST_SHOWN
+            ]
+            how, known = "not", "what was measured stays as it is"
+            if reach < math.inf:
+                how, known = "hardly", f"known to ±{100 * reach:.3g} times that"
+            found.append(f"{how} determined: {', '.join(shown)}: {known}")
+        found += [
+            f"{one.name}: successive residuals are alike (autocorrelation "
+            f"{one.autocorrelation:.2g}), so that the model misses something, and the intervals "
+            "are too short"
+            for one in self.columns
+            if one.autocorrelation > RANDOM / math.sqrt(one.values)
+        ]
+        return found

@@ -1,0 +1,243 @@
+"""Protects fits: they find known gains from noise, their intervals hold, and they say what the data
+do not tell.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binom, chi2
+from support.config_elements import BAND, ONE_OF_EACH, config_data
+from support.problems import solve
+from support.switching import data as switching_data
+from support.user_code import element_text, mine
+
+from rbstab.config.build import problem_of
+from rbstab.config.files.measured import HEADS, Measured
+from rbstab.config.load import load_config
+from rbstab.config.numbers import entries_of, replaced
+from rbstab.experiment.tuning import fit as module
+from rbstab.experiment.tuning.fit import FreeMotion, fit
+from rbstab.experiment.tuning.gain_scaling import TuningError
+
+pytest.importorskip("heyoka")
+
+MASS, INERTIA = 4.0, 2.0
+TRUE = {"K_t": 100.0, "L_t": 8.0, "K_r": 30.0, "L_r": 3.0}
+START = {"X": 0.3, "Theta": 0.2}
+TIMES = np.linspace(0.05, 3.0, 40)
+FREE = ["controller.K_t[2]", "controller.L_t[2]", "controller.K_r[0]", "controller.L_r[0]"]
+
+
+def body(factor=1.0, **changes):
+    """Return the config of a body that moves along axis 3 and turns about axis 1."""
+    gains = {name: [value * factor] * 3 for name, value in TRUE.items()}
+    return {
+        "body": {"mass": MASS, "inertia": [INERTIA, 1.5, 1.0], "contact_point": [0.1, 0.1, -0.4]},
+        "controller": {"variant": "free"} | gains,
+        "initial": {"position": [0, 0, START["X"]], "orientation": [START["Theta"], 0, 0]},
+        "integration": {"duration": 4.0},
+    } | changes
+
+
+def oscillation(inertia, stiffness, damping, start, t):
+    """Return the closed solution of a damped oscillator that is let go."""
+    rate = damping / (2 * inertia)
+    frequency = math.sqrt(stiffness / inertia - rate**2)
+    wave = np.cos(frequency * t) + rate / frequency * np.sin(frequency * t)
+    return start * np.exp(-rate * t) * wave
+
+
+def closed(gains=TRUE, t=TIMES):
+    """Return the closed solution of x3 and theta1, shape (n, 2)."""
+    x = oscillation(MASS, gains["K_t"], gains["L_t"], START["X"], t)
+    theta = oscillation(INERTIA, gains["K_r"], gains["L_r"], START["Theta"], t)
+    return np.stack([x, theta], axis=1)
+
+
+def measured(values, *heads, t=TIMES):
+    return Measured("data.csv", t, tuple(HEADS[head][0] for head in heads), values)
+
+
+def noisy(seed, sizes=(0.002, 0.02)):
+    noise = np.random.default_rng(seed).normal(size=(len(TIMES), 2)) * sizes
+    return measured(closed() + noise, "x3 [m]", "theta1 [rad]")
+
+
+def test_known_gains_are_found_without_noise():
+    found = fit(body(1.5), measured(closed(), "x3 [m]", "theta1 [rad]"), FREE)
+    np.testing.assert_allclose([one.fitted for one in found.numbers], [*TRUE.values()], rtol=1e-7)
+    assert found.is_minimum
+    assert found.config.controller.K_t == (150.0, 150.0, found.numbers[0].fitted)
+    # What is left is round-off: it is neither weighed nor judged.
+    assert not found.warnings
+
+
+@pytest.mark.heavy
+def test_19_of_20_intervals_hold_the_truth():
+    """Of 30 measurements with noise of another size in each column."""
+    repetitions, truth = 30, np.array([*TRUE.values()])
+    inside, squares = 0, 0.0
+    for seed in range(repetitions):
+        found = fit(body(1.2), noisy(seed), FREE)
+        assert found.is_minimum
+        fitted, error, low, high = np.array([one[3:] for one in found.numbers]).T
+        inside += int(((low < truth) & (truth < high)).sum())
+        squares += float((((fitted - truth) / error) ** 2).sum())
+        scatter = [one.scatter for one in found.columns]
+        np.testing.assert_allclose(scatter, (0.002, 0.02), rtol=0.4)
+    # A right program is outside of these ends once in 1000 times. The errors are estimated, too: a
+    # square of n degrees of freedom has the mean n / (n - 2).
+    count, freedom = repetitions * len(truth), 2 * len(TIMES) - len(truth)
+    assert binom.ppf(5e-4, count, 0.95) <= inside <= binom.ppf(1 - 5e-4, count, 0.95)
+    low, high = chi2.ppf([5e-4, 1 - 5e-4], count)
+    assert low < squares * (freedom - 2) / freedom < high
+
+
+SMOOTH = config_data(elements=ONE_OF_EACH, integration={"duration": 0.4, "samples": 21})
+SWITCHING = switching_data({"band": BAND}, {"angular_velocity": [0.3, 0.2, 0.1]}, {"duration": 0.5})
+ALL = ("theta1 [rad]", "theta3 [rad]", "omega2 [rad/s]", "x1 [m]", "v3 [m/s]", "e2 [m]")
+CHANGES = [
+    (SMOOTH, "body.mass"),
+    (SMOOTH, "body.contact_point[2]"),
+    (SMOOTH, "controller.K_r[1]"),
+    (SMOOTH, "elements.tie.K_c[0][1]"),
+    (SMOOTH, "initial.orientation[0]"),
+    (SWITCHING, "elements.band.stiffness"),
+    (SWITCHING, "elements.band.slack_length"),
+]
+
+
+@pytest.mark.parametrize(("data", "key"), CHANGES)
+def test_the_jacobian_is_that_of_differences_of_other_runs(data, key):
+    """By finite differences of fourth order, with SciPy instead of heyoka."""
+    config = load_config(data)
+    (entry,) = [one for one in entries_of(config) if one.key == key]
+    t = np.linspace(0.1, 0.4, 4)
+    motion = FreeMotion(config, (entry,), measured(np.ones((4, 6)), *ALL, t=t))
+    x, step = np.array([0.0]), 2e-3
+
+    def run(number):
+        problem = problem_of(replaced(config, dict.fromkeys(entry.paths, number)))
+        times = np.concatenate([[0.0], t])
+        found = solve("scipy", replace(problem, rtol=3e-14, atol=1e-15, times=times))
+        motions = [found.systems[0].motion(y) for y in found.states[1:]]
+        return np.array([[getattr(m, part)[k] for part, k in motion.parts] for m in motions])
+
+    size = float(motion.numbers(x)[1][0])
+    assert size == abs(entry.value)
+    ends = [run(entry.value + k * step * size) for k in (-2, -1, 1, 2)]
+    differences = ((ends[0] - 8 * ends[1] + 8 * ends[2] - ends[3]) / (12 * step)).ravel()
+    scale = np.abs(differences).max()
+    assert scale > 0
+    assert np.abs(motion.jacobian(x)[:, 0] - differences).max() < 2e-6 * scale
+
+
+def test_a_gap_is_as_if_the_row_were_not_there():
+    data = noisy(1)
+    values, there = data.values.copy(), np.arange(len(TIMES)) % 5 > 0
+    values[~there] = np.nan
+    gaps = fit(body(1.2), replace(data, values=values), FREE)
+    fewer = fit(body(1.2), replace(data, values=values[there], times=TIMES[there]), FREE)
+    for one, other in zip(gaps.numbers, fewer.numbers, strict=True):
+        np.testing.assert_allclose(one[3:], other[3:], rtol=1e-6)
+    assert [one.values for one in gaps.columns] == [32, 32]
+
+
+PRODUCT = element_text(
+    """
+    def wrench(self, motion, own):
+        return force_at_centre(-self.a * self.b * motion.X)
+
+    def stored(self, motion, own):
+        return 0.5 * self.a * self.b * (motion.X @ motion.X)
+    """,
+    'Gain("a", "N/m", "a", shape="number"), Gain("b", "1", "b", shape="number")',
+)
+AB = ["elements.mine.parameters.a", "elements.mine.parameters.b"]
+
+
+def test_two_numbers_of_which_only_the_product_matters_are_not_determined(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text(PRODUCT)
+    data = body(schema_version=2, elements={"mine": mine(a=10.0, b=3.0)})
+    data["controller"] |= {"K_t": [70.0] * 3}
+    found = fit(data, noisy(3), [*AB, "controller.L_t[2]"], allow_python=True)
+    a, b, damping = found.numbers
+    assert (a.low, a.high, b.error) == (-math.inf, math.inf, math.inf)
+    assert (a.fitted * b.fitted) == pytest.approx(30.0, rel=0.05)
+    # What the others do not hide is still known.
+    assert damping.low < TRUE["L_t"] < damping.high
+    assert damping.error < 0.3
+    (loose,) = found.loose
+    np.testing.assert_allclose(loose.changes / loose.changes[0], [1, -1, 0], atol=1e-6)
+    (warning,) = found.warnings
+    sign = 1 if loose.changes[0] > 0 else -1
+    change = f"{AB[0]} {sign:+d} %, {AB[1]} {-sign:+d} %"
+    assert warning == f"not determined: {change}: what was measured stays as it is"
+    alone = fit(data, noisy(3), [AB[0], "controller.L_t[2]"], allow_python=True)
+    assert not alone.warnings
+    assert alone.numbers[0].low < 10.0 < alone.numbers[0].high
+
+
+def test_all_that_makes_a_motion_grows_together():
+    """Without gravity a motion depends on the gains by their ratios to mass and inertia alone."""
+    keys = ["controller.K_r[0]", "controller.L_r[0]", "body.inertia[0]"]
+    found = fit(body(1.2), noisy(5), keys)
+    np.testing.assert_allclose(found.loose[0].changes, [1, 1, 1], atol=1e-6)
+    assert all(math.isinf(one.error) for one in found.numbers)
+    stiffness, damping, inertia = (one.fitted for one in found.numbers)
+    assert stiffness / inertia == pytest.approx(TRUE["K_r"] / INERTIA, rel=0.1)
+    assert damping / inertia == pytest.approx(TRUE["L_r"] / INERTIA, rel=0.3)
+
+
+HIDDEN = "controller.K_r[1]"
+
+
+def test_a_number_that_moves_nothing_measured_is_not_determined():
+    found = fit(body(1.2), noisy(5), [*FREE, HIDDEN])
+    assert [math.isinf(one.error) for one in found.numbers] == [False] * 4 + [True]
+    (warning,) = found.warnings
+    assert warning == f"not determined: {HIDDEN} +1 %: what was measured stays as it is"
+
+
+def test_a_number_that_noise_hides_is_hardly_determined():
+    found = fit(body(), noisy(6, (0.002, 0.15)), FREE)
+    wide = [one.name for one in found.numbers if one.high - one.low > 2 * one.fitted]
+    assert wide == ["controller.L_r[0]"]
+    (warning,) = found.warnings
+    assert warning.startswith("hardly determined: controller.")
+    assert "controller.L_r[0] +1 %" in warning
+
+
+def test_a_model_that_misses_something_is_told():
+    """Here the damper of the angle: the residuals swing."""
+    data = body(1.2)
+    data["controller"] |= {"L_r": [1e-6] * 3}
+    found = fit(data, noisy(7), ["controller.K_t[2]", "controller.L_t[2]", "controller.K_r[0]"])
+    (warning,) = found.warnings
+    assert warning.startswith("theta1: successive residuals are alike (autocorrelation 0.")
+
+
+def test_a_fit_that_ends_early_is_no_minimum(monkeypatch):
+    monkeypatch.setattr(module, "MAX_RUNS", 2)
+    assert not fit(body(3.0), noisy(8), FREE).is_minimum
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (["controller.K_q"], "controller.K_q: is no number to fit"),
+        (["integration.rtol"], "integration.rtol: is no number to fit"),
+        ([""], ": is no number to fit"),
+        (["controller.K_t", "controller"], "controller: is no number to fit"),
+        (["controller", "body", "initial"], r"data.csv: has too few values of x3, theta1 \(exp"),
+        ([], "no number to fit"),
+    ],
+)
+def test_what_cannot_be_fitted_is_refused(keys, message):
+    few = noisy(9)
+    few = replace(few, values=few.values[:20], times=few.times[:20])
+    with pytest.raises(TuningError, match=message):
+        fit(body(), few, keys)

@@ -93,7 +93,7 @@ def fit() -> None:
 
     DATA is a CSV file. Its first row names the columns with their units, such as
     `time [s],theta1 [deg],x3 [mm]`: Euler angles theta1 to theta3, body rates omega1 to omega3,
-    the centre of gravity x1 to x3, its velocity v1 to v3, the contact displacement e1 to e3. An
+    the centre of gravity x1 to x3, and the contact displacement e1 to e3. An
     empty cell is a gap.
 
     The squares of the residuals become least, from the values of the config; each column is

@@ -1,10 +1,8 @@
 """`rbstab fit`: numbers of a config from a measured motion."""
 
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rbstab.config.files.measured import read_measured
 from rbstab.config.load import resolved_yaml
 from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.tuning.fit import fit as fitted
@@ -14,6 +12,8 @@ from rbstab_cli.output.files import new_config, write_file
 from rbstab_cli.output.progress import working
 from rbstab_cli.printing import Table, print_json, say
 from rbstab_cli.work.stored.plot import figure_form
+
+MOTION = "a CSV file of a measured motion"
 
 NOTES = {
     "numbers": "error: standard error; low, high: ends of the 95 % interval",
@@ -35,11 +35,10 @@ def fit(
     """Fit the numbers, write the config with them, and print what was found."""
     target = new_config(config, output, "_fitted", force=force)
     form = "" if figure is None else figure_form("--figure", figure, force=force)
-    given = load_one(config, changes, allow_python=allow_python)
-    read = partial(read_measured, duration=given.integration.duration)
-    measured = loaded([data], read, "a CSV file of a measured motion")[data]
+    given, keys = load_one(config, changes, allow_python=allow_python), ",".join(frees).split(",")
     with working(f"{config.name}: fitting"):
-        found = fitted(given, measured, ",".join(frees).split(","))
+        # So all problems of the file are told.
+        found = loaded([data], lambda path: fitted(given, path, keys), MOTION)[data]
     if found.is_minimum:
         write_file(target, resolved_yaml(found.config), force=force)
     if figure is not None:
@@ -49,16 +48,14 @@ def fit(
 
         write_file(figure, figure_bytes(fitted_figure(found), form), force=force)
         say(f"-> {figure}")
-    tables = {
-        name: [one._asdict() for one in rows]
-        for name, rows in (("numbers", found.numbers), ("columns", found.columns))
-    }
+    tables: dict[str, Any] = {"numbers": found.numbers, "columns": found.columns}
     if as_json:
+        rows = {name: [row._asdict() for row in table] for name, table in tables.items()}
         file = str(target) if found.is_minimum else None
-        print_json({"file": file, **tables, "warnings": found.warnings, "runs": found.runs})
+        print_json({"file": file, **rows, "warnings": found.warnings})
     else:
-        for name, rows in tables.items():
-            _print(name, rows)
+        for name, table in tables.items():
+            _print(name, table)
     for warning in found.warnings:
         say(f"warning: {data}: {warning}")
     if not found.is_minimum:
@@ -68,9 +65,9 @@ def fit(
     return exit_codes.OK
 
 
-def _print(title: str, rows: list[dict[str, Any]]) -> None:
-    _, _, *heads = rows[0]
+def _print(title: str, rows: Any) -> None:
+    heads = rows[0]._fields[2:]
     table = Table(title, *heads, numbers=heads)
-    for row in rows:
-        table.add(f"{row['name']} [{row['unit']}]", *(number(row[head], 5) for head in heads))
+    for name, unit, *values in rows:
+        table.add(f"{name} [{unit}]", *(number(value, 5) for value in values))
     table.print(NOTES[title])

@@ -25,8 +25,7 @@ class FollowedMotion:
     """
 
     def __init__(self, problem: Problem, times: Array) -> None:
-        self.problem, self.count = problem, len(times)
-        self.times = np.unique([problem.times[0], *times])
+        self.problem, self.times = problem, times
         self.course = course_of(problem, TOLERANCE)
 
     def values(self, parts: Sequence[tuple[str, int]], shifted: Shifted | None = None) -> Array:
@@ -46,10 +45,11 @@ class FollowedMotion:
         """
         problem, compiled = self.problem, variational_system(self.course.first)
         tangent = None if shifted is None else tangent_along(problem, shifted)
-        trajectory = compiled.integrate(problem, self.course, self.times, Levels(0.0), tangent)
+        grid = np.unique([problem.times[0], *self.times])
+        trajectory = compiled.integrate(problem, self.course, grid, Levels(0.0), tangent)
         found = completed(trajectory, problem)
         system = problem.system if tangent is None else tangent.system
-        states = (found.states + 1j * STEP * found.tangents)[-self.count :]
+        states = (found.states + 1j * STEP * found.tangents)[-len(self.times) :]
         motions = map(system.motion, states)
         values = np.array([[getattr(m, vector)[axis] for vector, axis in parts] for m in motions])
         return values.real if tangent is None else values.imag / STEP

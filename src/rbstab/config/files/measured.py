@@ -12,17 +12,18 @@ from rbstab.config.files.named_files import csv_rows, finite_number
 from rbstab.config.source import read_text
 from rbstab.mechanics.numbers import Array
 
-_ANGLE, _RATE = ({f"rad{per}": 1.0, f"deg{per}": math.radians(1.0)} for per in ("", "/s"))
+DEGREE = math.radians(1.0)
+
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3}
 
 TIME = "time [s]"
 """The head of the first column."""
 
 VECTORS = {
-    "Theta": _ANGLE,
-    "Omega": _RATE,
-    "X": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
-    "V": {"m/s": 1.0, "mm/s": 1e-3},
-    "E": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "Theta": {"rad": 1.0, "deg": DEGREE},
+    "Omega": {"rad/s": 1.0, "deg/s": DEGREE},
+    "X": LENGTHS,
+    "E": LENGTHS,
 }
 """The vectors of a `Motion` that may be measured, with their units, the SI unit first."""
 
@@ -37,23 +38,21 @@ class Column(NamedTuple):
 
 
 HEADS = {
-    f"{vector.lower()}{axis + 1} [{unit}]": (
-        Column(f"{vector.lower()}{axis + 1}", vector, axis, next(iter(units))),
-        factor,
-    )
+    f"{name} [{unit}]": (Column(name, vector, axis, next(iter(units))), factor)
     for vector, units in VECTORS.items()
-    for unit, factor in units.items()
     for axis in range(3)
+    for name in [f"{vector.lower()}{axis + 1}"]
+    for unit, factor in units.items()
 }
 """The heads of the other columns: what they have, and what makes their numbers SI."""
+
+BEFORE = -1e-300
+"""s: before the first time, which may be 0."""
 
 GAPS = ("", "nan")
 """What stands where nothing was measured."""
 
-MAX_SIZE = 16 << 20
-"""Largest size of a file, bytes."""
-
-_AS = "such as theta1 [deg], omega1 [rad/s], x1 [mm], v1 [m/s] or e1 [m], with 1 to 3, each once"
+_AS = "such as theta1 [deg], omega1 [rad/s], x1 [mm] or e1 [m], with 1 to 3, each once"
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,13 +60,11 @@ class Measured:
     """A measured motion.
 
     Attributes:
-        name: The path of its file.
         times: Ascending, from the start of the run, s, shape (n,).
         columns: What was measured, m columns.
         values: Shape (n, m), SI; NaN where nothing was measured.
     """
 
-    name: str
     times: Array
     columns: tuple[Column, ...]
     values: Array
@@ -76,9 +73,9 @@ class Measured:
 def read_measured(file: str | FilePath, duration: float = math.inf) -> Measured:
     """Read a measured motion: `time [s],theta1 [deg],x3 [mm]`, then rows of numbers.
 
-    The columns are the Euler angles theta1 to theta3, their body rates omega1 to omega3, the
-    centre of gravity x1 to x3 with its velocity v1 to v3, and the contact displacement e1 to e3,
-    as the paper defines them. An empty cell is a gap. Lines that begin with # are comments.
+    The columns are the Euler angles theta1 to theta3, the angular velocity omega1 to omega3, the
+    centre of gravity x1 to x3, and the contact displacement e1 to e3, as the paper defines them.
+    An empty cell is a gap. Lines that begin with # are comments.
 
     Args:
         file: The path of the file.
@@ -93,7 +90,7 @@ def read_measured(file: str | FilePath, duration: float = math.inf) -> Measured:
         problems.append(ConfigProblem(Location(str(file), line, column), "", found, expected))
 
     try:
-        rows = list(csv_rows(read_text(FilePath(file), MAX_SIZE)))
+        rows = list(csv_rows(read_text(FilePath(file))))
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise ConfigError.at(
@@ -110,7 +107,7 @@ def read_measured(file: str | FilePath, duration: float = math.inf) -> Measured:
             report(line, place, f"is '{text}'", f"expected {_AS}{hint(text, HEADS)}")
         columns.append(column)
         factors.append(factor)
-    values, last = np.full((len(rows), len(heads)), math.nan), -math.inf
+    values, last = np.full((len(rows), len(heads)), math.nan), BEFORE
     for row, (line, cells) in zip(values, rows, strict=True):
         if len(cells) != len(heads):
             report(line, 1, f"has {len(cells)} cells", f"expected {len(heads)}")
@@ -121,10 +118,10 @@ def read_measured(file: str | FilePath, duration: float = math.inf) -> Measured:
                 row[k] = number * factors[k]
             elif k == 0 or text.lower() not in GAPS:
                 report(line, place, f"is '{text}'", "expected a finite number; a gap is empty")
-        if row[0] <= last or row[0] < 0 or row[0] > duration:
+        if row[0] <= last or row[0] > duration:
             wanted = f"expected rising times from 0 to {duration:g} s, the end of the run"
             report(line, cells[0][0], f"is the time {row[0]:g} s", wanted)
         last = max(last, row[0])
     if problems:
         raise ConfigError(problems)
-    return Measured(str(file), values[:, 0], tuple(columns), values[:, 1:])
+    return Measured(values[:, 0], tuple(columns), values[:, 1:])

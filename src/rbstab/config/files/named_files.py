@@ -6,6 +6,7 @@ other file, and neither its identity nor a stored run depends on one.
 
 import hashlib
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path as FilePath
 from typing import Any
@@ -18,6 +19,8 @@ from rbstab.elements.user_code.declared import MAX_SOURCE, sha256
 
 COLUMNS = 2
 """A row of a table: a time, s, and a value."""
+
+_CELL = re.compile(r"(?:^|,)\s*([^,]*)")
 
 _TABLE = "expected a CSV file of times, s, and values"
 
@@ -130,11 +133,8 @@ def csv_rows(text: str) -> Iterator[tuple[int, list[tuple[int, str]]]]:
     A cell is the column at which its text begins, and its text, without quotes around it.
     """
     for line, row in enumerate(text.splitlines(), start=1):
-        cells, column = [], 1
-        for part in row.split(","):
-            cells.append((column + len(part) - len(part.lstrip()), part.strip().strip('"').strip()))
-            column += len(part) + 1
-        if any(cell for _, cell in cells) and not row.lstrip().startswith("#"):
+        cells = [(cell.start(1) + 1, cell[1].strip(' \t"')) for cell in _CELL.finditer(row)]
+        if any(text for _, text in cells) and not cells[0][1].startswith("#"):
             yield line, cells
 
 

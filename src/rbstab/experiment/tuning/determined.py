@@ -1,7 +1,6 @@
 """What a fit determines: standard errors of numbers, and combinations that stay unknown."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,21 +16,17 @@ WIDE = 1.0
 """A combination whose 95 % interval reaches farther than this, relatively, is hardly determined."""
 
 
-class Loose(NamedTuple):
-    """A combination of numbers that the data do not determine, or hardly.
+Loose = tuple[Array, float]
+"""A combination of numbers that the data do not determine, or hardly.
 
-    Attributes:
-        changes: The relative change of each number, the largest 1: together they change little.
-        reach: How far the 95 % interval reaches along it, relatively; infinite if nothing changes.
-    """
-
-    changes: Array
-    reach: float
+First the relative change of each number, the largest 1: together they change little. Then how far
+the 95 % interval reaches along it, relatively; infinite if nothing changes.
+"""
 
 
 def determined(
     jacobian: Array, residuals: Array, quantile: float
-) -> tuple[Array, tuple[Loose, ...], float]:
+) -> tuple[Array, list[Loose], float]:
     """Return what is known of numbers from the singular value decomposition J = U S V'.
 
     The covariance is (J'J)⁻¹ = V S⁻² V', in the directions with S > 0.
@@ -49,12 +44,12 @@ def determined(
     """
     U, s, Vt = np.linalg.svd(jacobian, full_matrices=False)
     kept = s > RANK * s[0]
-    variances = (Vt[kept] ** 2 / s[kept, None] ** 2).sum(axis=0)
+    variances = ((Vt[kept] / s[kept, None]) ** 2).sum(axis=0)
     unknown = (np.abs(Vt[~kept]) > IN_NULL_SPACE).any(axis=0)
     loose = []
     for size, row, known in zip(s, Vt, kept, strict=True):
         reach = quantile / size if known else math.inf
         if reach > WIDE:
-            loose.append(Loose(row / row[np.abs(row).argmax()], reach * np.abs(row).max()))
+            loose.append((row / row[np.abs(row).argmax()], reach * np.abs(row).max()))
     decrement = float(np.linalg.norm(U[:, kept].T @ residuals))
-    return np.where(unknown, math.inf, np.sqrt(variances)), tuple(loose), decrement
+    return np.where(unknown, math.inf, np.sqrt(variances)), loose, decrement

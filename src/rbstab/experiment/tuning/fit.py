@@ -41,7 +41,7 @@ STATIONARY = 0.05
 
 def fit(
     config: Config | str | Path | Mapping[str, Any],
-    data: str | Path | Measured,
+    data: str | Path,
     free: str | Iterable[str],
     *,
     allow_python: bool = False,
@@ -56,7 +56,7 @@ def fit(
 
     Args:
         config: A config, or any argument that `load_config` takes.
-        data: The CSV file of the measured motion (`read_measured`), or what was read.
+        data: The CSV file of the measured motion (`read_measured`).
         free: Keys of numbers, such as `controller.K_r`, `body.inertia[0]`, `initial.orientation`;
             or a single key. All numbers below a key are free.
         allow_python: As for `load_config`.
@@ -74,19 +74,18 @@ def fit(
     config = load_config(config, allow_python=allow_python)
     check_suited(config)
     entries = _free_entries(config, [free] if isinstance(free, str) else free)
-    if not isinstance(data, Measured):
-        data = read_measured(data, config.integration.duration)
-    counts = np.isfinite(data.values).sum(axis=0)
-    few = [one.name for one, n in zip(data.columns, counts, strict=True) if n <= len(entries)]
-    if few:
+    measured = read_measured(data, config.integration.duration)
+    counts = np.isfinite(measured.values).sum(axis=0)
+    if counts.min() <= len(entries):
+        found = f"has a column of {counts.min()} values"
         wanted = f"expected more than the {len(entries)} free numbers"
-        raise TuningError(f"{data.name}: has too few values of {', '.join(few)} ({wanted})")
+        raise TuningError(f"{data}: {found} ({wanted})")
     # Imported late: importing scipy.optimize takes longer than many runs.
     from scipy.optimize import least_squares
     from scipy.special import stdtrit
 
-    motion, x = FreeMotion(config, entries, data), np.zeros(len(entries))
-    least, runs, total = LEAST_SCATTER * motion.scatter, 0, counts.sum()
+    motion, x = FreeMotion(config, entries, measured), np.zeros(len(entries))
+    least, total = LEAST_SCATTER * motion.scatter, counts.sum()
     freedom = total - len(x)
     with unsuited_motions(), np.errstate(all="ignore"):
         motion.computed(x)
@@ -94,9 +93,9 @@ def fit(
             search = least_squares(
                 motion.residuals, x, motion.jacobian, x_scale="jac", max_nfev=MAX_RUNS
             )
-            x, before, runs = search.x, motion.scatter, runs + search.nfev
+            x, before = search.x, motion.scatter
             computed = motion.computed(x)
-            squares = np.nanmean((data.values - computed) ** 2, axis=0)
+            squares = np.nanmean((measured.values - computed) ** 2, axis=0)
             motion.scatter = np.maximum(np.sqrt(squares * total / freedom), least)
             steady = np.allclose(motion.scatter, before, rtol=SAME_WEIGHT, atol=0.0)
             # Its status is 0 after too many runs.
@@ -107,12 +106,14 @@ def fit(
     values, rates = motion.numbers(x)
     numbers = zip(entries, values.tolist(), (rates * errors).tolist(), strict=True)
     # A gap counts as a residual of 0.
-    residuals = np.nan_to_num((data.values - computed) / motion.scatter)
+    residuals = np.nan_to_num((measured.values - computed) / motion.scatter)
     rho = (residuals[1:] * residuals[:-1]).sum(axis=0) / counts
-    columns = zip(data.columns, counts.tolist(), motion.scatter.tolist(), rho.tolist(), strict=True)
+    columns = zip(
+        measured.columns, counts.tolist(), motion.scatter.tolist(), rho.tolist(), strict=True
+    )
     return Fitted(
-        renamed(motion.config_at(x), f", fitted to {Path(data.name).name[:100]}"),
-        data,
+        renamed(motion.config_at(x), f", fitted to {Path(data).name[:100]}"),
+        measured,
         tuple(
             FittedNumber(
                 *(one.key, unit_at(config, one.key), one.value, value, error),
@@ -123,12 +124,11 @@ def fit(
         tuple(FittedColumn(one.name, one.unit, *row) for one, *row in columns),
         computed,
         loose,
-        runs,
         steady and decrement < STATIONARY,
     )
 
 
-def _free_entries(config: Config, keys: Iterable[str]) -> tuple[Entry, ...]:
+def _free_entries(config: Config, keys: Iterable[str]) -> list[Entry]:
     """Return the numbers at some keys and below them.
 
     Raises:
@@ -144,7 +144,7 @@ def _free_entries(config: Config, keys: Iterable[str]) -> tuple[Entry, ...]:
         found += below
     if not found:
         raise TuningError("no number to fit (expected a key such as controller.K_r)")
-    return tuple(found)
+    return found
 
 
 def _is_positive(config: Config, entry: Entry) -> bool:
@@ -165,7 +165,7 @@ class FreeMotion:
     A number that must be positive is p exp(x), for the given p; another one p + |p| x.
     """
 
-    def __init__(self, config: Config, entries: tuple[Entry, ...], data: Measured) -> None:
+    def __init__(self, config: Config, entries: list[Entry], data: Measured) -> None:
         self.config, self.entries, self.data = config, entries, data
         self.parts = [(column.vector, column.axis) for column in data.columns]
         self.given = np.array([entry.value for entry in entries])

@@ -67,8 +67,9 @@ class Fitted:
         numbers: The free numbers, with `given`, `fitted`, `error`, `low` and `high`.
         columns: The measured columns, with `values`, `scatter` and `autocorrelation`.
         computed: What the fitted config gives for the measured values, shape (n, m), SI.
-        loose: The combinations of numbers that the data do not determine, or hardly.
-        runs: The number of runs.
+        loose: The combinations of numbers that the data do not determine, or hardly: the relative
+            change of each number, and how far the 95 % interval reaches along it (infinite: not
+            determined).
         is_minimum: Whether a minimum was found; if not, the numbers mean nothing.
     """
 
@@ -77,8 +78,7 @@ class Fitted:
     numbers: tuple[FittedNumber, ...]
     columns: tuple[FittedColumn, ...]
     computed: Array
-    loose: tuple[Loose, ...]
-    runs: int
+    loose: list[Loose]
     is_minimum: bool
 
     def __repr__(self) -> str:

@@ -43,7 +43,6 @@ def test_the_config_is_written_with_the_numbers_that_are_printed(motion):
     assert done.stderr.endswith("good.yaml: fitted -> good_fitted.yaml\n")
     assert "warning" not in done.stderr
     written = load_config("good_fitted.yaml")
-    assert written.title == "A short run, fitted to m.csv"
     rows = {
         line.split()[0]: line.split() for line in done.stdout.splitlines() if "controller" in line
     }

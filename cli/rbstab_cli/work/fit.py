@@ -13,8 +13,6 @@ from rbstab_cli.output.progress import working
 from rbstab_cli.printing import Table, print_json, say
 from rbstab_cli.work.stored.plot import figure_form
 
-MOTION = "a CSV file of a measured motion"
-
 NOTES = {
     "numbers": "error: standard error; low, high: ends of the 95 % interval",
     "columns": "scatter: standard deviation of the residuals",
@@ -38,7 +36,7 @@ def fit(
     given, keys = load_one(config, changes, allow_python=allow_python), ",".join(frees).split(",")
     with working(f"{config.name}: fitting"):
         # So all problems of the file are told.
-        found = loaded([data], lambda path: fitted(given, path, keys), MOTION)[data]
+        found = loaded([data], lambda path: fitted(given, path, keys), "a measured motion")[data]
     if found.is_minimum:
         write_file(target, resolved_yaml(found.config), force=force)
     if figure is not None:
@@ -54,8 +52,12 @@ def fit(
         file = str(target) if found.is_minimum else None
         print_json({"file": file, **rows, "warnings": found.warnings})
     else:
-        for name, table in tables.items():
-            _print(name, table)
+        for title, table in tables.items():
+            heads = table[0]._fields[2:]
+            printed = Table(title, *heads, numbers=heads)
+            for name, unit, *values in table:
+                printed.add(f"{name} [{unit}]", *(number(value, 5) for value in values))
+            printed.print(NOTES[title])
     for warning in found.warnings:
         say(f"warning: {data}: {warning}")
     if not found.is_minimum:
@@ -63,11 +65,3 @@ def fit(
         return exit_codes.NOT_COMPLETED
     say(f"{config}: fitted -> {target}")
     return exit_codes.OK
-
-
-def _print(title: str, rows: Any) -> None:
-    heads = rows[0]._fields[2:]
-    table = Table(title, *heads, numbers=heads)
-    for name, unit, *values in rows:
-        table.add(f"{name} [{unit}]", *(number(value, 5) for value in values))
-    table.print(NOTES[title])

@@ -1,6 +1,6 @@
 """A motion at chosen times, and its derivatives along directions of the config."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -12,44 +12,34 @@ from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array
 
 
-class FollowedMotion:
-    """The motion of a problem at some times, to round-off.
+def followed_motion(
+    problem: Problem, times: Array, parts: Sequence[tuple[str, int]]
+) -> Callable[[Shifted | None], Array]:
+    """Return a function that computes parts of a motion at some times, to round-off.
+
+    The function takes the numbers of the problem, shifted by ih along a direction, with
+    h = `derivatives.STEP`. It returns the derivatives of the parts along this direction, or for
+    None the parts, shape (times, parts).
 
     Args:
         problem: The problem; its own samples are not used.
         times: Ascending, s.
+        parts: The vectors of a `Motion` by name, each with an axis.
 
     Raises:
-        UnfinishedRunError: The run did not complete.
-        NotDifferentiableError: The motion is chaotic.
+        UnfinishedRunError: The run did not complete; the function may raise it, too.
+        NotDifferentiableError: The motion is chaotic, or has no derivative along the direction.
     """
+    course, grid = course_of(problem, TOLERANCE), np.unique([problem.times[0], *times])
+    compiled = variational_system(course.first)
 
-    def __init__(self, problem: Problem, times: Array) -> None:
-        self.problem, self.times = problem, times
-        self.course = course_of(problem, TOLERANCE)
-
-    def values(self, parts: Sequence[tuple[str, int]], shifted: Shifted | None = None) -> Array:
-        """Return parts of the motion at the times, or their derivatives along a direction.
-
-        Args:
-            parts: The vectors of a `Motion` by name, each with an axis.
-            shifted: The numbers of the problem, shifted by ih along the direction, with
-                h = `derivatives.STEP`.
-
-        Returns:
-            Shape (times, parts).
-
-        Raises:
-            UnfinishedRunError: The run did not complete.
-            NotDifferentiableError: The motion has no derivative along the direction.
-        """
-        problem, compiled = self.problem, variational_system(self.course.first)
+    def values(shifted: Shifted | None) -> Array:
         tangent = None if shifted is None else tangent_along(problem, shifted)
-        grid = np.unique([problem.times[0], *self.times])
-        trajectory = compiled.integrate(problem, self.course, grid, Levels(0.0), tangent)
-        found = completed(trajectory, problem)
+        found = compiled.integrate(problem, course, grid, Levels(0.0), tangent)
+        states = completed(found, problem).states + 1j * STEP * found.tangents
         system = problem.system if tangent is None else tangent.system
-        states = (found.states + 1j * STEP * found.tangents)[-len(self.times) :]
-        motions = map(system.motion, states)
-        values = np.array([[getattr(m, vector)[axis] for vector, axis in parts] for m in motions])
-        return values.real if tangent is None else values.imag / STEP
+        motions = map(system.motion, states[-len(times) :])
+        read = np.array([[getattr(m, vector)[axis] for vector, axis in parts] for m in motions])
+        return read.real if tangent is None else read.imag / STEP
+
+    return values

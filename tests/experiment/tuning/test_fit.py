@@ -127,14 +127,14 @@ def test_the_jacobian_is_that_of_differences_of_other_runs(data, key):
     (entry,) = [one for one in entries_of(config) if one.key == key]
     t = np.linspace(0.1, 0.4, 4)
     motion = FreeMotion(config, [entry], read_measured(measured(np.ones((4, 6)), ALL, t)))
-    x, step = np.array([0.0]), 2e-3
+    x, step, columns = np.array([0.0]), 2e-3, motion.data.columns
 
     def run(number):
         problem = problem_of(replaced(config, dict.fromkeys(entry.paths, number)))
         times = np.concatenate([[0.0], t])
         found = solve("scipy", replace(problem, rtol=3e-14, atol=1e-15, times=times))
         motions = [found.systems[0].motion(y) for y in found.states[1:]]
-        return np.array([[getattr(m, part)[k] for part, k in motion.parts] for m in motions])
+        return np.array([[getattr(m, c.vector)[c.axis] for c in columns] for m in motions])
 
     size = float(motion.numbers(x)[1][0])
     assert size == abs(entry.value)
@@ -219,6 +219,16 @@ def test_a_number_that_noise_hides_is_hardly_determined():
     (warning,) = found.warnings
     assert warning.startswith("hardly determined: controller.")
     assert "controller.L_r[0] +1 %" in warning
+
+
+def test_a_number_that_is_zero_has_no_relative_change():
+    """So an interval of several m/s is no reason to warn."""
+    found = fit(body(), measured(noisy(6, (5.0, 0.02))), ["initial.velocity[2]", *FREE[2:]])
+    number = found.numbers[0]
+    assert number.given == 0.0
+    assert number.low + 2.0 < 0.0 < number.high - 2.0
+    assert len(found.loose) == 1
+    assert not found.warnings
 
 
 def test_a_model_that_misses_something_is_told():

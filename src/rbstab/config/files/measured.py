@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.config.errors import ConfigError, ConfigProblem, Location, hint
+from rbstab.config.errors import ConfigError, ConfigProblem, Location
 from rbstab.config.files.named_files import csv_rows, finite_number
 from rbstab.config.source import read_text
 from rbstab.mechanics.numbers import Array
@@ -49,11 +49,6 @@ HEADS = {
 BEFORE = -1e-300
 """s: before the first time, which may be 0."""
 
-GAPS = ("", "nan")
-"""What stands where nothing was measured."""
-
-_AS = "such as theta1 [deg], omega1 [rad/s], x1 [mm] or e1 [m], with 1 to 3, each once"
-
 
 @dataclass(frozen=True, eq=False)
 class Measured:
@@ -93,18 +88,18 @@ def read_measured(file: str | FilePath, duration: float = math.inf) -> Measured:
         rows = list(csv_rows(read_text(FilePath(file))))
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise ConfigError.at(
-            Location(str(file)), f"cannot be read: {reason}", "expected a CSV file"
-        ) from error
+        report(1, 1, f"cannot be read: {reason}", "expected a CSV file")
+        raise ConfigError(problems) from error
     (line, heads), *rows = rows or [(1, [(1, "")])]
     place, text = heads[0]
     if text != TIME or len(heads) == 1:
-        report(line, place, f"is '{text}'", f"expected {TIME}, then other columns")
+        report(line, place, f"is '{text}'", f"expected {TIME}, then a comma and other columns")
     columns, factors = list[Column](), [1.0]
     for place, text in heads[1:]:
         column, factor = HEADS.get(text, (Column(text, "", 0, ""), 1.0))
         if text not in HEADS or column in columns:
-            report(line, place, f"is '{text}'", f"expected {_AS}{hint(text, HEADS)}")
+            wanted = "theta1 [deg], omega1 [rad/s], x1 [mm] or e1 [m], with 1 to 3, each once"
+            report(line, place, f"is '{text}'", f"expected such as {wanted}")
         columns.append(column)
         factors.append(factor)
     values, last = np.full((len(rows), len(heads)), math.nan), BEFORE
@@ -116,7 +111,7 @@ def read_measured(file: str | FilePath, duration: float = math.inf) -> Measured:
             number = finite_number(text)
             if number is not None:
                 row[k] = number * factors[k]
-            elif k == 0 or text.lower() not in GAPS:
+            elif k == 0 or text.lower() not in ("", "nan"):
                 report(line, place, f"is '{text}'", "expected a finite number; a gap is empty")
         if row[0] <= last or row[0] > duration:
             wanted = f"expected rising times from 0 to {duration:g} s, the end of the run"

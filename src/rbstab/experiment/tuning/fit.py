@@ -12,16 +12,14 @@ from rbstab.config.files.measured import Measured, read_measured
 from rbstab.config.load import load_config, with_numbers
 from rbstab.config.numbers import Entry, entries_of, unit_at
 from rbstab.config.schema import Config
-from rbstab.config.units import NumberKey, number_key
-from rbstab.experiment.tuning.determined import determined
-from rbstab.experiment.tuning.fitted import Fitted, FittedColumn, FittedNumber
+from rbstab.config.units import parse_key
+from rbstab.experiment.tuning.fitted import Fitted, FittedColumn, FittedNumber, determined
 from rbstab.experiment.tuning.gain_scaling import TuningError
 from rbstab.experiment.tuning.sensitivities import check_suited, shifted_along, unsuited_motions
-from rbstab.experiment.tuning.tune import renamed
 from rbstab.mechanics.numbers import Array
 
-LEVEL = 0.95
-"""The probability with which an interval holds the true number."""
+BELOW = 0.975
+"""The probability that the true number is below the upper end of its 95 % interval."""
 
 MAX_RUNS = 100
 """The largest number of runs of one search."""
@@ -33,7 +31,7 @@ SAME_WEIGHT = 1e-3
 """The scatter of a column is known when it changes less than this, relatively."""
 
 LEAST_SCATTER = 1e-9
-"""The scatter of a column is at least this part of its largest value: below is round-off."""
+"""SI: the scatter of a column is at least this; below is round-off."""
 
 STATIONARY = 0.05
 """A minimum is found if a step to it would be shorter than this, in standard errors."""
@@ -77,15 +75,14 @@ def fit(
     measured = read_measured(data, config.integration.duration)
     counts = np.isfinite(measured.values).sum(axis=0)
     if counts.min() <= len(entries):
-        found = f"has a column of {counts.min()} values"
         wanted = f"expected more than the {len(entries)} free numbers"
-        raise TuningError(f"{data}: {found} ({wanted})")
+        raise TuningError(f"{data}: has a column of {counts.min()} values ({wanted})")
     # Imported late: importing scipy.optimize takes longer than many runs.
     from scipy.optimize import least_squares
     from scipy.special import stdtrit
 
     motion, x = FreeMotion(config, entries, measured), np.zeros(len(entries))
-    least, total = LEAST_SCATTER * motion.scatter, counts.sum()
+    total = counts.sum()
     freedom = total - len(x)
     with unsuited_motions(), np.errstate(all="ignore"):
         motion.computed(x)
@@ -95,16 +92,18 @@ def fit(
             )
             x, before = search.x, motion.scatter
             computed = motion.computed(x)
-            squares = np.nanmean((measured.values - computed) ** 2, axis=0)
-            motion.scatter = np.maximum(np.sqrt(squares * total / freedom), least)
+            squares = np.nanmean((measured.values - computed) ** 2, axis=0) * total / freedom
+            motion.scatter = np.maximum(np.sqrt(squares), LEAST_SCATTER)
             steady = np.allclose(motion.scatter, before, rtol=SAME_WEIGHT, atol=0.0)
             # Its status is 0 after too many runs.
             if steady or not search.status:
                 break
-    quantile = float(stdtrit(freedom, (1 + LEVEL) / 2))
+    quantile = float(stdtrit(freedom, BELOW))
     errors, loose, decrement = determined(search.jac, search.fun, quantile)
     values, rates = motion.numbers(x)
-    numbers = zip(entries, values.tolist(), (rates * errors).tolist(), strict=True)
+    errors = rates * errors
+    half = quantile * errors
+    rows = np.stack([motion.given, values, errors, values - half, values + half]).T.tolist()
     # A gap counts as a residual of 0.
     residuals = np.nan_to_num((measured.values - computed) / motion.scatter)
     rho = (residuals[1:] * residuals[:-1]).sum(axis=0) / counts
@@ -112,14 +111,11 @@ def fit(
         measured.columns, counts.tolist(), motion.scatter.tolist(), rho.tolist(), strict=True
     )
     return Fitted(
-        renamed(motion.config_at(x), f", fitted to {Path(data).name[:100]}"),
+        motion.config_at(x),
         measured,
         tuple(
-            FittedNumber(
-                *(one.key, unit_at(config, one.key), one.value, value, error),
-                *(value - quantile * error, value + quantile * error),
-            )
-            for one, value, error in numbers
+            FittedNumber(entry.key, unit_at(config, entry.key), *row)
+            for entry, row in zip(entries, rows, strict=True)
         ),
         tuple(FittedColumn(one.name, one.unit, *row) for one, *row in columns),
         computed,
@@ -136,24 +132,23 @@ def _free_entries(config: Config, keys: Iterable[str]) -> list[Entry]:
     """
     found: list[Entry] = []
     for key in keys:
-        path = (number_key(key) or NumberKey((key,))).path
+        path = parse_key(key) or (key,)
         below = [e for e in entries_of(config) if path in [p[: len(path)] for p in e.paths]]
         if not below or {*below} & {*found}:
-            expected = "expected numbers that `rbstab sensitivities` lists, each once"
-            raise TuningError(f"{key}: is no number to fit ({expected})")
+            raise TuningError(
+                f"{key}: is no number to fit (expected numbers that `rbstab sensitivities` lists, "
+                "each once)"
+            )
         found += below
     if not found:
         raise TuningError("no number to fit (expected a key such as controller.K_r)")
     return found
 
 
-def _is_positive(config: Config, entry: Entry) -> bool:
+def _keeps_sign(config: Config, entry: Entry) -> bool:
     """Whether a config with the negative of a number is refused."""
-    # An entry of a matrix and its mirror image may have any sign.
-    if entry.value <= 0 or len(entry.paths) > 1:
-        return False
     try:
-        with_numbers(config, {entry.paths[0]: -entry.value})
+        with_numbers(config, dict.fromkeys(entry.paths, -entry.value))
     except ConfigError:
         return True
     return False
@@ -162,22 +157,21 @@ def _is_positive(config: Config, entry: Entry) -> bool:
 class FreeMotion:
     """The motion of a config as a function of x, from 0: relative changes of its free numbers.
 
-    A number that must be positive is p exp(x), for the given p; another one p + |p| x.
+    A number that must be positive is p exp(x), for the given p; another one p + |p| x, or x if p is
+    0. So a gain comes close to 0 without passing it.
     """
 
     def __init__(self, config: Config, entries: list[Entry], data: Measured) -> None:
         self.config, self.entries, self.data = config, entries, data
-        self.parts = [(column.vector, column.axis) for column in data.columns]
         self.given = np.array([entry.value for entry in entries])
-        self.positive = np.array([_is_positive(config, entry) for entry in entries])
-        largest = np.nanmax(np.abs(data.values), axis=0)
-        self.scatter = np.where(largest, largest, 1.0)
+        self.keeps_sign = np.array([_keeps_sign(config, entry) for entry in entries])
+        self.scatter = np.ones(len(data.columns))
 
     def numbers(self, x: Array) -> tuple[Array, Array]:
         """Return the numbers at x, and their derivatives by x."""
         sizes = np.where(self.given, np.abs(self.given), 1.0)
-        rates = sizes * np.exp(np.where(self.positive, x, 0.0))
-        return np.where(self.positive, rates, self.given + sizes * x), rates
+        rates = np.where(self.keeps_sign, self.given * np.exp(self.keeps_sign * x), sizes)
+        return np.where(self.keeps_sign, rates, self.given + sizes * x), rates
 
     def config_at(self, x: Array) -> Config:
         """Return the config with the numbers at x, validated."""
@@ -185,11 +179,12 @@ class FreeMotion:
         return with_numbers(self.config, {path: v for entry, v in pairs for path in entry.paths})
 
     def followed(self, config: Config) -> Any:
-        """Return the `FollowedMotion` of a config at the measured times."""
+        """Return the function `followed_motion` of a config for what was measured."""
         # Imported late: the engine must be installed.
-        from rbstab.analysis.followed_motion import FollowedMotion
+        from rbstab.analysis.followed_motion import followed_motion
 
-        return FollowedMotion(problem_of(config), self.data.times)
+        parts = [(column.vector, column.axis) for column in self.data.columns]
+        return followed_motion(problem_of(config), self.data.times, parts)
 
     def computed(self, x: Array) -> Array:
         """Return what is computed for the measured values, shape (n, m).
@@ -197,7 +192,8 @@ class FreeMotion:
         Raises:
             UnfinishedRunError: The run did not complete; or another error of extreme numbers.
         """
-        return self.followed(self.config_at(x)).values(self.parts)
+        values: Array = self.followed(self.config_at(x))(None)
+        return values
 
     def residuals(self, x: Array) -> Array:
         """Return computed less measured in parts of the scatter; infinite if the run fails."""
@@ -214,7 +210,7 @@ class FreeMotion:
         followed = self.followed(config)
         for entry, rate in zip(self.entries, self.numbers(x)[1].tolist(), strict=True):
             shifted = shifted_along(config, [(path, rate) for path in entry.paths])
-            columns.append(self._weighed(followed.values(self.parts, shifted)))
+            columns.append(self._weighed(followed(shifted)))
         return np.stack(columns, axis=1)
 
     def _weighed(self, values: Array) -> Array:

@@ -123,12 +123,8 @@ def tune(
     least = MIN_IMPROVEMENT * abs(given if math.isfinite(given) else 0.0)
     factors, value = (1.0,) * len(scalings), given
     if search.best_value < given - least:
-        config = renamed(search.config_at(search.best), f", tuned for {chosen.name}")
+        tuned, suffix = search.config_at(search.best), f", tuned for {chosen.name}"
+        title = tuned.title[: MAX_TITLE_LENGTH - len(suffix)] + suffix
+        config = changed_config(tuned, resolved(tuned) | {"title": title})
         factors, value = tuple(search.factors(search.best)), search.best_value
     return Tuned(config, chosen, scalings, factors, given, value, search.runs, search.failures)
-
-
-def renamed(config: Config, suffix: str) -> Config:
-    """Return a config whose title has a suffix."""
-    title = config.title[: MAX_TITLE_LENGTH - len(suffix)] + suffix
-    return changed_config(config, resolved(config) | {"title": title})

@@ -16,7 +16,7 @@ def fitted_figure(found: Fitted) -> Figure:
     for column, measured, computed, residuals in zip(found.columns, *values, strict=True):
         points = Points(t, measured, "measured", MUTED), Line(t, computed, "fitted")
         panels.append(Panel(TIME, Axis(column.name, column.unit), points))
-        ends = (Level(2 * column.scatter), Level(-2 * column.scatter))
-        axis = Axis(f"residual of {column.name}", column.unit)
-        panels.append(Panel(TIME, axis, (Points(t, residuals, "residual", MUTED), *ends)))
-    return Figure("fit", found.config.title, tuple(panels), columns=2, shares_time=True)
+        axis, end = Axis(f"residual of {column.name}", column.unit), 2 * column.scatter
+        shown = Points(t, residuals, "residual", MUTED), Level(end), Level(-end)
+        panels.append(Panel(TIME, axis, shown))
+    return Figure("fit", "", tuple(panels), columns=2, shares_time=True)

@@ -33,7 +33,8 @@ def fit(
     """Fit the numbers, write the config with them, and print what was found."""
     target = new_config(config, output, "_fitted", force=force)
     form = "" if figure is None else figure_form("--figure", figure, force=force)
-    given, keys = load_one(config, changes, allow_python=allow_python), ",".join(frees).split(",")
+    given = load_one(config, changes, allow_python=allow_python)
+    keys = ",".join(frees).split(",")
     with working(f"{config.name}: fitting"):
         # So all problems of the file are told.
         found = loaded([data], lambda path: fitted(given, path, keys), "a measured motion")[data]

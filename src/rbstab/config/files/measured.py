@@ -46,9 +46,6 @@ HEADS = {
 }
 """The heads of the other columns: what they have, and what makes their numbers SI."""
 
-BEFORE = -1e-300
-"""s: before the first time, which may be 0."""
-
 
 @dataclass(frozen=True, eq=False)
 class Measured:
@@ -102,7 +99,8 @@ def read_measured(file: str | FilePath, duration: float = math.inf) -> Measured:
             report(line, place, f"is '{text}'", f"expected such as {wanted}")
         columns.append(column)
         factors.append(factor)
-    values, last = np.full((len(rows), len(heads)), math.nan), BEFORE
+    # The first time may be 0.
+    values, last = np.full((len(rows), len(heads)), math.nan), -1e-300
     for row, (line, cells) in zip(values, rows, strict=True):
         if len(cells) != len(heads):
             report(line, 1, f"has {len(cells)} cells", f"expected {len(heads)}")

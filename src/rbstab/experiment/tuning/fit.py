@@ -75,13 +75,16 @@ def fit(
     measured = read_measured(data, config.integration.duration)
     counts = np.isfinite(measured.values).sum(axis=0)
     if counts.min() <= len(entries):
-        wanted = f"expected more than the {len(entries)} free numbers"
-        raise TuningError(f"{data}: has a column of {counts.min()} values ({wanted})")
+        raise TuningError(
+            f"{data}: has a column of {counts.min()} values (expected more than the {len(entries)} "
+            "free numbers)"
+        )
     # Imported late: importing scipy.optimize takes longer than many runs.
     from scipy.optimize import least_squares
     from scipy.special import stdtrit
 
-    motion, x = FreeMotion(config, entries, measured), np.zeros(len(entries))
+    motion = FreeMotion(config, entries, measured)
+    x = np.zeros(len(entries))
     total = counts.sum()
     freedom = total - len(x)
     with unsuited_motions(), np.errstate(all="ignore"):
@@ -90,7 +93,8 @@ def fit(
             search = least_squares(
                 motion.residuals, x, motion.jacobian, x_scale="jac", max_nfev=MAX_RUNS
             )
-            x, before = search.x, motion.scatter
+            x = search.x
+            before = motion.scatter
             computed = motion.computed(x)
             squares = np.nanmean((measured.values - computed) ** 2, axis=0) * total / freedom
             motion.scatter = np.maximum(np.sqrt(squares), LEAST_SCATTER)
@@ -98,7 +102,7 @@ def fit(
             # Its status is 0 after too many runs.
             if steady or not search.status:
                 break
-    quantile = float(stdtrit(freedom, BELOW))
+    quantile = stdtrit(freedom, BELOW)
     errors, loose, decrement = determined(search.jac, search.fun, quantile)
     values, rates = motion.numbers(x)
     errors = rates * errors
@@ -206,7 +210,8 @@ class FreeMotion:
 
     def jacobian(self, x: Array) -> Array:
         """Return the derivatives of the residuals by x, exact to round-off."""
-        config, columns = self.config_at(x), []
+        columns = []
+        config = self.config_at(x)
         followed = self.followed(config)
         for entry, rate in zip(self.entries, self.numbers(x)[1].tolist(), strict=True):
             shifted = shifted_along(config, [(path, rate) for path in entry.paths])

@@ -117,12 +117,11 @@ class Fitted:
             # A number that is 0 has no relative change: its interval says all.
             if reach < math.inf and not self.numbers[changes.argmax()].given:
                 continue
-            pairs = zip(self.numbers, changes.tolist(), strict=True)
             shown = [
                 f"{one.name} {change:+.2g} %"
                 if one.given
                 else f"{one.name} {change / 100:+.2g} {one.unit}"
-                for one, change in pairs
+                for one, change in zip(self.numbers, changes.tolist(), strict=True)
                 if abs(change) >= LEAST_SHOWN
             ]
             how, known = "not", "what was measured stays as it is"

@@ -93,7 +93,6 @@ def test_the_figure_has_the_residuals(motion):
     assert np.std(values) == pytest.approx(np.radians(0.01), rel=0.2)
 
 
-@pytest.mark.slow
 def test_the_figure_is_drawn(motion):
     pytest.importorskip("vl_convert")
     success(*FIT, "--figure", "f.svg")

@@ -85,7 +85,6 @@ def test_known_gains_are_found_without_noise():
     assert not found.warnings
 
 
-@pytest.mark.heavy
 def test_19_of_20_intervals_hold_the_truth():
     """Of 30 measurements with noise of another size in each column."""
     repetitions, truth = 30, np.array([*TRUE.values()])

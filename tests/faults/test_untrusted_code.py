@@ -154,6 +154,8 @@ def test_python(marker):
             call("traitor.yaml")
     with pytest.raises(ConfigError, match="--allow-python"):
         package.tune("traitor.yaml", "settling_time", ["controller.L_t"])
+    with pytest.raises(ConfigError, match="--allow-python"):
+        package.fit("traitor.yaml", "motion.csv", ["controller.L_t"])
     for plan in ("plan.yaml", "results/plan/plan.yaml"):
         with pytest.raises(ConfigError, match="--allow-python"):
             package.load_plan(plan)

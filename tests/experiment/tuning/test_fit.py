@@ -215,7 +215,7 @@ def test_two_numbers_of_which_only_the_product_matters_are_not_determined():
     (warning,) = found.warnings
     sign = 1 if changes[0] > 0 else -1
     change = f"{AB[0]} {sign:+d} %, {AB[1]} {-sign:+d} %"
-    assert warning == f"not determined: {change}: what was measured stays as it is"
+    assert warning == f"not determined: {change}: what was measured stays, to first order"
     alone = fit(data, measured(noisy(3)), [AB[0], "controller.L_t[2]"], allow_python=True)
     assert not alone.warnings
     assert alone.numbers[0].low < 10.0 < alone.numbers[0].high
@@ -239,7 +239,7 @@ def test_a_number_that_moves_nothing_measured_is_not_determined():
     found = fit(body(1.2), measured(noisy(5)), [*FREE, HIDDEN])
     assert [math.isinf(one.error) for one in found.numbers] == [False] * 4 + [True]
     (warning,) = found.warnings
-    assert warning == f"not determined: {HIDDEN} +1 %: what was measured stays as it is"
+    assert warning == f"not determined: {HIDDEN} +1 %: what was measured stays, to first order"
 
 
 def test_a_number_that_noise_hides_is_hardly_determined():

@@ -124,14 +124,14 @@ class Fitted:
                 for one, change in zip(self.numbers, changes.tolist(), strict=True)
                 if abs(change) >= LEAST_SHOWN
             ]
-            how, known = "not", "what was measured stays as it is"
+            how, known = "not", "what was measured stays, to first order"
             if reach < math.inf:
                 how, known = "hardly", f"known to ±{100 * reach:.3g} times that"
             found.append(f"{how} determined: {', '.join(shown)}: {known}")
         found += [
             f"{one.name}: successive residuals are alike (autocorrelation "
-            f"{one.autocorrelation:.2g}), so that the model misses something, and the intervals "
-            "are too short"
+            f"{one.autocorrelation:.2g}): the model misses something, or the errors of measurement "
+            "are not independent; the intervals are too short"
             for one in self.columns
             if one.autocorrelation > RANDOM * one.values**-0.5
         ]

@@ -19,7 +19,7 @@ COMMANDS = {
     "check": "beginning",
     **dict.fromkeys(("show", "list", "compare", "export", "report", "plot"), "stored"),
     **dict.fromkeys(("stability", "verify"), "proofs"),
-    **dict.fromkeys(("sensitivities", "tune", "guard"), "tuning"),
+    **dict.fromkeys(("sensitivities", "tune", "fit", "guard"), "tuning"),
     **dict.fromkeys(("cache", "schema", "completion"), "beginning"),
 }
 """The commands with their modules, in the order in which a new user needs them."""

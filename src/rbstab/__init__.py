@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from rbstab.experiment.proof import prove
     from rbstab.experiment.simulate import simulate
     from rbstab.experiment.stored_proof.proof import Proof
+    from rbstab.experiment.tuning.fit import fit
+    from rbstab.experiment.tuning.fitted import Fitted
     from rbstab.experiment.tuning.sensitivities import Sensitivities, sensitivities
     from rbstab.experiment.tuning.tune import Tuned, tune
     from rbstab.integrate.status import RunStatus
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ConfigError",
     "Enclose",
+    "Fitted",
     "Motions",
     "Proof",
     "Result",
@@ -47,6 +50,7 @@ __all__ = [
     "Table",
     "Tuned",
     "example",
+    "fit",
     "load_config",
     "load_plan",
     "open_proof",
@@ -63,6 +67,7 @@ __all__ = [
 _MODULES = {
     "ConfigError": "rbstab.config.errors",
     "Enclose": "rbstab.experiment.convergence.convergence",
+    "Fitted": "rbstab.experiment.tuning.fitted",
     "Motions": "rbstab.store.motions",
     "Proof": "rbstab.experiment.stored_proof.proof",
     "Result": "rbstab.experiment.answers.result",
@@ -73,6 +78,7 @@ _MODULES = {
     "Table": "rbstab.store.table",
     "Tuned": "rbstab.experiment.tuning.tune",
     "example": "rbstab.packaged.examples",
+    "fit": "rbstab.experiment.tuning.fit",
     "load_config": "rbstab.config.load",
     "load_plan": "rbstab.sweep.plan.load",
     "open_proof": "rbstab.listing.opening",

@@ -108,6 +108,7 @@ def no_work(no_runs, refuse):
     """Let every computation fail the test."""
     refuse(
         "experiment.tuning.tune.tune",
+        "experiment.tuning.fit.fit",
         "experiment.tuning.sensitivities.sensitivities",
         "experiment.tuning.guard.guard",
         "experiment.stability.stability_of",

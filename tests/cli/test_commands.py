@@ -133,6 +133,7 @@ def test_plans_and_configs_are_checked(folder):
 NEEDED = {
     "run good.yaml --engine heyoka": ("heyoka", "the engine 'heyoka' cannot be used here"),
     "tune good.yaml --objective energy --over controller.L_r": ("heyoka", "need heyoka"),
+    "fit good.yaml m.csv --free controller.L_r": ("heyoka", "need heyoka"),
     "sensitivities good.yaml": ("heyoka", "need heyoka, which cannot be used here"),
     "sweep plan.yaml --dask tcp://127.0.0.1:9": ("distributed", "rbstab[cluster]"),
     "export made.h5 -o a.parquet": ("pandas pyarrow", "rbstab[table]"),
@@ -157,6 +158,7 @@ main()
 def test_a_command_names_the_package_that_it_needs(command, folder):
     Path("plan.yaml").write_text(PLAN_OF_MASSES)
     made_file(folder / "made.h5")
+    Path("m.csv").write_text("time [s],theta1 [rad]\n0,1\n")
     packages, message = NEEDED[command]
     done = subprocess.run(
         [sys.executable, "-c", WITHOUT, packages, *command.split()],

@@ -23,7 +23,7 @@ from rbstab.experiment.summary import summary_of
 from rbstab_cli.commands.beginning import check as check_command
 from rbstab_cli.commands.proofs import stability
 from rbstab_cli.commands.running import run, sweep
-from rbstab_cli.commands.tuning import guard, sensitivities, tune
+from rbstab_cli.commands.tuning import fit, guard, sensitivities, tune
 from rbstab_cli.registry import COMMANDS
 
 CONFIG = GOOD.replace("title: A short run", "schema_version: 2\ntitle: A traitor") + (
@@ -95,6 +95,7 @@ RUNNING = [
     ("stability", "traitor.yaml", "--within", "body.mass=±1%"),
     ("sensitivities", "traitor.yaml"),
     ("tune", "traitor.yaml", "--objective", "settling_time", "--over", "controller.L_t"),
+    ("fit", "traitor.yaml", "motion.csv", "--free", "controller.L_t"),
     ("guard", "traitor.yaml"),
     ("sweep", "plan.yaml"),
     ("sweep", "plan.yaml", "--dry-run"),
@@ -153,6 +154,8 @@ def test_python(marker):
             call("traitor.yaml")
     with pytest.raises(ConfigError, match="--allow-python"):
         package.tune("traitor.yaml", "settling_time", ["controller.L_t"])
+    with pytest.raises(ConfigError, match="--allow-python"):
+        package.fit("traitor.yaml", "motion.csv", ["controller.L_t"])
     for plan in ("plan.yaml", "results/plan/plan.yaml"):
         with pytest.raises(ConfigError, match="--allow-python"):
             package.load_plan(plan)
@@ -186,7 +189,7 @@ def test_a_report_elsewhere(marker):
 
 
 def test_every_command_that_builds_equations_has_the_option():
-    commands = (check_command, guard, run, sensitivities, stability, sweep, tune)
+    commands = (check_command, fit, guard, run, sensitivities, stability, sweep, tune)
     for command in commands:
         assert "--allow-python" in [name for p in command.params for name in p.opts]
     reading = {

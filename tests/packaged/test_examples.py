@@ -59,6 +59,11 @@ def test_a_plan_comes_with_its_base():
     assert all(path == ROOT / "configs" / below for below, path in found.items())
 
 
+def test_a_config_comes_with_the_motion_that_was_measured():
+    found = [path.as_posix() for path in files_of(["examples/fitted"])]
+    assert found == ["examples/fitted.csv", "examples/fitted.yaml"]
+
+
 def test_files_that_are_named_by_named_files_come_too_and_no_others(tmp_path, monkeypatch):
     folder = tmp_path / "configs"
     (folder / "sweeps").mkdir(parents=True)

@@ -3,7 +3,7 @@
 import click
 
 from rbstab.experiment.tuning.objective import OBJECTIVES
-from rbstab_cli.options import Choice, declare, output, repeatable, takes
+from rbstab_cli.options import FILE, PATH, Choice, declare, output, repeatable, takes
 
 
 @declare("sensitivities", "rbstab sensitivities experiment.yaml", "sensitivities:sensitivities")
@@ -62,6 +62,43 @@ def tune() -> None:
     configs within the bounds, then descends along gradients from the given config and from the best
     sample. A run that ends early or does not settle counts as worst; if all do, the exit code is 3.
     Needs heyoka.
+    """
+
+
+@declare(
+    "fit", "rbstab fit experiment.yaml motion.csv --free controller.K_r,controller.L_r", "fit:fit"
+)
+@takes("config")
+@click.argument("data", metavar="DATA", type=PATH)
+@repeatable(
+    "--free",
+    "frees",
+    required=True,
+    metavar="KEY,...",
+    help="Numbers to fit: all of controller.K_r, or the entry controller.K_r[0]; also those of "
+    "body, initial and elements. Repeatable.",
+)
+@output("File of the new config; CONFIG.yaml gives CONFIG_fitted.yaml in the working folder.")
+@click.option(
+    "--figure",
+    metavar="FILE",
+    type=FILE,
+    help="Also draw the measured motion, the fitted one and the residuals: .svg, .pdf, .png; .csv.",
+)
+@takes("set", "allow_python", "force", "json", "quiet")
+def fit() -> None:
+    """Fit gains, or other numbers, to a measured motion.
+
+    DATA is a CSV file. Its first row names the columns with their units, such as
+    `time [s],theta1 [deg],x3 [mm]`: Euler angles theta1 to theta3, body rates omega1 to omega3,
+    the centre of gravity x1 to x3, and the contact displacement e1 to e3. An
+    empty cell is a gap.
+
+    The squares of the residuals become least, from the values of the config; each column is
+    weighed by its own scatter. Prints the fitted numbers with 95 % intervals, and writes the
+    config with them. Warns of numbers, or combinations of them, that the data do not determine,
+    and of residuals that are not random. If no minimum is found, no config is written, and the
+    exit code is 3. Derivatives are exact, and need heyoka, also for a config with another engine.
     """
 
 

@@ -70,7 +70,7 @@ def new_config(config: Path, output: Path | None, ending: str, *, force: bool) -
     return target
 
 
-def form_of(path: Path, forms: Iterable[str]) -> str:
+def form_of(path: Path, forms: Iterable[str], option: str = "-o") -> str:
     """Return the form of a file that is to be written, by its ending.
 
     Raises:
@@ -79,7 +79,7 @@ def form_of(path: Path, forms: Iterable[str]) -> str:
     ending = path.suffix.lower().removeprefix(".")
     if ending not in forms:
         endings = ", ".join(f".{form}" for form in forms)
-        raise click.UsageError(f"-o {path}: expected a file name that ends in {endings}")
+        raise click.UsageError(f"{option} {path}: expected a file name that ends in {endings}")
     return ending
 
 

@@ -108,7 +108,7 @@ def baseline(problem: Problem) -> Baseline:
 
     def run(times: Array, level: float = 0.0) -> VariationalTrajectory:
         found = compiled.integrate(problem, course, times, Levels(zero, level))
-        return _completed(found, problem)
+        return completed(found, problem)
 
     def value(system: System, y: Array) -> float:
         """Return the Lyapunov function v, J."""
@@ -173,19 +173,15 @@ def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
         UnfinishedRunError: The run did not complete.
         NotDifferentiableError: It has no derivative along the direction.
     """
-    tangent = Tangent(
-        _by_modes(base.problem, shifted.system),
-        _derivative(shifted.start),
-        _rest_energy_derivative(base, shifted.system),
-        schedule_of(shifted.legs),
-    )
+    rest_energy = _rest_energy_derivative(base, shifted.system)
+    tangent = tangent_along(base.problem, shifted, rest_energy)
     outcome, course = base.outcome, base.course
     begin, end = base.problem.times[[0, -1]].tolist()
     needed = [begin, end, *outcome.peak_times, base.distance_time, base.value_time]
     if not np.isnan(outcome.settling_time):
         needed.append(outcome.settling_time)
     times = np.unique(needed)
-    trajectory = _completed(
+    trajectory = completed(
         base.compiled.integrate(base.problem, course, times, Levels(base.rest.energy), tangent),
         base.problem,
     )
@@ -269,6 +265,18 @@ def _rest_energy_derivative(base: Baseline, shifted: System) -> float:
     return float(_derivative(shifted.potential_energy(state)))
 
 
+def tangent_along(problem: Problem, shifted: Shifted, rest_energy: float = 0.0) -> Tangent:
+    """Return the direction of a derivative.
+
+    Args:
+        problem: The problem of the run.
+        shifted: Its numbers, as for `derivative_along`.
+        rest_energy: The derivative of the energy of the rest state, J, of use for ∫v dt only.
+    """
+    system = _by_modes(problem, shifted.system)
+    return Tangent(system, _derivative(shifted.start), rest_energy, schedule_of(shifted.legs))
+
+
 def _by_modes(problem: Problem, system: System) -> System:
     """Return a system like that of a problem, whose sliding connector has modes 0 and 1."""
     if problem.switching is None:
@@ -286,7 +294,13 @@ def _derivative(value: Array) -> Array:
     return np.imag(value) / STEP
 
 
-def _completed(trajectory: VariationalTrajectory, problem: Problem) -> VariationalTrajectory:
+def completed(trajectory: VariationalTrajectory, problem: Problem) -> VariationalTrajectory:
+    """Return the trajectory of a run that completed.
+
+    Raises:
+        UnfinishedRunError: It did not.
+        NotDifferentiableError: It passes θ2 = ±90°.
+    """
     if problem.quaternion and trajectory.status is RunStatus.RANGE_LEFT:
         raise NotDifferentiableError(
             "the motion passes θ2 = ±90°, and derivatives are found in Euler angles only"

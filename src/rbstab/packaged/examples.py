@@ -104,7 +104,8 @@ def described(name: str) -> Example:
 def files_of(wanted: Iterable[str]) -> dict[Path, Path]:
     """Return the files that examples need: themselves, and all files that they name.
 
-    So a plan comes with its base, and a config with its tables.
+    So a plan comes with its base, and a config with its tables, and with the measured motion that
+    has its name.
 
     Args:
         wanted: Names of examples.
@@ -123,6 +124,8 @@ def files_of(wanted: Iterable[str]) -> dict[Path, Path]:
         found[below] = path
         if path.suffix == SUFFIX:
             waiting += _named_files(path, folder)
+            motion = path.with_suffix(".csv")
+            waiting += [motion] if motion.is_file() else []
     return dict(sorted(found.items()))
 
 

@@ -23,11 +23,9 @@ def plot(
     results: tuple[Path, ...], name: str | None, output: Path | None, column: bool, force: bool
 ) -> None:
     """Write a figure, or list all of them."""
-    form = None if output is None else _form(output)
+    form = None if output is None else figure_form("-o", output, force=force)
     if column and form == "csv":
         raise click.UsageError("--column is of use only with -o FILE that ends in .svg, .pdf, .png")
-    if output is not None:
-        check_target(output, force=force)
     with working("figures"):
         figures = _figures(taken(results))
     if name is None or output is None or form is None:
@@ -40,11 +38,12 @@ def plot(
     say(f"-> {output}")
 
 
-def _form(output: Path) -> str:
-    """Return the form of a figure by the name of its file; what draws it is installed."""
-    form = form_of(output, FORMS)
+def figure_form(option: str, output: Path, *, force: bool) -> str:
+    """Return the form of a figure by the name of its file, which can be written and drawn."""
+    form = form_of(output, FORMS, option)
     if form != "csv":
-        require("report", f"-o {output}", "vl_convert")
+        require("report", f"{option} {output}", "vl_convert")
+    check_target(output, force=force)
     return form
 
 

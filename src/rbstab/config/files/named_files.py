@@ -4,9 +4,10 @@ They are the Python files of users' elements, and the CSV files of tables. So a 
 other file, and neither its identity nor a stored run depends on one.
 """
 
-import csv
 import hashlib
 import math
+import re
+from collections.abc import Iterator
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -18,6 +19,8 @@ from rbstab.elements.user_code.declared import MAX_SOURCE, sha256
 
 COLUMNS = 2
 """A row of a table: a time, s, and a value."""
+
+_CELL = re.compile(r"(?:^|,)\s*([^,]*)")
 
 _TABLE = "expected a CSV file of times, s, and values"
 
@@ -104,11 +107,9 @@ def _rows(text: str, name: str, key: str) -> tuple[list[tuple[float, float]], li
         problems.append(ConfigProblem(Location(name, line), key, found, expected))
 
     is_first = True
-    for line, row in enumerate(csv.reader(text.splitlines()), start=1):
-        entries = [entry.strip() for entry in row]
-        if not any(entries) or entries[0].startswith("#"):
-            continue
-        numbers = [number for number in map(_number, entries) if number is not None]
+    for line, cells in csv_rows(text):
+        entries = [entry for _, entry in cells]
+        numbers = [number for number in map(finite_number, entries) if number is not None]
         # The names of the columns may stand above them.
         if len(entries) != COLUMNS or (len(numbers) != COLUMNS and (numbers or not is_first)):
             found = f"is {', '.join(entries)}"
@@ -126,7 +127,18 @@ def _rows(text: str, name: str, key: str) -> tuple[list[tuple[float, float]], li
     return [(0.0, 0.0)] if problems else rows, problems
 
 
-def _number(text: str) -> float | None:
+def csv_rows(text: str) -> Iterator[tuple[int, list[tuple[int, str]]]]:
+    """Yield the line and the cells of each row of a CSV file that is not empty and no comment.
+
+    A cell is the column at which its text begins, and its text, without quotes around it.
+    """
+    for line, row in enumerate(text.splitlines(), start=1):
+        cells = [(cell.start(1) + 1, cell[1].strip(' \t"')) for cell in _CELL.finditer(row)]
+        if any(text for _, text in cells) and not cells[0][1].startswith("#"):
+            yield line, cells
+
+
+def finite_number(text: str) -> float | None:
     """Return a finite number; None if a text is none."""
     try:
         number = float(text)

@@ -1,0 +1,68 @@
+"""`rbstab fit`: numbers of a config from a measured motion."""
+
+from pathlib import Path
+from typing import Any
+
+from rbstab.config.load import resolved_yaml
+from rbstab.experiment.answers.rounded import number
+from rbstab.experiment.tuning.fit import fit as fitted
+from rbstab_cli import exit_codes
+from rbstab_cli.inputs import load_one, loaded
+from rbstab_cli.output.files import new_config, write_file
+from rbstab_cli.output.progress import working
+from rbstab_cli.printing import Table, print_json, say
+from rbstab_cli.work.stored.plot import figure_form
+
+NOTES = {
+    "numbers": "error: standard error; low, high: ends of the 95 % interval",
+    "columns": "scatter: standard deviation of the residuals",
+}
+
+
+def fit(
+    config: Path,
+    data: Path,
+    frees: tuple[str, ...],
+    output: Path | None,
+    figure: Path | None,
+    changes: tuple[str, ...],
+    allow_python: bool,
+    force: bool,
+    as_json: bool,
+) -> int:
+    """Fit the numbers, write the config with them, and print what was found."""
+    target = new_config(config, output, "_fitted", force=force)
+    form = "" if figure is None else figure_form("--figure", figure, force=force)
+    given = load_one(config, changes, allow_python=allow_python)
+    keys = ",".join(frees).split(",")
+    with working(f"{config.name}: fitting"):
+        # So all problems of the file are told.
+        found = loaded([data], lambda path: fitted(given, path, keys), "a measured motion")[data]
+    if found.is_minimum:
+        write_file(target, resolved_yaml(found.config), force=force)
+    if figure is not None:
+        # Imported late: few calls draw.
+        from rbstab.report.runs.figures.fitted import fitted_figure
+        from rbstab.report.writers.figure_files import figure_bytes
+
+        write_file(figure, figure_bytes(fitted_figure(found), form), force=force)
+        say(f"-> {figure}")
+    tables: dict[str, Any] = {"numbers": found.numbers, "columns": found.columns}
+    if as_json:
+        rows = {name: [row._asdict() for row in table] for name, table in tables.items()}
+        file = str(target) if found.is_minimum else None
+        print_json({"file": file, **rows, "warnings": found.warnings})
+    else:
+        for title, table in tables.items():
+            heads = table[0]._fields[2:]
+            printed = Table(title, *heads, numbers=heads)
+            for name, unit, *values in table:
+                printed.add(f"{name} [{unit}]", *(number(value, 5) for value in values))
+            printed.print(NOTES[title])
+    for warning in found.warnings:
+        say(f"warning: {data}: {warning}")
+    if not found.is_minimum:
+        say(f"{config}: no minimum was found; try other values to start from; no config is written")
+        return exit_codes.NOT_COMPLETED
+    say(f"{config}: fitted -> {target}")
+    return exit_codes.OK

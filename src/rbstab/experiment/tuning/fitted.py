@@ -1,0 +1,169 @@
+"""The result of a fit: numbers with intervals, residuals, and what the data do not tell."""
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.config.files.measured import Measured
+from rbstab.config.schema import Config
+from rbstab.files.names import line
+from rbstab.mechanics.numbers import Array
+
+RANK = 1e-10
+"""Singular values below this part of the largest are zero: the derivatives are exact to 1e-12."""
+
+IN_NULL_SPACE = 1e-6
+"""A number is in an undetermined combination if its entry of the unit vector is above this."""
+
+WIDE = 1.0
+"""A combination whose 95 % interval reaches farther than this, relatively, is hardly determined."""
+
+
+Loose = tuple[Array, float]
+"""A combination of numbers that the data do not determine, or hardly.
+
+First the relative change of each number, the largest 1: together they change little. Then how far
+the 95 % interval reaches along it, relatively; infinite if nothing changes.
+"""
+
+LEAST_SHOWN = 0.05
+"""Smaller parts of a combination are not named."""
+
+RANDOM = 3.0
+"""Residuals are taken for random up to this many standard deviations of their autocorrelation."""
+
+
+class FittedNumber(NamedTuple):
+    """A number of a config, in its unit.
+
+    Attributes:
+        name: Its key.
+        unit: Its unit.
+        given: Its value in the given config.
+        fitted: The fitted value.
+        error: Its standard error; infinite if the data do not determine it.
+        low: The lower end of its 95 % interval.
+        high: The upper end.
+    """
+
+    name: str
+    unit: str
+    given: float
+    fitted: float
+    error: float
+    low: float
+    high: float
+
+
+class FittedColumn(NamedTuple):
+    """A measured column.
+
+    Attributes:
+        name: Its name.
+        unit: Its SI unit.
+        values: How many values it has.
+        scatter: The standard deviation of its residuals.
+        autocorrelation: The correlation of successive residuals; 0 if they are round-off.
+    """
+
+    name: str
+    unit: str
+    values: int
+    scatter: float
+    autocorrelation: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fitted:
+    """The result of `fit`.
+
+    Attributes:
+        config: The config with the fitted numbers.
+        measured: The measured motion: `times`, `columns` and `values`.
+        numbers: The free numbers, with `given`, `fitted`, `error`, `low` and `high`.
+        columns: The measured columns, with `values`, `scatter` and `autocorrelation`.
+        computed: What the fitted config gives for the measured values, shape (n, m), SI.
+        loose: The combinations of numbers that the data do not determine, or hardly: the relative
+            change of each number, and how far the 95 % interval reaches along it (infinite: not
+            determined).
+        is_minimum: Whether a minimum was found; if not, the numbers mean nothing.
+    """
+
+    config: Config
+    measured: Measured
+    numbers: tuple[FittedNumber, ...]
+    columns: tuple[FittedColumn, ...]
+    computed: Array
+    loose: list[Loose]
+    is_minimum: bool
+
+    def __repr__(self) -> str:
+        """Return one line: the fitted numbers with their intervals."""
+        found = (f"{one.name} {one.low:.4g} to {one.high:.4g}" for one in self.numbers)
+        return line("Fitted", self.config.title, found)
+
+    @property
+    def residuals(self) -> Array:
+        """What was measured less what is computed, shape (n, m), SI; NaN in gaps."""
+        return self.measured.values - self.computed
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the data do not determine, and which residuals are not only noise: sentences."""
+        found = []
+        for changes, reach in self.loose:
+            # A number that is 0 has no relative change: its interval says all.
+            if reach < math.inf and not self.numbers[changes.argmax()].given:
+                continue
+            shown = [
+                f"{one.name} {change:+.2g} %"
+                if one.given
+                else f"{one.name} {change / 100:+.2g} {one.unit}"
+                for one, change in zip(self.numbers, changes.tolist(), strict=True)
+                if abs(change) >= LEAST_SHOWN
+            ]
+            how, known = "not", "what was measured stays, to first order"
+            if reach < math.inf:
+                how, known = "hardly", f"known to ±{100 * reach:.3g} times that"
+            found.append(f"{how} determined: {', '.join(shown)}: {known}")
+        found += [
+            f"{one.name}: successive residuals are alike (autocorrelation "
+            f"{one.autocorrelation:.2g}): the model misses something, or the errors of measurement "
+            "are not independent; the intervals are too short"
+            for one in self.columns
+            if one.autocorrelation > RANDOM * one.values**-0.5
+        ]
+        return found
+
+
+def determined(
+    jacobian: Array, residuals: Array, quantile: float
+) -> tuple[Array, list[Loose], float]:
+    """Return what is known of numbers from the singular value decomposition J = U S V'.
+
+    The covariance is (J'J)⁻¹ = V S⁻² V', in the directions with S > 0.
+
+    Args:
+        jacobian: The derivatives of the residuals by the numbers, each in parts of its size, shape
+            (n, p) with n >= p.
+        residuals: In standard deviations of the measurement, shape (n,).
+        quantile: Half the width of the 95 % interval, in standard errors.
+
+    Returns:
+        The standard errors, shape (p,), infinite where a number is not determined; the combinations
+        that are not or hardly determined; and the length of the Gauss-Newton step that remains, in
+        standard errors.
+    """
+    U, s, Vt = np.linalg.svd(jacobian, full_matrices=False)
+    kept = s > RANK * s[0]
+    variances = ((Vt[kept] / s[kept, None]) ** 2).sum(axis=0)
+    unknown = (np.abs(Vt[~kept]) > IN_NULL_SPACE).any(axis=0)
+    loose = []
+    for size, row, known in zip(s, Vt, kept, strict=True):
+        reach = quantile / size if known else math.inf
+        if reach > WIDE:
+            loose.append((row / row[np.abs(row).argmax()], reach * np.abs(row).max()))
+    decrement = float(np.linalg.norm(U[:, kept].T @ residuals))
+    return np.where(unknown, math.inf, np.sqrt(variances)), loose, decrement

@@ -28,7 +28,7 @@ def test_what_is_said_of_a_good_config(folder):
 
 
 def test_json_has_all_of_it(folder):
-    done = rbstab("stability", "good.yaml", "--json", "--along", "controller.K_r=0.5:2:3")
+    done = rbstab("stability", "good.yaml", "--json", "--along", "controller.K_r=x0.5:x2:3")
     (facts,) = json.loads(done.stdout)
     assert facts["proved"] is True
     assert facts["unique"] is True
@@ -111,7 +111,7 @@ SHORT = ("--no-run", "--search-only")
 def test_a_gain_without_an_effect_has_one_row(folder):
     text = Path("good.yaml").read_text().replace("variant: free", "variant: sliding")
     Path("sliding.yaml").write_text(text.replace("K_t", LAW, 1))
-    done = success("stability", "sliding.yaml", *SHORT, "--along", "controller.K_s=0.5:2:5")
+    done = success("stability", "sliding.yaml", *SHORT, "--along", "controller.K_s=x0.5:x2:5")
     assert "controller.K_s does not change the linearised system." in done.stdout
     table = done.stdout.partition("Along controller.K_s")[2].partition("Not listed")[0]
     assert len([line for line in table.splitlines() if line.strip()]) == 4
@@ -121,7 +121,7 @@ def test_a_gain_without_an_effect_has_one_row(folder):
 def test_round_off_is_not_printed_as_an_oscillation():
     """A damper gives two axes of this body the same two real eigenvalues."""
     config = str(CONFIGS / "examples" / "real_body.yaml")
-    done = success("stability", config, *SHORT, "--along", "controller.K_r=0.5:2:3")
+    done = success("stability", config, *SHORT, "--along", "controller.K_r=x0.5:x2:3")
     assert "-24.42" in done.stdout
     assert " ± " in done.stdout.partition("Along")[2]
     assert not re.search(r"e-\d+i", done.stdout)
@@ -131,7 +131,7 @@ def test_the_gain_from_which_on_a_leg_stands_is_named(tmp_path):
     """Upright is stable for K_r > m g l = 6.386 N m/rad."""
     config = tmp_path / "leg.yaml"
     config.write_text(yaml.safe_dump(leg()))
-    along = ("--along", "controller.K_r=0.6:0.7:3")
+    along = ("--along", "controller.K_r=x0.6:x0.7:3")
     done = success("stability", str(config), *SHORT, *along)
     text = " ".join(done.stdout.split())
     assert "K_r[0] [N m/rad]" in text
@@ -152,7 +152,7 @@ def test_the_gain_from_which_on_a_leg_stands_is_named(tmp_path):
 def test_a_rest_state_that_leans_too_far_is_not_the_desired_one(tmp_path):
     config = tmp_path / "leg.yaml"
     config.write_text(yaml.safe_dump(leg(desired={"orientation": {"deg": [0, 90, 0]}})))
-    done = rbstab("stability", str(config), *SHORT, "--along", "controller.K_r=0.6:0.7:3")
+    done = rbstab("stability", str(config), *SHORT, "--along", "controller.K_r=x0.6:x0.7:3")
     assert "is stable for" not in done.stdout
 
 

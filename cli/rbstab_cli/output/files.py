@@ -13,7 +13,7 @@ from rbstab.store.disk.atomic import write_atomically
 from rbstab.store.disk.paths import check_folder, check_writable, path_exists, read_regular
 from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed, reason_of
+from rbstab_cli.errors import Failed, reason_of, require
 from rbstab_cli.printing import say
 
 
@@ -70,7 +70,7 @@ def new_config(config: Path, output: Path | None, ending: str, *, force: bool) -
     return target
 
 
-def form_of(path: Path, forms: Iterable[str]) -> str:
+def form_of(path: Path, forms: Iterable[str], option: str = "-o") -> str:
     """Return the form of a file that is to be written, by its ending.
 
     Raises:
@@ -79,8 +79,22 @@ def form_of(path: Path, forms: Iterable[str]) -> str:
     ending = path.suffix.lower().removeprefix(".")
     if ending not in forms:
         endings = ", ".join(f".{form}" for form in forms)
-        raise click.UsageError(f"-o {path}: expected a file name that ends in {endings}")
+        raise click.UsageError(f"{option} {path}: expected a file name that ends in {endings}")
     return ending
+
+
+def figure_form(option: str, path: Path) -> str:
+    """Return the form of a figure by the name of its file; what draws it is installed.
+
+    Raises:
+        UsageError: It is no form of figures, or a package is missing.
+    """
+    from rbstab.report.writers.figure_files import FORMS  # imported late: few commands draw
+
+    form = form_of(path, FORMS, option)
+    if form != "csv":
+        require("report", f"{option} {path}", "vl_convert")
+    return form
 
 
 @contextmanager

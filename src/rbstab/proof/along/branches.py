@@ -1,0 +1,213 @@
+"""Branches of rest states (Θ, p): curves ∇V(Θ, p) = 0, followed in doubles along their length.
+
+A step leads along the tangent; Newton's method, on the plane across it, leads back to the curve. So
+a curve is followed through *folds*, where it turns in p, and two rest states meet. Where an
+eigenvalue of ∇²V changes its sign and the curve does not turn, another curve crosses it: at a
+*pitchfork*, if V changes alike to both sides along the eigenvector, as of symmetric branches. p is
+counted in shares of its interval.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.proof.along.energy import RANGE, AlongEnergy
+
+STEP, SHORTEST, LONGEST = 0.02, 1e-5, 0.04
+"""rad, and shares of the interval: the first step along a curve, and the limits of others."""
+
+MOST_STEPS = 4_000
+
+STRAIGHT = 0.95
+"""The least cosine between the tangents of two points; a longer step may lead to another curve."""
+
+NEWTON_STEPS, ARRIVED = 8, 1e-11
+
+SAME = 1e-5
+"""Points of (Θ, p) that are nearer are one."""
+
+SIDEWAYS = 1e-3
+"""rad: the difference along an eigenvector from which a third derivative is computed."""
+
+ODD = 1e-3
+"""rad: a third derivative of V over its largest second derivative that is not zero."""
+
+
+ACROSS = np.array([0.0, 0.0, 0.0, 1.0])
+"""The normal of the plane of one p."""
+
+
+class Turn(NamedTuple):
+    """Where rest states appear, vanish, or exchange their stability.
+
+    Attributes:
+        kind: "fold", "pitchfork", or "crossing" of two branches without symmetry.
+        value: p.
+        orientation: Θ, shape (3,), rad.
+    """
+
+    kind: str
+    value: float
+    orientation: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """A curve of rest states.
+
+    Args:
+        values: p, shape (m,).
+        orientations: Θ, shape (m, 3), rad.
+        index: The number of negative eigenvalues of ∇²V, shape (m,): 0 where they are stable. At a
+            turn it is the larger one of both sides.
+    """
+
+    values: Array
+    orientations: Array
+    index: Array
+
+    def at(self, value: float) -> Iterator[tuple[Array, int]]:
+        """Yield Θ near each rest state of this curve at p, and its index; away from its turns."""
+        below = self.values < value
+        for k in np.flatnonzero(below[1:] != below[:-1]):
+            share = (value - self.values[k]) / (self.values[k + 1] - self.values[k])
+            a, b = self.orientations[k : k + 2]
+            yield a + share * (b - a), int(self.index[k : k + 2].min())
+
+
+class Branches:
+    """The curves through some rest states, over the interval of p.
+
+    Args:
+        energy: V(Θ, p).
+    """
+
+    def __init__(self, energy: AlongEnergy) -> None:
+        self.energy, self.low, self.high = energy, energy.low, energy.high
+        self.curves = list[Branch]()
+        self.turns = list[Turn]()
+
+    def follow(self, value: float, orientations: Iterable[Array]) -> None:
+        """Follow the curves through the rest states at a value of p, unless they are known."""
+        width = self.high - self.low
+        p = (value - self.low) / width
+        for Theta in orientations:
+            x = np.append(Theta, p)
+            # At its end a curve has no point below.
+            near = self.states(max(value, self.low + ARRIVED * width))
+            known = (self._on_plane(np.append(one, p), ACROSS) for one, _ in near)
+            if not any(one is not None and np.abs(one - x).max() < SAME for one in known):
+                ways = [self._way(x, sign) for sign in (-1.0, 1.0)]
+                self._add(np.array([*ways[0][::-1], x, *ways[1]]))
+
+    def states(self, value: float) -> list[tuple[Array, int]]:
+        """Return Θ near each rest state of all curves at p, and its index; away from turns."""
+        return [state for curve in self.curves for state in curve.at(value)]
+
+    def _slopes(self, x: Array) -> tuple[Array, Array]:
+        """Return ∇V by Θ, shape (3,), and its derivatives by Θ and p, shape (3, 4)."""
+        width = self.high - self.low
+        point = np.append(x[:3], self.low + x[3] * width)
+        _, g, H = self.energy.at(point[:, None])
+        return g[:3, 0], H[:3, :, 0] * np.array([1.0, 1.0, 1.0, width])
+
+    def _on_plane(self, x: Array, normal: Array) -> Array | None:
+        """Return the point of a curve near x on the plane through x; None if there is none.
+
+        At a pitchfork the equations are singular: the shortest step does not leave the curve.
+        """
+        place = normal @ x
+        with np.errstate(all="ignore"):
+            for _ in range(NEWTON_STEPS):
+                g, J = self._slopes(x)
+                if not np.isfinite(J).all():
+                    return None
+                size = max(np.abs(J).max(), 1e-300)
+                matrix = np.vstack([J / size, normal])
+                step = np.linalg.lstsq(matrix, np.append(-g / size, place - normal @ x), 1e-9)[0]
+                x = x + step
+                if np.abs(step).max() < ARRIVED:
+                    return x
+        return None
+
+    def _tangent(self, x: Array) -> Array:
+        found: Array = np.linalg.svd(self._slopes(x)[1])[2][3]
+        return found
+
+    def _way(self, x: Array, sign: float) -> list[Array]:
+        """Return the points of a curve beyond x, to one of its ends."""
+        points, t, step, start = list[Array](), sign * self._tangent(x), STEP, x
+        while len(points) < MOST_STEPS and step > SHORTEST:
+            ahead = x + step * t
+            end = min(max(ahead[3], 0.0), 1.0)
+            if end != ahead[3]:  # the end of the interval
+                last = self._on_plane(np.append(ahead[:3], end), ACROSS)
+                if last is not None and np.abs(last - x).max() < 2 * step:
+                    return [*points, last] if RANGE.contains(last[:3]) else points
+                step /= 2
+                continue
+            new = self._on_plane(ahead, t)
+            turned = None if new is None or not RANGE.contains(new[:3]) else self._tangent(new)
+            if new is None or turned is None or abs(turned @ t) < STRAIGHT:
+                step /= 2
+                continue
+            points.append(new)
+            x, t, step = new, turned * np.sign(turned @ t), min(1.3 * step, LONGEST)
+            if len(points) > 2 and np.abs(x - start).max() < 0.6 * step:
+                return points  # it is closed
+        return points
+
+    def _add(self, points: Array) -> None:
+        """Add a curve, with its turns among its points."""
+        index = [int((self._eigenvalues(x) < 0).sum()) for x in points]
+        places = [(points[0], index[0])]
+        for k, (before, after) in enumerate(pairwise(index)):
+            numbers = range(before, after) if before < after else range(before - 1, after - 1, -1)
+            for number in numbers:
+                turn = self._turn(points[k], points[k + 1], number)
+                places += [] if turn is None else [(turn, number + 1)]
+            places.append((points[k + 1], after))
+        curve = np.array([x for x, _ in places])
+        values = self.low + (self.high - self.low) * curve[:, 3]
+        self.curves.append(Branch(values, curve[:, :3], np.array([one for _, one in places])))
+
+    def _eigenvalues(self, x: Array) -> Array:
+        return np.linalg.eigvalsh(self._slopes(x)[1][:, :3])
+
+    def _turn(self, a: Array, b: Array, number: int) -> Array | None:
+        """Return where an eigenvalue is zero between two points of a curve, and name it."""
+        from scipy.optimize import brentq  # imported late, as it takes long
+
+        way = b - a
+
+        def between(share: float) -> Array:
+            x = a + share * way
+            end = self._on_plane(x, way)
+            return x if end is None else end
+
+        def eigenvalue(share: float) -> float:
+            return float(self._eigenvalues(between(share))[number])
+
+        if eigenvalue(0.0) * eigenvalue(1.0) > 0:
+            return None
+        x = between(brentq(eigenvalue, 0.0, 1.0, xtol=1e-12))
+        before, after = self._tangent(a), self._tangent(b)
+        folds = (before @ way) * before[3] * (after @ way) * after[3] < 0
+        kind = "fold" if folds else "pitchfork" if self._is_even(x, number) else "crossing"
+        value, Theta = float(self.low + x[3] * (self.high - self.low)), x[:3]
+        same = (one for one in self.turns if one.kind == kind)
+        if not any(np.abs(one.orientation - Theta).max() < SAME for one in same):
+            self.turns.append(Turn(kind, value, Theta))
+        return x
+
+    def _is_even(self, x: Array, number: int) -> bool:
+        """Return whether the third derivative of V along an eigenvector is zero."""
+        H = self._slopes(x)[1][:, :3]
+        v = np.append(np.linalg.eigh(H)[1][:, number], 0.0)
+        ahead, behind = (self._slopes(x + side * SIDEWAYS * v)[1][:, :3] for side in (1, -1))
+        third = v[:3] @ (ahead - behind) @ v[:3] / (2 * SIDEWAYS)
+        return bool(abs(third) < ODD * np.abs(H).max())

@@ -186,7 +186,7 @@ def _print_states(locus: Locus) -> None:
             ends = (rounded_up(low, DIGITS), rounded_down(high, DIGITS)) if proved else ()
             start, end = ends or (number(low, DIGITS), number(high, DIGITS))
             start, end = whole.get(low, start), whole.get(high, end)
-            sure = "proved for each value" if proved else "seen, not proved"
+            sure = "proved for each value" if proved else "seen; there may be others"
             table.add(f"{start} to {end}", str(count), str(stable), sure)
         table.print()
     for kind, at, Theta in states.turns:

@@ -52,10 +52,9 @@ def states_along(
     """
     # Imported late: few commands make proofs.
     from rbstab.proof.along.branches import Branches
-    from rbstab.proof.along.energy import RANGE, AlongEnergy, OverInterval
+    from rbstab.proof.along.energy import AlongEnergy
     from rbstab.proof.along.intervals import intervals_of
     from rbstab.proof.exact.expr import variable
-    from rbstab.proof.pieces import Piece
     from rbstab.proof.reasons import NoReducedEnergy
     from rbstab.proof.rest_states import reduced_energy
     from rbstab.proof.robust.numbers import FIRST
@@ -85,8 +84,7 @@ def states_along(
     branches = Branches(energy)
     with np.errstate(all="ignore"):
         for value in parameter.values.tolist():
-            zeros = Piece(OverInterval(energy, value, value), RANGE).zeros(0).zeros
-            branches.follow(value, [zero.point for zero in zeros])
+            branches.search(value)
         intervals = intervals_of(branches, None if why else is_late)
     turns = sorted(branches.turns, key=lambda turn: turn.value)
     return AlongStates(branches.curves, turns, intervals, why)

@@ -7,7 +7,7 @@ eigenvalue of ∇²V changes its sign and the curve does not turn, another curve
 counted in shares of its interval.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.along.energy import RANGE, AlongEnergy
+from rbstab.proof.along.energy import RANGE, AlongEnergy, OverInterval
+from rbstab.proof.pieces import Piece
 
 STEP, SHORTEST, LONGEST = 0.02, 1e-5, 0.04
 """rad, and shares of the interval: the first step along a curve, and the limits of others."""
@@ -80,7 +81,7 @@ class Branch:
 
 
 class Branches:
-    """The curves through some rest states, over the interval of p.
+    """The curves of rest states that are found, over the interval of p.
 
     Args:
         energy: V(Θ, p).
@@ -91,12 +92,12 @@ class Branches:
         self.curves = list[Branch]()
         self.turns = list[Turn]()
 
-    def follow(self, value: float, orientations: Iterable[Array]) -> None:
-        """Follow the curves through the rest states at a value of p, unless they are known."""
+    def search(self, value: float) -> None:
+        """Look for rest states at a value of p, and follow the curves through new ones."""
         width = self.high - self.low
         p = (value - self.low) / width
-        for Theta in orientations:
-            x = np.append(Theta, p)
+        for zero in Piece(OverInterval(self.energy, value, value), RANGE).zeros(0).zeros:
+            x = np.append(zero.point, p)
             # At its end a curve has no point below.
             near = self.states(max(value, self.low + ARRIVED * width))
             known = (self._on_plane(np.append(one, p), ACROSS) for one, _ in near)

@@ -56,16 +56,13 @@ def intervals_of(branches: Branches, is_late: IsLate | None) -> list[Interval]:
         branches: The branches that were found.
         is_late: Returns whether no further interval is to be tried; None to prove nothing.
     """
-    with np.errstate(all="ignore"):
-        proved = [] if is_late is None else _proved(branches, is_late)
-    found, at = list[Interval](), branches.low
-    for one in [*_merged(proved), None]:
-        end = branches.high if one is None else one.low
-        found += _seen(branches, at, end)
-        if one is not None:
-            found.append(one)
-            at = one.high
-    return found
+    proved = _merged([] if is_late is None else _proved(branches, is_late))
+    ends = [branches.low, *(end for one in proved for end in one[:2]), branches.high]
+    for low, high in pairwise(ends):
+        if low < high:
+            branches.search(0.5 * low + 0.5 * high)
+    gaps = zip(ends[::2], ends[1::2], strict=True)
+    return sorted([*proved, *(one for gap in gaps for one in _seen(branches, *gap))])
 
 
 def _proved(branches: Branches, is_late: IsLate) -> list[Interval]:

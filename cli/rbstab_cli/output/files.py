@@ -83,8 +83,8 @@ def form_of(path: Path, forms: Iterable[str], option: str = "-o") -> str:
     return ending
 
 
-def figure_form(option: str, path: Path) -> str:
-    """Return the form of a figure by the name of its file; what draws it is installed.
+def figure_form(option: str, path: Path, *, force: bool) -> str:
+    """Return the form of a figure by the name of its file; it can be drawn, and written.
 
     Raises:
         UsageError: It is no form of figures, or a package is missing.
@@ -94,6 +94,7 @@ def figure_form(option: str, path: Path) -> str:
     form = form_of(path, FORMS, option)
     if form != "csv":
         require("report", f"{option} {path}", "vl_convert")
+    check_target(path, force=force)
     return form
 
 

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterable
 from contextlib import suppress
+from decimal import Decimal
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -53,8 +54,8 @@ class Locus(NamedTuple):
             return Axis(f"factor on {self.parameter.key}")
         return Axis(gain.name, gain.unit)
 
-    def value(self, parameter: float) -> float:
-        """Return the number at a value of the parameter."""
+    def value(self, parameter: Any) -> Any:
+        """Return the number at a value of the parameter, or at several."""
         return parameter * self.gain.value if self.parameter.scales else parameter
 
 
@@ -67,10 +68,10 @@ def parse_along(text: str) -> Parameter:
     key, _, numbers = text.partition("=")
     scales = numbers.startswith("x") and ":x" in numbers
     with suppress(ValueError):
-        start, end, count = numbers.split(":")
-        low, high = (float(one.removeprefix("x") if scales else one) for one in (start, end))
-        good = min(low, high) > 0 if scales else True
-        if key and good and math.isfinite(low - high) and 1 <= int(count) <= MAX_POINTS:
+        start, end, count = (numbers.replace("x", "") if scales else numbers).split(":")
+        low, high = float(start), float(end)
+        good = math.isfinite(low - high) and (min(low, high) > 0 or not scales)
+        if key and good and 1 <= int(count) <= MAX_POINTS:
             values = (np.geomspace if scales else np.linspace)(low, high, int(count))
             return Parameter(key, values, scales)
     raise click.UsageError(
@@ -97,7 +98,7 @@ def checked_along(configs: Iterable[Config], texts: Iterable[str]) -> list[Param
     return parameters
 
 
-def locus_of(config: Config, parameter: Parameter, is_late: Callable[[], bool] | None) -> Locus:
+def locus_of(config: Config, parameter: Parameter, is_late: Callable[[], bool]) -> Locus:
     """Compute the root locus and all rest states of a config along a parameter that it has.
 
     Raises:
@@ -109,8 +110,8 @@ def locus_of(config: Config, parameter: Parameter, is_late: Callable[[], bool] |
     except ConfigError as error:
         raise click.UsageError(f"--along: {error}") from error
     found = Locus(parameter, gain, "", points, states_along(config, parameter, is_late))
-    values = found.value(1.0) * parameter.values if parameter.scales else parameter.values
-    return found._replace(stable=stable_from(config, gain, values, points))
+    stable = stable_from(config, gain, found.value(parameter.values), points)
+    return found._replace(stable=stable)
 
 
 def locus_data(locus: Locus) -> dict[str, Any]:
@@ -120,7 +121,6 @@ def locus_data(locus: Locus) -> dict[str, Any]:
         "key": locus.parameter.key,
         "number": gain.name,
         "unit": gain.unit,
-        "parameter": "factor" if scales else "value",
         "stable": locus.stable or None,
         "points": [
             {
@@ -177,17 +177,17 @@ def print_locus(locus: Locus) -> None:
 def _print_states(locus: Locus) -> None:
     """Print how many rest states there are on intervals of the parameter, and where they change."""
     states = locus.states
-    whole = {end: f"{end!r}".removesuffix(".0") for end in locus.parameter.values.tolist()}
     if states.intervals:
         numbers = (locus.axis.text, "rest states", "stable")
         table = Table(*numbers, "sure", numbers=numbers)
         for low, high, count, stable, proved in states.intervals:
             # What is proved for an interval holds for a part of it.
-            ends = (rounded_up(low, DIGITS), rounded_down(high, DIGITS)) if proved else ()
-            start, end = ends or (number(low, DIGITS), number(high, DIGITS))
-            start, end = whole.get(low, start), whole.get(high, end)
+            inside = (
+                rounded_up(Decimal(repr(low)), DIGITS),
+                rounded_down(Decimal(repr(high)), DIGITS),
+            )
             sure = "proved for each value" if proved else "seen; there may be others"
-            table.add(f"{start} to {end}", str(count), str(stable), sure)
+            table.add(" to ".join(inside), str(count), str(stable), sure)
         table.print()
     for kind, at, Theta in states.turns:
         place = f"{number(at, DIGITS)}, Θ = {angles(Theta)} rad"

@@ -50,13 +50,11 @@ def stability(
     """Compute everything that was asked for about each config, then print it."""
     if output is not None:
         check_target(output, force=force)
-    form = None if figure is None else figure_form("--figure", figure)
-    if figure is not None:
-        check_target(figure, force=force)
+    form = None if figure is None else figure_form("--figure", figure, force=force)
     loaded = load_configs(configs, changes, allow_python=allow_python)
     tolerances = checked_tolerances(loaded, withins, largest)
     loci = checked_along(loaded.values(), alongs)
-    limit = None if search_only else time_limit or SECONDS_OF_BODIES
+    limit = 0.0 if search_only else time_limit or SECONDS_OF_BODIES
     enclose = Enclose.NOTHING if search_only else Enclose.UNTIL_PROVED
     every = []
     for path, config in loaded.items():
@@ -80,9 +78,7 @@ def stability(
             run = None if no_run else _run(config, problem, stored, proof, enclose)
             motion = None if search_only else _convergence(config, problem, proof, run)
         with working(f"{path.name}: --along"):
-            along = [
-                locus_of(config, one, None if limit is None else late_after(limit)) for one in loci
-            ]
+            along = [locus_of(config, one, late_after(limit)) for one in loci]
         every.append(Found(path, config, stability_of(problem, proof, motion), run, along, within))
     if figure is not None and form is not None:
         drawn = branch_figure((one.axis, one.states) for found in every for one in found.loci)

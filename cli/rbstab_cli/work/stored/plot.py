@@ -13,7 +13,7 @@ from rbstab.store.disk.paths import path_exists
 from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
 from rbstab_cli.errors import Failed
-from rbstab_cli.output.files import check_target, figure_form, write_file
+from rbstab_cli.output.files import figure_form, write_file
 from rbstab_cli.output.progress import working
 from rbstab_cli.printing import print_facts, say
 from rbstab_cli.results import Taken, taken
@@ -23,11 +23,9 @@ def plot(
     results: tuple[Path, ...], name: str | None, output: Path | None, column: bool, force: bool
 ) -> None:
     """Write a figure, or list all of them."""
-    form = None if output is None else figure_form("-o", output)
+    form = None if output is None else figure_form("-o", output, force=force)
     if column and form == "csv":
         raise click.UsageError("--column is of use only with -o FILE that ends in .svg, .pdf, .png")
-    if output is not None:
-        check_target(output, force=force)
     with working("figures"):
         figures = _figures(taken(results))
     if name is None or output is None or form is None:

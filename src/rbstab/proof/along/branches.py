@@ -16,6 +16,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.along.energy import RANGE, AlongEnergy, OverInterval
+from rbstab.proof.boxes import Box
 from rbstab.proof.pieces import Piece
 
 STEP, SHORTEST, LONGEST = 0.02, 1e-5, 0.04
@@ -40,6 +41,10 @@ ODD = 1e-3
 
 ACROSS = np.array([0.0, 0.0, 0.0, 1.0])
 """The normal of the plane of one p."""
+
+
+INSIDE = Box(np.append(RANGE.lo, -1e-9), np.append(RANGE.hi, 1 + 1e-9))
+"""The points (Θ, p) that are followed."""
 
 
 class Turn(NamedTuple):
@@ -89,21 +94,22 @@ class Branches:
 
     def __init__(self, energy: AlongEnergy) -> None:
         self.energy, self.low, self.high = energy, energy.low, energy.high
+        self.width = self.high - self.low
         self.curves = list[Branch]()
-        self.turns = list[Turn]()
+        self.turns = dict[tuple[float, ...], Turn]()
 
     def search(self, value: float) -> None:
         """Look for rest states at a value of p, and follow the curves through new ones."""
-        width = self.high - self.low
-        p = (value - self.low) / width
+        p = (value - self.low) / self.width
         for zero in Piece(OverInterval(self.energy, value, value), RANGE).zeros(0).zeros:
             x = np.append(zero.point, p)
             # At its end a curve has no point below.
-            near = self.states(max(value, self.low + ARRIVED * width))
+            near = self.states(max(value, self.low + ARRIVED * self.width))
             known = (self._on_plane(np.append(one, p), ACROSS) for one, _ in near)
             if not any(one is not None and np.abs(one - x).max() < SAME for one in known):
-                ways = [self._way(x, sign) for sign in (-1.0, 1.0)]
-                self._add(np.array([*ways[0][::-1], x, *ways[1]]))
+                points = [x, *self._way(x, 1.0)]
+                is_closed = points[-1] is x
+                self._add(points if is_closed else [*self._way(x, -1.0)[::-1], *points])
 
     def states(self, value: float) -> list[tuple[Array, int]]:
         """Return Θ near each rest state of all curves at p, and its index; away from turns."""
@@ -111,10 +117,9 @@ class Branches:
 
     def _slopes(self, x: Array) -> tuple[Array, Array]:
         """Return ∇V by Θ, shape (3,), and its derivatives by Θ and p, shape (3, 4)."""
-        width = self.high - self.low
-        point = np.append(x[:3], self.low + x[3] * width)
+        point = np.append(x[:3], self.low + x[3] * self.width)
         _, g, H = self.energy.at(point[:, None])
-        return g[:3, 0], H[:3, :, 0] * np.array([1.0, 1.0, 1.0, width])
+        return g[:3, 0], H[:3, :, 0] * np.array([1.0, 1.0, 1.0, self.width])
 
     def _on_plane(self, x: Array, normal: Array) -> Array | None:
         """Return the point of a curve near x on the plane through x; None if there is none.
@@ -127,88 +132,78 @@ class Branches:
                 g, J = self._slopes(x)
                 if not np.isfinite(J).all():
                     return None
-                size = max(np.abs(J).max(), 1e-300)
-                matrix = np.vstack([J / size, normal])
-                step = np.linalg.lstsq(matrix, np.append(-g / size, place - normal @ x), 1e-9)[0]
+                left = np.append(-g, place - normal @ x)
+                step = np.linalg.lstsq(np.vstack([J, normal]), left, 1e-9)[0]
                 x = x + step
                 if np.abs(step).max() < ARRIVED:
                     return x
         return None
 
-    def _tangent(self, x: Array) -> Array:
-        found: Array = np.linalg.svd(self._slopes(x)[1])[2][3]
-        return found
+    def _way(self, start: Array, sign: float) -> list[Array]:
+        """Return the points of a curve beyond one of its points, to an end, or to this point."""
 
-    def _way(self, x: Array, sign: float) -> list[Array]:
-        """Return the points of a curve beyond x, to one of its ends."""
-        points, t, step, start = list[Array](), sign * self._tangent(x), STEP, x
+        def tangent(x: Array) -> Array:
+            return np.asarray(np.linalg.svd(self._slopes(x)[1])[2][3])
+
+        points, x, t, step = list[Array](), start, sign * tangent(start), STEP
         while len(points) < MOST_STEPS and step > SHORTEST:
             ahead = x + step * t
-            end = min(max(ahead[3], 0.0), 1.0)
-            if end != ahead[3]:  # the end of the interval
-                last = self._on_plane(np.append(ahead[:3], end), ACROSS)
-                if last is not None and np.abs(last - x).max() < 2 * step:
-                    return [*points, last] if RANGE.contains(last[:3]) else points
-                step /= 2
-                continue
-            new = self._on_plane(ahead, t)
-            turned = None if new is None or not RANGE.contains(new[:3]) else self._tangent(new)
+            p = min(max(ahead[3], 0.0), 1.0)
+            is_last = p != ahead[3]
+            new = self._on_plane(np.append(ahead[:3], p), ACROSS if is_last else t)
+            turned = None if new is None or not INSIDE.contains(new) else tangent(new)
             if new is None or turned is None or abs(turned @ t) < STRAIGHT:
                 step /= 2
                 continue
             points.append(new)
+            if is_last:
+                break
             x, t, step = new, turned * np.sign(turned @ t), min(1.3 * step, LONGEST)
             if len(points) > 2 and np.abs(x - start).max() < 0.6 * step:
-                return points  # it is closed
+                return [*points, start]
         return points
 
-    def _add(self, points: Array) -> None:
+    def _add(self, points: list[Array]) -> None:
         """Add a curve, with its turns among its points."""
-        index = [int((self._eigenvalues(x) < 0).sum()) for x in points]
-        places = [(points[0], index[0])]
-        for k, (before, after) in enumerate(pairwise(index)):
+        rows = [(x, int((self._eigenvalues(x) < 0).sum())) for x in points]
+        places = rows[:1]
+        for (a, before), (b, after) in pairwise(rows):
             numbers = range(before, after) if before < after else range(before - 1, after - 1, -1)
-            for number in numbers:
-                turn = self._turn(points[k], points[k + 1], number)
-                places += [] if turn is None else [(turn, number + 1)]
-            places.append((points[k + 1], after))
+            places += [(self._turn(a, b, number), number + 1) for number in numbers]
+            places.append((b, after))
         curve = np.array([x for x, _ in places])
-        values = self.low + (self.high - self.low) * curve[:, 3]
+        values = self.low + self.width * curve[:, 3]
         self.curves.append(Branch(values, curve[:, :3], np.array([one for _, one in places])))
 
     def _eigenvalues(self, x: Array) -> Array:
         return np.linalg.eigvalsh(self._slopes(x)[1][:, :3])
 
-    def _turn(self, a: Array, b: Array, number: int) -> Array | None:
+    def _turn(self, a: Array, b: Array, number: int) -> Array:
         """Return where an eigenvalue is zero between two points of a curve, and name it."""
         from scipy.optimize import brentq  # imported late, as it takes long
 
-        way = b - a
-
         def between(share: float) -> Array:
-            x = a + share * way
-            end = self._on_plane(x, way)
+            x = a + share * (b - a)
+            end = self._on_plane(x, b - a)
             return x if end is None else end
 
         def eigenvalue(share: float) -> float:
             return float(self._eigenvalues(between(share))[number])
 
-        if eigenvalue(0.0) * eigenvalue(1.0) > 0:
-            return None
-        x = between(brentq(eigenvalue, 0.0, 1.0, xtol=1e-12))
-        before, after = self._tangent(a), self._tangent(b)
-        folds = (before @ way) * before[3] * (after @ way) * after[3] < 0
+        # The ends may be turns to round-off.
+        crosses = eigenvalue(0.0) * eigenvalue(1.0) < 0
+        x = between(brentq(eigenvalue, 0.0, 1.0, xtol=1e-12) if crosses else 0.0)
+        folds = (x[3] - a[3]) * (b[3] - x[3]) < 0
         kind = "fold" if folds else "pitchfork" if self._is_even(x, number) else "crossing"
-        value, Theta = float(self.low + x[3] * (self.high - self.low)), x[:3]
-        same = (one for one in self.turns if one.kind == kind)
-        if not any(np.abs(one.orientation - Theta).max() < SAME for one in same):
-            self.turns.append(Turn(kind, value, Theta))
+        # Another curve, or another eigenvalue, may have the same turn.
+        same = tuple(np.round(x, 4).tolist())
+        self.turns[same] = Turn(kind, float(self.low + x[3] * self.width), x[:3])
         return x
 
     def _is_even(self, x: Array, number: int) -> bool:
         """Return whether the third derivative of V along an eigenvector is zero."""
-        H = self._slopes(x)[1][:, :3]
-        v = np.append(np.linalg.eigh(H)[1][:, number], 0.0)
-        ahead, behind = (self._slopes(x + side * SIDEWAYS * v)[1][:, :3] for side in (1, -1))
-        third = v[:3] @ (ahead - behind) @ v[:3] / (2 * SIDEWAYS)
-        return bool(abs(third) < ODD * np.abs(H).max())
+        values, vectors = np.linalg.eigh(self._slopes(x)[1][:, :3])
+        way = np.append(SIDEWAYS * vectors[:, number], 0.0)
+        # Along the eigenvector it is the slope of the eigenvalue.
+        ahead, behind = (self._eigenvalues(x + side)[number] for side in (way, -way))
+        return bool(abs(ahead - behind) < 2 * SIDEWAYS * ODD * np.abs(values).max())

@@ -15,9 +15,9 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box
-from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, Matrices, Minimiser
+from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, Matrices
 from rbstab.proof.exact.atoms import VAR
-from rbstab.proof.exact.expr import atom, expr
+from rbstab.proof.exact.expr import Expr, atom, expr
 from rbstab.proof.exact.matrices import inverse_of_definite
 from rbstab.proof.exact.rewriting import quadratic_in, substituted
 from rbstab.proof.model import RANGE_END, THETA, Energy
@@ -27,6 +27,18 @@ from rbstab.proof.robust.numbers import FIRST
 
 RANGE = Box(-RANGE_END, RANGE_END)
 """The closed range of eq. 5."""
+
+PARAMETER = atom(VAR, FIRST)
+"""p."""
+
+
+def _at(U: Expr, p: float) -> Expr:
+    return substituted(U, {PARAMETER: expr(Fraction(p))})
+
+
+def around(low: float, high: float) -> tuple[float, float]:
+    """Return the ends of an interval an ulp wider: with the decimals that its ends mean."""
+    return math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
 
 
 class AlongEnergy(BoundedEnergy):
@@ -48,20 +60,16 @@ class AlongEnergy(BoundedEnergy):
     def __init__(self, energy: Energy, low: float, high: float) -> None:
         if energy.stop is not None or jumps(energy):
             raise NoReducedEnergy(NoEnergyReason.HELD_ALONG)
-        self.low, self.high = low, high
-        # An end means its decimal, which may lie beside its double.
-        self.ends = math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
-        p, free = atom(VAR, FIRST), set(energy.free)
-        beside = [[one for one in m if not one[0].variables & free] for m in energy.U.terms]
-        degrees = [sum(n for a, n in m if a.variables & free) for m in energy.U.terms]
-        pairs = zip(degrees, beside, strict=True)
-        affine = all(rest in ([], [(p, 1)]) for degree, rest in pairs if degree == 2)
-        for end in self.ends:
-            parts = quadratic_in(substituted(energy.U, {p: expr(Fraction(end))}), energy.free)
+        free = set(energy.free)
+        of_H = [m for m in energy.U.terms if sum(n for a, n in m if a.variables & free) > 1]
+        varying = {one for m in of_H for one in m if FIRST in one[0].variables}
+        for end in around(low, high):
+            parts = quadratic_in(_at(energy.U, end), energy.free)
             definite = inverse_of_definite(parts.H) is not None
-            if not (affine and definite) or parts.rest.variables & free:
+            if parts.rest.variables & free or not definite or varying - {(PARAMETER, 1)}:
                 raise NoReducedEnergy(NoEnergyReason.NOT_QUADRATIC)
         super().__init__(energy.U, (*THETA, FIRST), energy.free, energy.least)
+        self.low, self.high = low, high
 
 
 class OverInterval(BoundedEnergy):
@@ -76,42 +84,25 @@ class OverInterval(BoundedEnergy):
     """
 
     def __init__(self, whole: AlongEnergy, low: float, high: float) -> None:
+        middle = _at(whole.U, 0.5 * low + 0.5 * high)
+        super().__init__(middle, free=whole.free, least=whole.least, order=2)
         self.whole, self.low, self.high = whole, low, high
-        self.variables, self.free, self.least = THETA, whole.free, whole.least
-        self.n, self.k, self.theta, self.z = 3, whole.k, slice(0, 3), slice(3, None)
 
     def over(self, lo: Array, hi: Array) -> Bounds:
         """Return bounds over the boxes lo <= Θ <= hi, both of shape (3, boxes)."""
-        b = self.whole.over(_with(lo, self.low), _with(hi, self.high))
+        with_p = (np.vstack([x, 0 * x[:1] + p]) for x, p in ((lo, self.low), (hi, self.high)))
+        b = self.whole.over(*with_p)
         a, r = self.theta, b.radius[3]
         S, s, H, h = *b.slope, *b.hessian
         with np.errstate(all="ignore"):
             moved = (np.abs(S[a, 3]) + s[a, 3]) * r * UP
-            raised = b.slopes[3].mag * r * UP
         return Bounds(
             b.centre[a],
             b.radius[a],
-            b.value.widened(raised, raised),
+            b.value_over,
             b.gradient[a].widened(moved, moved),
             b.gradient_over[a],
             Matrices(S[a, a], s[a, a]),
             Matrices(H[a, a], h[a, a]),
             b.value_over,
         )
-
-    def _middle(self, points: Array) -> Array:
-        return _with(points, 0.5 * self.low + 0.5 * self.high)
-
-    def minimiser(self, points: Array) -> Minimiser:
-        """Return z near the lowest point at some points of shape (3, points), to round-off."""
-        z, C, inverse = self.whole.minimiser(self._middle(points))
-        return Minimiser(z, C[:, self.theta], inverse)
-
-    def at_all(self, points: Array, z: Array) -> tuple[Array, Array, Array]:
-        """Return V, ∇V and ∇²V by Θ and z at points (3, points) and z (free, points)."""
-        value, g, H = self.whole.at_all(self._middle(points), z)
-        return value, np.delete(g, 3, 0), np.delete(np.delete(H, 3, 0), 3, 1)
-
-
-def _with(Theta: Array, p: float) -> Array:
-    return np.vstack([Theta, np.full((1, Theta.shape[1]), p)])

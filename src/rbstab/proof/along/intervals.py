@@ -6,14 +6,15 @@ what stays open lies about folds, pitchforks, and values at which a rest state l
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
+from rbstab.mechanics.numbers import Array
 from rbstab.proof.along.branches import Branches
-from rbstab.proof.along.energy import RANGE, AlongEnergy, OverInterval
+from rbstab.proof.along.energy import RANGE, AlongEnergy, OverInterval, around
 from rbstab.proof.search import Search
 
 FINEST = 2.0**-10
@@ -22,11 +23,8 @@ FINEST = 2.0**-10
 THIN = 1e-4
 """Shares of the whole interval that are not told apart where nothing is proved."""
 
-MOST_BOXES, FEWEST_BOXES = 20_000, 1_000
-"""Boxes of Θ of one search: first at the middle value, and then at least."""
-
-MORE = 4
-"""An interval may take so many times the boxes that its middle value takes."""
+MOST_BOXES = 10_000
+"""Boxes of Θ at which the search for one interval ends."""
 
 IsLate = Callable[[], bool]
 
@@ -39,7 +37,8 @@ class Interval(NamedTuple):
         high: The upper end.
         states: Their number.
         stable: How many of them are minima.
-        proved: Whether this is proved for each p, both ends included; else it was seen inside.
+        proved: Whether this is proved for each p, also for the decimals that both ends mean; else
+            it was seen inside.
     """
 
     low: float
@@ -49,42 +48,38 @@ class Interval(NamedTuple):
     proved: bool
 
 
-def intervals_of(branches: Branches, is_late: IsLate | None) -> list[Interval]:
+def intervals_of(branches: Branches, is_late: IsLate) -> list[Interval]:
     """Return intervals that cover the whole interval of a parameter.
 
     Args:
         branches: The branches that were found.
-        is_late: Returns whether no further interval is to be tried; None to prove nothing.
+        is_late: Returns whether no further interval is to be tried.
     """
-    proved = _merged([] if is_late is None else _proved(branches, is_late))
+    proved = _merged(_proved(branches, is_late))
     ends = [branches.low, *(end for one in proved for end in one[:2]), branches.high]
     for low, high in pairwise(ends):
-        if low < high:
-            branches.search(0.5 * low + 0.5 * high)
+        branches.search(0.5 * low + 0.5 * high)
     gaps = zip(ends[::2], ends[1::2], strict=True)
     return sorted([*proved, *(one for gap in gaps for one in _seen(branches, *gap))])
 
 
 def _proved(branches: Branches, is_late: IsLate) -> list[Interval]:
-    energy, low, high = branches.energy, branches.low, branches.high
-    middle = 0.5 * low + 0.5 * high
-    count = Search(OverInterval(energy, middle, middle), RANGE).run(MOST_BOXES).examined
-    limit = int(np.clip(MORE * count, FEWEST_BOXES, MOST_BOXES))
-    pending, found = deque([energy.ends]), list[Interval]()
+    low, high = branches.low, branches.high
+    pending, found = deque([(low, high)]), list[Interval]()
     while pending and not is_late():
         start, end = pending.popleft()
         middle = 0.5 * start + 0.5 * end
         known = [Theta for Theta, _ in branches.states(middle)]
-        one = proved_over(energy, start, end, known, limit)
+        one = proved_over(branches.energy, start, end, known)
         if one is not None:
             found.append(one)
         elif end - start > FINEST * (high - low):
             pending += [(start, middle), (middle, end)]
-    return [one._replace(low=max(one.low, low), high=min(one.high, high)) for one in sorted(found)]
+    return sorted(found)
 
 
 def proved_over(
-    energy: AlongEnergy, low: float, high: float, known: Iterable[np.ndarray], limit: int
+    energy: AlongEnergy, low: float, high: float, known: Sequence[Array] = ()
 ) -> Interval | None:
     """Prove the number of rest states for all p from `low` to `high`; None if that fails.
 
@@ -94,15 +89,13 @@ def proved_over(
         high: The upper end.
         known: Θ near rest states in the middle, each of shape (3,): tried first, as most intervals
             fail at one of them.
-        limit: The number of boxes of Θ at which the search ends.
     """
-    search = Search(OverInterval(energy, low, high), RANGE)
-    points = [*known]
-    if points:
-        search.with_zeros_near(np.array(points).T)
-        if len(search.zeros) < len(points):
+    search = Search(OverInterval(energy, *around(low, high)), RANGE)
+    if known:
+        search.with_zeros_near(np.array(known).T)
+        if len(search.zeros) < len(known):
             return None
-    zeros = search.run(limit)
+    zeros = search.run(MOST_BOXES)
     index = [zero.index for zero in zeros.zeros]
     if not zeros.proved or None in index:
         return None
@@ -111,7 +104,7 @@ def proved_over(
 
 def _seen(branches: Branches, low: float, high: float) -> list[Interval]:
     """Return what the branches show between two values; they are cut where branches turn or end."""
-    ends = [turn.value for turn in branches.turns]
+    ends = [turn.value for turn in branches.turns.values()]
     ends += [float(curve.values[k]) for curve in branches.curves for k in (0, -1)]
     thin, cuts, found = THIN * (branches.high - branches.low), [low], list[Interval]()
     for end in sorted(ends):

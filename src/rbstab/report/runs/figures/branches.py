@@ -7,6 +7,9 @@ import numpy as np
 from rbstab.experiment.along.rest_states import AlongStates
 from rbstab.report.model.figure import MUTED, Axis, Figure, Line, Mark, Panel, Points
 
+KINDS = ("fold", "pitchfork", "crossing")
+"""The turns, in the order of their colours and symbols."""
+
 LEAST = 1e-6
 """rad: an angle that is never larger is not drawn."""
 
@@ -24,13 +27,13 @@ def _panels(axis: Axis, states: AlongStates) -> Iterator[Panel]:
         for curve in states.branches:
             unstable = curve.index > 0
             # Up to the turns at which it joins an unstable one.
-            stable = ~(unstable & np.append(unstable[1:], True) & np.append(True, unstable[:-1]))
+            stable = np.convolve(~unstable, [1, 1, 1], "same") > 0
             for mine, label, colour in ((unstable, "unstable", MUTED), (stable, "stable", 0)):
                 if mine.any():
                     y = np.where(mine, curve.orientations[:, k], np.nan)
                     marks.append(Line(curve.values, y, label, colour, dash=int(colour == MUTED)))
-        for number, kind in enumerate(sorted({turn.kind for turn in states.turns}), start=1):
-            turns = [turn for turn in states.turns if turn.kind == kind]
-            x, y = np.array([(turn.value, turn.orientation[k]) for turn in turns]).T
-            marks.append(Points(x, y, kind, number, 1 + number))
+        for kind, value, Theta in states.turns:
+            number = KINDS.index(kind)
+            x, y = np.array([[value], [Theta[k]]])
+            marks.append(Points(x, y, kind, 1 + number, 2 + number))
         yield Panel(axis, Axis(f"θ{k + 1}", "rad"), tuple(marks))

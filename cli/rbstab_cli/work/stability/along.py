@@ -49,10 +49,8 @@ class Locus(NamedTuple):
     @property
     def axis(self) -> Axis:
         """The parameter and its unit."""
-        gain = self.gain
-        if self.parameter.scales:
-            return Axis(f"factor on {self.parameter.key}")
-        return Axis(gain.name, gain.unit)
+        given = self.parameter
+        return Axis(f"factor on {given.key}") if given.scales else Axis(*self.gain[:2])
 
     def value(self, parameter: Any) -> Any:
         """Return the number at a value of the parameter, or at several."""
@@ -110,21 +108,21 @@ def locus_of(config: Config, parameter: Parameter, is_late: Callable[[], bool]) 
     except ConfigError as error:
         raise click.UsageError(f"--along: {error}") from error
     found = Locus(parameter, gain, "", points, states_along(config, parameter, is_late))
-    stable = stable_from(config, gain, found.value(parameter.values), points)
-    return found._replace(stable=stable)
+    values = found.value(parameter.values)
+    return found._replace(stable=stable_from(config, gain, values, points))
 
 
 def locus_data(locus: Locus) -> dict[str, Any]:
     """Return a root locus and the rest states along it as plain data."""
-    gain, states, scales = locus.gain, locus.states, locus.parameter.scales
+    gain, states, given = locus.gain, locus.states, locus.parameter
     return {
-        "key": locus.parameter.key,
+        "key": given.key,
         "number": gain.name,
         "unit": gain.unit,
         "stable": locus.stable or None,
         "points": [
             {
-                "factor": at if scales else None,
+                "factor": at if given.scales else None,
                 "value": locus.value(at),
                 "found": linear is not None,
                 "orientation": Theta,

@@ -80,7 +80,7 @@ def stability(
         with working(f"{path.name}: --along"):
             along = [locus_of(config, one, late_after(limit)) for one in loci]
         every.append(Found(path, config, stability_of(problem, proof, motion), run, along, within))
-    if figure is not None and form is not None:
+    if figure and form:
         drawn = branch_figure((one.axis, one.states) for found in every for one in found.loci)
         write_file(figure, figure_bytes(drawn, form), force=force)
     with stdout_to_file(output, force=force):

@@ -55,7 +55,7 @@ class Parameter:
         key = shortened(self.key)
         where = Location(f"--along {key}")
         try:
-            numbers = [*numbers_below(config, self.read.path)]
+            numbers = dict(numbers_below(config, self.read.path))
         except LookupError as error:
             known = [name for name in keys_of(config) if not name.startswith("initial.")]
             meant = did_you_mean(closest_keys(key.partition("[")[0], known))
@@ -63,7 +63,7 @@ class Parameter:
             problem = f"{key} has no numbers that can be varied"
             raise ConfigError.at(where, problem, expected) from error
         wrong = unit_problem(config, self.read)
-        if self.scales and not any(value for _, value in numbers):
+        if self.scales and not any(numbers.values()):
             wrong = "is 0, so no factor changes it", f"expected a config with {key} above 0"
         elif not self.scales and len(numbers) > 1:
             expected = f"expected factors, {key}=x0.5:x2:41, or one of them, {key}[0]=1:20:41"

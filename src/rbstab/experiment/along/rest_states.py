@@ -20,8 +20,6 @@ from rbstab.proof.reasons import NoReducedEnergy
 from rbstab.proof.rest_states import reduced_energy
 from rbstab.proof.robust.numbers import FIRST
 
-NOT_IN_PROOFS = "its numbers are in no proof, or there is one value alone"
-
 
 @dataclass(frozen=True, eq=False)
 class AlongStates:
@@ -48,10 +46,11 @@ def states_along(config: Config, parameter: Parameter, is_late: Callable[[], boo
         parameter: The parameter, which the config has.
         is_late: Returns whether no further interval is to be tried.
     """
-    low, high = float(parameter.values.min()), float(parameter.values.max())
+    values: list[float] = parameter.values.tolist()
+    low, high = min(values), max(values)
     entries = entries_at(config, parameter.key)
     if not entries or low == high:
-        return AlongStates(why=NOT_IN_PROOFS)
+        return AlongStates(why="its numbers are in no proof, or there is one value alone")
     given = [one.value if parameter.scales else parameter.read.factor for one in entries]
     factors = decimals(np.array(given)).tolist()
     ends = [Fraction(repr(low)), Fraction(repr(high))]
@@ -69,7 +68,7 @@ def states_along(config: Config, parameter: Parameter, is_late: Callable[[], boo
         return AlongStates(why=why or str(error))
     branches = Branches(energy)
     with np.errstate(all="ignore"):
-        for value in parameter.values.tolist():
+        for value in values:
             branches.search(value)
         intervals = intervals_of(branches, lambda: bool(why) or is_late())
     turns = sorted(branches.turns.values(), key=lambda turn: turn.value)

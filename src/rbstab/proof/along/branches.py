@@ -159,7 +159,7 @@ class Branches:
             if is_last:
                 break
             x, t, step = new, turned * np.sign(turned @ t), min(1.3 * step, LONGEST)
-            if len(points) > 2 and np.abs(x - start).max() < 0.6 * step:
+            if np.linalg.norm(x - start) < 0.6 * step:
                 return [*points, start]
         return points
 
@@ -171,9 +171,9 @@ class Branches:
             numbers = range(before, after) if before < after else range(before - 1, after - 1, -1)
             places += [(self._turn(a, b, number), number + 1) for number in numbers]
             places.append((b, after))
-        curve = np.array([x for x, _ in places])
+        curve, of_points = map(np.array, zip(*places, strict=True))
         values = self.low + self.width * curve[:, 3]
-        self.curves.append(Branch(values, curve[:, :3], np.array([one for _, one in places])))
+        self.curves.append(Branch(values, curve[:, :3], of_points))
 
     def _eigenvalues(self, x: Array) -> Array:
         return np.linalg.eigvalsh(self._slopes(x)[1][:, :3])

@@ -65,8 +65,8 @@ class AlongEnergy(BoundedEnergy):
         varying = {one for m in of_H for one in m if FIRST in one[0].variables}
         for end in around(low, high):
             parts = quadratic_in(_at(energy.U, end), energy.free)
-            definite = inverse_of_definite(parts.H) is not None
-            if parts.rest.variables & free or not definite or varying - {(PARAMETER, 1)}:
+            affine = not (parts.rest.variables & free or varying - {(PARAMETER, 1)})
+            if not affine or inverse_of_definite(parts.H) is None:
                 raise NoReducedEnergy(NoEnergyReason.NOT_QUADRATIC)
         super().__init__(energy.U, (*THETA, FIRST), energy.free, energy.least)
         self.low, self.high = low, high

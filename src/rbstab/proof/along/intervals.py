@@ -6,7 +6,7 @@ what stays open lies about folds, pitchforks, and values at which a rest state l
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.along.branches import Branches
 from rbstab.proof.along.energy import RANGE, AlongEnergy, OverInterval, around
+from rbstab.proof.robust.part import IsLate
 from rbstab.proof.search import Search
 
 FINEST = 2.0**-10
@@ -25,8 +26,6 @@ THIN = 1e-4
 
 MOST_BOXES = 10_000
 """Boxes of Θ at which the search for one interval ends."""
-
-IsLate = Callable[[], bool]
 
 
 class Interval(NamedTuple):
@@ -79,7 +78,7 @@ def _proved(branches: Branches, is_late: IsLate) -> list[Interval]:
 
 
 def proved_over(
-    energy: AlongEnergy, low: float, high: float, known: Sequence[Array] = ()
+    energy: AlongEnergy, low: float, high: float, known: Sequence[Array]
 ) -> Interval | None:
     """Prove the number of rest states for all p from `low` to `high`; None if that fails.
 

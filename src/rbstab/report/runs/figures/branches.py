@@ -34,6 +34,5 @@ def _panels(axis: Axis, states: AlongStates) -> Iterator[Panel]:
                     marks.append(Line(curve.values, y, label, colour, dash=int(colour == MUTED)))
         for kind, value, Theta in states.turns:
             number = KINDS.index(kind)
-            x, y = np.array([[value], [Theta[k]]])
-            marks.append(Points(x, y, kind, 1 + number, 2 + number))
+            marks.append(Points(np.array([value]), Theta[[k]], kind, 1 + number, 2 + number))
         yield Panel(axis, Axis(f"θ{k + 1}", "rad"), tuple(marks))

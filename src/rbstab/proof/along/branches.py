@@ -82,7 +82,7 @@ class Branch:
         for k in np.flatnonzero(below[1:] != below[:-1]):
             share = (value - self.values[k]) / (self.values[k + 1] - self.values[k])
             a, b = self.orientations[k : k + 2]
-            yield a + share * (b - a), int(self.index[k : k + 2].min())
+            yield a + share * (b - a), self.index[k : k + 2].min()
 
 
 class Branches:

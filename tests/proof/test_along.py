@@ -109,6 +109,10 @@ def test_variables_that_are_left_need_a_stiffness_that_is_definite_for_all_param
     for low, high, stable in ((1, 1.2, 1), (0.3, 0.32, 0)):
         one = along(X**2 / 2 + P * FREE**2 + X * FREE, low, high, (3,))
         assert proved_over(one, low, high, []) == (low, high, 1, stable, True)
-    for U in (P * FREE**2, P**2 * FREE**2, FREE**2 + P * FREE**4, FREE**2 + P * FREE.cos()):
+    wrong = [P * FREE**2, P**2 * FREE**2]
+    # These are zero at both ends, or hide in a term that is linear in z.
+    wrong += [FREE**2 + e for e in (P * FREE**4, (P + 1) * (P - 2) * FREE.cos(), FREE * FREE.cos())]
+    wrong += [FREE**2 + e for e in (X**2 * FREE**2, P * X * FREE**2, P * FREE**2 / X)]
+    for U in wrong:
         with pytest.raises(NoReducedEnergy, match="not a quadratic function"):
             along(U, -1, 2, (3,))

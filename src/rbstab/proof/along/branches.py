@@ -16,7 +16,6 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.along.energy import RANGE, AlongEnergy, OverInterval
-from rbstab.proof.boxes import Box
 from rbstab.proof.pieces import Piece
 
 STEP, SHORTEST, LONGEST = 0.02, 1e-5, 0.04
@@ -39,12 +38,8 @@ ODD = 1e-3
 """rad: a third derivative of V over its largest second derivative that is not zero."""
 
 
-ACROSS = np.array([0.0, 0.0, 0.0, 1.0])
+ACROSS = np.eye(4)[3]
 """The normal of the plane of one p."""
-
-
-INSIDE = Box(np.append(RANGE.lo, -1e-9), np.append(RANGE.hi, 1 + 1e-9))
-"""The points (Θ, p) that are followed."""
 
 
 class Turn(NamedTuple):
@@ -107,9 +102,9 @@ class Branches:
             near = self.states(max(value, self.low + ARRIVED * self.width))
             known = (self._on_plane(np.append(one, p), ACROSS) for one, _ in near)
             if not any(one is not None and np.abs(one - x).max() < SAME for one in known):
-                points = [x, *self._way(x, 1.0)]
-                is_closed = points[-1] is x
-                self._add(points if is_closed else [*self._way(x, -1.0)[::-1], *points])
+                back = self._way(x, -1.0)
+                ahead = [] if back and back[-1] is x else self._way(x, 1.0)
+                self._add([*back[::-1], x, *ahead])
 
     def states(self, value: float) -> list[tuple[Array, int]]:
         """Return Θ near each rest state of all curves at p, and its index; away from turns."""
@@ -119,7 +114,7 @@ class Branches:
         """Return ∇V by Θ, shape (3,), and its derivatives by Θ and p, shape (3, 4)."""
         point = np.append(x[:3], self.low + x[3] * self.width)
         _, g, H = self.energy.at(point[:, None])
-        return g[:3, 0], H[:3, :, 0] * np.array([1.0, 1.0, 1.0, self.width])
+        return g[:3, 0], H[:3, :, 0] * (1.0, 1.0, 1.0, self.width)
 
     def _on_plane(self, x: Array, normal: Array) -> Array | None:
         """Return the point of a curve near x on the plane through x; None if there is none.
@@ -151,7 +146,7 @@ class Branches:
             p = min(max(ahead[3], 0.0), 1.0)
             is_last = p != ahead[3]
             new = self._on_plane(np.append(ahead[:3], p), ACROSS if is_last else t)
-            turned = None if new is None or not INSIDE.contains(new) else tangent(new)
+            turned = None if new is None or not RANGE.contains(new[:3]) else tangent(new)
             if new is None or turned is None or abs(turned @ t) < STRAIGHT:
                 step /= 2
                 continue

@@ -17,7 +17,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, Matrices
 from rbstab.proof.exact.atoms import VAR
-from rbstab.proof.exact.expr import Expr, atom, expr
+from rbstab.proof.exact.expr import Expr, atom, expr, variable
 from rbstab.proof.exact.matrices import inverse_of_definite
 from rbstab.proof.exact.rewriting import quadratic_in, substituted
 from rbstab.proof.model import RANGE_END, THETA, Energy
@@ -28,12 +28,9 @@ from rbstab.proof.robust.numbers import FIRST
 RANGE = Box(-RANGE_END, RANGE_END)
 """The closed range of eq. 5."""
 
-PARAMETER = atom(VAR, FIRST)
-"""p."""
-
 
 def _at(U: Expr, p: float) -> Expr:
-    return substituted(U, {PARAMETER: expr(Fraction(p))})
+    return substituted(U, {atom(VAR, FIRST): expr(Fraction(p))})
 
 
 def around(low: float, high: float) -> tuple[float, float]:
@@ -60,14 +57,14 @@ class AlongEnergy(BoundedEnergy):
     def __init__(self, energy: Energy, low: float, high: float) -> None:
         if energy.stop is not None or jumps(energy):
             raise NoReducedEnergy(NoEnergyReason.HELD_ALONG)
-        free = set(energy.free)
-        of_H = [m for m in energy.U.terms if sum(n for a, n in m if a.variables & free) > 1]
-        varying = {one for m in of_H for one in m if FIRST in one[0].variables}
-        for end in around(low, high):
-            parts = quadratic_in(_at(energy.U, end), energy.free)
-            affine = not (parts.rest.variables & free or varying - {(PARAMETER, 1)})
-            if not affine or inverse_of_definite(parts.H) is None:
-                raise NoReducedEnergy(NoEnergyReason.NOT_QUADRATIC)
+        free, parts = set(energy.free), quadratic_in(energy.U, energy.free)
+        left = {m for m in parts.rest.terms if any(a.variables & free for a, _ in m)}
+        p, z = variable(FIRST), [variable(k) for k in free]
+        known = left <= {m for i in z for j in z for m in (p * i * j).terms}
+        known &= not any(one.variables & free for one in parts.b)
+        ends = (quadratic_in(_at(energy.U, end), energy.free).H for end in around(low, high))
+        if not known or any(inverse_of_definite(H) is None for H in ends):
+            raise NoReducedEnergy(NoEnergyReason.NOT_QUADRATIC)
         super().__init__(energy.U, (*THETA, FIRST), energy.free, energy.least)
         self.low, self.high = low, high
 

@@ -71,7 +71,7 @@ class Parameter:
         if wrong is not None:
             raise ConfigError.at(where, f"{key} {wrong[0]}", wrong[1])
         try:
-            for end in (self.values[0], self.values[-1]):
-                self.at(config, float(end))
+            for end in self.values[[0, -1]].tolist():
+                self.at(config, end)
         except ConfigError as error:
             raise ConfigError([replace(one, location=where) for one in error.problems]) from error

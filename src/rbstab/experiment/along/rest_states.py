@@ -7,18 +7,15 @@ from functools import partial
 
 import numpy as np
 
-from rbstab.analysis.exact import decimals
 from rbstab.config.schema import Config
 from rbstab.config.tolerances import Tolerance, entries_at
 from rbstab.experiment.along.parameter import Parameter
 from rbstab.experiment.robust.bodies import members_of, why_not_all
 from rbstab.proof.along.branches import Branch, Branches, Turn
-from rbstab.proof.along.energy import AlongEnergy
+from rbstab.proof.along.energy import AlongEnergy, parameter_between
 from rbstab.proof.along.intervals import Interval, intervals_of
-from rbstab.proof.exact.expr import variable
 from rbstab.proof.reasons import NoReducedEnergy
 from rbstab.proof.rest_states import reduced_energy
-from rbstab.proof.robust.numbers import FIRST
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,16 +48,15 @@ def states_along(config: Config, parameter: Parameter, is_late: Callable[[], boo
     entries = entries_at(config, parameter.key)
     if not entries or low == high:
         return AlongStates(why="its numbers are in no proof, or there is one value alone")
-    given = [one.value if parameter.scales else parameter.read.factor for one in entries]
-    factors = decimals(np.array(given)).tolist()
-    ends = [Fraction(repr(low)), Fraction(repr(high))]
+    sizes = (one.value if parameter.scales else parameter.read.factor for one in entries)
+    start, end, *factors = (Fraction(repr(number)) for number in (low, high, *sizes))
     tolerances = [
-        Tolerance(one, size * (ends[0] + ends[1]) / 2, abs(size) * (ends[1] - ends[0]) / 2)
+        Tolerance(one, size * (start + end) / 2, abs(size) * (end - start) / 2)
         for one, size in zip(entries, factors, strict=True)
     ]
     why = why_not_all(config, tolerances)
     members = members_of(config, tolerances)
-    numbers = [variable(FIRST).scaled(size) for size in factors]
+    numbers = [parameter_between(low, high).scaled(size) for size in factors]
     try:
         system = members.own([float(one.middle) for one in tolerances])
         energy = AlongEnergy(reduced_energy(system, partial(members.exact, numbers)), low, high)

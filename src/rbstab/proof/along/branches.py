@@ -112,7 +112,7 @@ class Branches:
 
     def _slopes(self, x: Array) -> tuple[Array, Array]:
         """Return ∇V by Θ, shape (3,), and its derivatives by Θ and p, shape (3, 4)."""
-        point = np.append(x[:3], self.low + x[3] * self.width)
+        point = np.append(x[:3], (x[3] - 0.5) * self.width)
         _, g, H = self.energy.at(point[:, None])
         return g[:3, 0], H[:3, :, 0] * (1.0, 1.0, 1.0, self.width)
 

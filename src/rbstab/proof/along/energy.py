@@ -8,7 +8,6 @@ with derivatives by Θ in ∇. The last term is one more error of the gradient a
 search proves from these bounds holds for each p: one rest state in a box, none elsewhere, an index.
 """
 
-import math
 from fractions import Fraction
 
 import numpy as np
@@ -29,23 +28,26 @@ RANGE = Box(-RANGE_END, RANGE_END)
 """The closed range of eq. 5."""
 
 
-def _at(U: Expr, p: float) -> Expr:
-    return substituted(U, {atom(VAR, FIRST): expr(Fraction(p))})
+def parameter_between(low: float, high: float) -> Expr:
+    """Return p as the middle of an interval plus the variable `FIRST`.
+
+    So what does not depend on this variable, as a stiffness of z, is that of a body in the middle.
+    """
+    return variable(FIRST) + Fraction(0.5 * low + 0.5 * high)
 
 
-def around(low: float, high: float) -> tuple[float, float]:
-    """Return the ends of an interval an ulp wider: with the decimals that its ends mean."""
-    return math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
+def _at(U: Expr, q: float) -> Expr:
+    return substituted(U, {atom(VAR, FIRST): expr(Fraction(q))})
 
 
 class AlongEnergy(BoundedEnergy):
-    """V(Θ, p), with the variable `FIRST` for p: the last of four variables.
+    """V(Θ, p), with the variable `FIRST` of `parameter_between`: the last of four variables.
 
     U has to be quadratic in z, with a stiffness that is affine in p. It is definite at both ends of
     the interval, and so between.
 
     Args:
-        energy: The energy.
+        energy: The energy, made with `parameter_between`.
         low: The lower end of the interval.
         high: The upper end.
 
@@ -59,14 +61,22 @@ class AlongEnergy(BoundedEnergy):
             raise NoReducedEnergy(NoEnergyReason.HELD_ALONG)
         free, parts = set(energy.free), quadratic_in(energy.U, energy.free)
         left = {m for m in parts.rest.terms if any(a.variables & free for a, _ in m)}
-        p, z = variable(FIRST), [variable(k) for k in free]
-        known = left <= {m for i in z for j in z for m in (p * i * j).terms}
+        q, z = variable(FIRST), [variable(k) for k in free]
+        known = left <= {m for i in z for j in z for m in (q * i * j).terms}
         known &= not any(one.variables & free for one in parts.b)
-        ends = (quadratic_in(_at(energy.U, end), energy.free).H for end in around(low, high))
+        self.low, self.high, self.middle = low, high, 0.5 * low + 0.5 * high
+        ends = (quadratic_in(_at(energy.U, q), energy.free).H for q in self.about(low, high))
         if not known or any(inverse_of_definite(H) is None for H in ends):
             raise NoReducedEnergy(NoEnergyReason.NOT_QUADRATIC)
         super().__init__(energy.U, (*THETA, FIRST), energy.free, energy.least)
-        self.low, self.high = low, high
+
+    def about(self, low: float, high: float) -> Array:
+        """Return the ends of an interval of the variable that contains one of p.
+
+        It is wider, as differences are rounded, and ends of p mean their decimals.
+        """
+        outward = np.array([-np.inf, np.inf])
+        return np.nextafter(np.nextafter([low, high], outward) - self.middle, outward)
 
 
 class OverInterval(BoundedEnergy):
@@ -81,14 +91,14 @@ class OverInterval(BoundedEnergy):
     """
 
     def __init__(self, whole: AlongEnergy, low: float, high: float) -> None:
-        middle = _at(whole.U, 0.5 * low + 0.5 * high)
+        self.whole, self.ends = whole, whole.about(low, high)
+        middle = _at(whole.U, 0.5 * self.ends.sum())
         super().__init__(middle, free=whole.free, least=whole.least, order=2)
-        self.whole, self.low, self.high = whole, low, high
 
     def over(self, lo: Array, hi: Array) -> Bounds:
         """Return bounds over the boxes lo <= Θ <= hi, both of shape (3, boxes)."""
-        with_p = (np.vstack([x, 0 * x[:1] + p]) for x, p in ((lo, self.low), (hi, self.high)))
-        b = self.whole.over(*with_p)
+        both = zip((lo, hi), self.ends, strict=True)
+        b = self.whole.over(*(np.vstack([x, 0 * x[:1] + q]) for x, q in both))
         a, r = self.theta, b.radius[3]
         S, s, H, h = *b.slope, *b.hessian
         with np.errstate(all="ignore"):

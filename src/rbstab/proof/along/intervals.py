@@ -14,7 +14,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.along.branches import Branches
-from rbstab.proof.along.energy import RANGE, AlongEnergy, OverInterval, around
+from rbstab.proof.along.energy import RANGE, AlongEnergy, OverInterval
 from rbstab.proof.robust.part import IsLate
 from rbstab.proof.search import Search
 
@@ -89,7 +89,7 @@ def proved_over(
         known: Θ near rest states in the middle, each of shape (3,): tried first, as most intervals
             fail at one of them.
     """
-    search = Search(OverInterval(energy, *around(low, high)), RANGE)
+    search = Search(OverInterval(energy, low, high), RANGE)
     if known:
         search.with_zeros_near(np.array(known).T)
         if len(search.zeros) < len(known):

@@ -70,9 +70,11 @@ def stability() -> None:
     to converge. `almost_every_start` has the same of almost every start: `proved`, `returns`
     (whether all of the rest states that are reached are near the desired orientation), their
     numbers `states`, and `why` it is not proved. Of a body whose energy depends on no Euler angles,
-    `on_rotations` has the quaternions of all rest states on SO(3), and families of them. In `along`,
-    `intervals` count rest states, and say whether that is proved for each value; `turns` are folds
-    and pitchforks, computed; `branches` are the curves of rest states, stable where `index` is 0.
+    `on_rotations` has the quaternions of all rest states on SO(3), and families of them.
+
+    In `along`, `intervals` count rest states, and say whether that is proved for each value;
+    `turns` are folds and pitchforks, computed; `branches` are curves of rest states, stable where
+    `index` is 0.
     """
 
 

@@ -238,14 +238,15 @@ WRONG_VALUES = {
             "K_r",
             "K_r=1:2",
             "=1:2:3",
-            "K_r=0:1:3",
+            "K_r=x0:x1:3",
+            "K_r=x1:2:3",
             "K_r=1:inf:3",
             "K_r=1:nan:3",
             "K_r=1:2:0",
         )
     },
     **{
-        f"stability good.yaml --along {key}=1:2:3": f"{key} has no numbers that a factor can scale "
+        f"stability good.yaml --along {key}=1:2:3": f"{key} has no numbers that can be varied "
         f"({expected}"
         for key, expected in {
             "controller.Kr": "did you mean controller.K_r?",
@@ -256,6 +257,11 @@ WRONG_VALUES = {
             "title": "expected one of controller.K_t, controller.L_t, controller.K_r, ",
         }.items()
     },
+    "stability good.yaml --along controller.K_r=1:2:3": "controller.K_r has 3 numbers "
+    "(expected factors, controller.K_r=x0.5:x2:41, or one of them, controller.K_r[0]=1:20:41)",
+    "stability good.yaml --along controller.K_r[0]=-1:2:3": "controller.K_r[0]: is -1",
+    "stability good.yaml --along body.mass=1:2:3 --figure a.txt": "--figure a.txt: expected",
+    "stability good.yaml --figure a.svg": "--along",
     "stability good.yaml --within body.mass=±1% --time-limit 0": "--time-limit",
 }
 

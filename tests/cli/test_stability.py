@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 from cli.conftest import json_of, rbstab, success
-from support.leg import leg
+from support.leg import held_leg, leg
 
 from rbstab import open_result
 
@@ -28,7 +28,7 @@ def test_what_is_said_of_a_good_config(folder):
 
 
 def test_json_has_all_of_it(folder):
-    done = rbstab("stability", "good.yaml", "--json", "--along", "controller.K_r=0.5:2:3")
+    done = rbstab("stability", "good.yaml", "--json", "--along", "controller.K_r=x0.5:x2:3")
     (facts,) = json.loads(done.stdout)
     assert facts["proved"] is True
     assert facts["unique"] is True
@@ -111,17 +111,19 @@ SHORT = ("--no-run", "--search-only")
 def test_a_gain_without_an_effect_has_one_row(folder):
     text = Path("good.yaml").read_text().replace("variant: free", "variant: sliding")
     Path("sliding.yaml").write_text(text.replace("K_t", LAW, 1))
-    done = success("stability", "sliding.yaml", *SHORT, "--along", "controller.K_s=0.5:2:5")
+    done = success("stability", "sliding.yaml", *SHORT, "--along", "controller.K_s=x0.5:x2:5")
     assert "controller.K_s does not change the linearised system." in done.stdout
     table = done.stdout.partition("Along controller.K_s")[2].partition("Not listed")[0]
-    assert len([line for line in table.splitlines() if line.strip()]) == 4
+    *rows, why = [line for line in table.splitlines() if line.strip()]
+    assert len(rows) == 4
+    assert "not decided: the connector's force on the surface s = F + κE has no potential" in why
     assert "E decays as exp(-κt), κ = 20 1/s" in done.stdout
 
 
 def test_round_off_is_not_printed_as_an_oscillation():
     """A damper gives two axes of this body the same two real eigenvalues."""
     config = str(CONFIGS / "examples" / "real_body.yaml")
-    done = success("stability", config, *SHORT, "--along", "controller.K_r=0.5:2:3")
+    done = success("stability", config, *SHORT, "--along", "controller.K_r=x0.5:x2:3")
     assert "-24.42" in done.stdout
     assert " ± " in done.stdout.partition("Along")[2]
     assert not re.search(r"e-\d+i", done.stdout)
@@ -131,7 +133,7 @@ def test_the_gain_from_which_on_a_leg_stands_is_named(tmp_path):
     """Upright is stable for K_r > m g l = 6.386 N m/rad."""
     config = tmp_path / "leg.yaml"
     config.write_text(yaml.safe_dump(leg()))
-    along = ("--along", "controller.K_r=0.6:0.7:3")
+    along = ("--along", "controller.K_r=x0.6:x0.7:3")
     done = success("stability", str(config), *SHORT, *along)
     text = " ".join(done.stdout.split())
     assert "K_r[0] [N m/rad]" in text
@@ -149,10 +151,33 @@ def test_the_gain_from_which_on_a_leg_stands_is_named(tmp_path):
     assert f"{locus['stable'][:1].upper()}{locus['stable'][1:]}." == sentence
 
 
+def test_rest_states_are_counted_along_a_number(tmp_path):
+    """K θ = m g l sin θ: three rest states below K = m g l = 6.38631, and one above."""
+    config, figure = tmp_path / "leg.yaml", tmp_path / "branches.csv"
+    config.write_text(yaml.safe_dump(held_leg((10, 10, 5))))
+    results = ("--no-run", "--results", str(tmp_path / "results"))
+    along = (*results, "--along", "controller.K_r[0]=5:8.1:3")
+    done = success("stability", str(config), *along, "--figure", str(figure))
+    assert "Pitchfork at K_r[0] = 6.38631, Θ = (0, 0, 0) rad (computed, not proved)" in done.stdout
+    proved = re.findall(r"(\S+) to (\S+) +(\d) +(\d) +proved for each value", done.stdout)
+    (low, end, *below), (start, high, *above) = proved
+    assert (low, below, above, high) == ("5", ["3", "2"], ["1", "1"], "8.1")
+    assert 6.3 < float(end) < 6.38631 < float(start) < 6.45
+    points = [line.split(",") for line in figure.read_text().splitlines()]
+    (turn,) = [row for row in points if row[3] == "pitchfork"]
+    assert float(turn[4]) == pytest.approx(6.38631, abs=1e-5)
+    assert {row[3] for row in points[1:]} == {"stable", "unstable", "pitchfork"}
+    found = json_of("stability", str(config), *along, "--search-only")[0]["along"][0]
+    assert {one["proved"] for one in found["intervals"]} == {False}
+    assert [one["states"] for one in found["intervals"]] == [3, 1]
+    assert [one["kind"] for one in found["turns"]] == ["pitchfork"]
+    assert found["branches"]
+
+
 def test_a_rest_state_that_leans_too_far_is_not_the_desired_one(tmp_path):
     config = tmp_path / "leg.yaml"
     config.write_text(yaml.safe_dump(leg(desired={"orientation": {"deg": [0, 90, 0]}})))
-    done = rbstab("stability", str(config), *SHORT, "--along", "controller.K_r=0.6:0.7:3")
+    done = rbstab("stability", str(config), *SHORT, "--along", "controller.K_r=x0.6:x0.7:3")
     assert "is stable for" not in done.stdout
 
 

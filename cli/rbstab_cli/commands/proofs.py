@@ -9,6 +9,7 @@ from rbstab_cli.options import FILE, PATH, declare, flag, output, repeatable, re
     "stability",
     "rbstab stability experiment.yaml --within controller=±20%",
     "stability.stability:stability",
+    needs={"--figure": "--along"},
     excludes={"--search-only": ("--within", "--largest-within")},
 )
 @takes("configs")
@@ -17,8 +18,15 @@ from rbstab_cli.options import FILE, PATH, declare, flag, output, repeatable, re
     "--along",
     "alongs",
     metavar="KEY=FROM:TO:COUNT",
-    help="Compute the eigenvalues along a gain, for COUNT factors with equal ratios from FROM to "
-    "TO: controller.K_r=0.01:1:41. Repeatable.",
+    help="Compute eigenvalues and all rest states for COUNT values of a number from FROM to TO "
+    "(controller.K_r[0]=1:20:41), or factors on a whole gain (controller.K_r=x0.1:x2:41), and "
+    "prove on which intervals their number is the same. Repeatable.",
+)
+@click.option(
+    "--figure",
+    metavar="FILE",
+    type=FILE,
+    help="Draw the rest states of --along into FILE: .svg, .pdf, .png, or .csv for the data.",
 )
 @repeatable(
     "--within",
@@ -39,8 +47,8 @@ from rbstab_cli.options import FILE, PATH, declare, flag, output, repeatable, re
     "--time-limit",
     metavar="SECONDS",
     type=click.FloatRange(min=0.0, min_open=True),
-    help="Wall time for the proof of --within, and for each --largest-within; what is proved by "
-    "then is printed.  [default: 60, or 600 for tolerances of the initial state]",
+    help="Wall time for the proof of --within, and for each --largest-within or --along; what is "
+    "proved by then is printed.  [default: 60, or 600 for tolerances of the initial state]",
 )
 @takes("set", "allow_python")
 @results_folder("proofs are stored in DIR/proofs and read from there", "--results")
@@ -63,6 +71,10 @@ def stability() -> None:
     states are near the desired orientation), their numbers `states`, and `why` it is not proved. If
     the energy depends on no Euler angles, `on_rotations` has the quaternions of all rest states on
     SO(3), and families of them.
+
+    In `along`, `intervals` count rest states, and say whether that is proved for each value;
+    `turns` are folds and pitchforks, computed; `branches` are curves of rest states, stable where
+    `index` is 0.
     """
 
 

@@ -13,7 +13,7 @@ from rbstab.store.disk.atomic import write_atomically
 from rbstab.store.disk.paths import check_folder, check_writable, path_exists, read_regular
 from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed, reason_of
+from rbstab_cli.errors import Failed, reason_of, require
 from rbstab_cli.printing import say
 
 
@@ -81,6 +81,21 @@ def form_of(path: Path, forms: Iterable[str], option: str = "-o") -> str:
         endings = ", ".join(f".{form}" for form in forms)
         raise click.UsageError(f"{option} {path}: expected a file name that ends in {endings}")
     return ending
+
+
+def figure_form(option: str, path: Path, *, force: bool) -> str:
+    """Return the form of a figure by the name of its file; it can be drawn, and written.
+
+    Raises:
+        UsageError: It is no form of figures, or a package is missing.
+    """
+    from rbstab.report.writers.figure_files import FORMS  # imported late: few commands draw
+
+    form = form_of(path, FORMS, option)
+    if form != "csv":
+        require("report", f"{option} {path}", "vl_convert")
+    check_target(path, force=force)
+    return form
 
 
 @contextmanager

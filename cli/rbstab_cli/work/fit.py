@@ -8,10 +8,9 @@ from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.tuning.fit import fit as fitted
 from rbstab_cli import exit_codes
 from rbstab_cli.inputs import load_one, loaded
-from rbstab_cli.output.files import new_config, write_file
+from rbstab_cli.output.files import figure_form, new_config, write_file
 from rbstab_cli.output.progress import working
 from rbstab_cli.printing import Table, print_json, say
-from rbstab_cli.work.stored.plot import figure_form
 
 NOTES = {
     "numbers": "error: standard error; low, high: ends of the 95 % interval",

@@ -154,10 +154,10 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
     number = Fraction(match["number"])
     if number >= LARGEST:
         raise _refused(text, "is too large", "expected a size below 1e100")
-    entries = _entries_at(config, key)
+    entries = entries_at(config, key)
     if not entries:
         problem = f"{shortened(key)} has no numbers that can have a tolerance"
-        sections = [name for name in SECTIONS if _entries_at(config, name)]
+        sections = [name for name in SECTIONS if entries_at(config, name)]
         meant = did_you_mean(closest_keys(key.partition("[")[0], [*sections, *keys_of(config)]))
         raise _refused(text, problem, meant or f"expected a key of {', '.join(sections)}")
     unit = Fraction(1) if match["percent"] else _unit(config, text, key, entries)
@@ -202,7 +202,7 @@ def decimal_text(number: Fraction) -> str:
     return f"{Decimal(f'{scaled.numerator}e-{places}'):f}".rstrip("0").rstrip(".")
 
 
-def _entries_at(config: Config, key: str) -> tuple[Entry, ...]:
+def entries_at(config: Config, key: str) -> tuple[Entry, ...]:
     """Return the numbers of a key; none if the config has none there."""
     read = number_key(key)
     if read is None or read.path[0] not in SECTIONS:

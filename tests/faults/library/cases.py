@@ -91,7 +91,7 @@ CASES = {
     "report text": _report("report.txt"),
     "report json": Case("report results/a.h5 results/plan --json", _SOURCES, lines=3, prints=True),
     "stability": Case(
-        "stability a.yaml -o results/stability.txt --force --along controller.K_r=0.1:1:3",
+        "stability a.yaml -o results/stability.txt --force --along controller.K_r=x0.1:x1:3",
         ("run --no-prove b.yaml",),
         lines=2,
         optional="proofs/",

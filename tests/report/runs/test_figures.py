@@ -10,7 +10,7 @@ from support.figure_runs import KINDS, lines_of, run_of, without_config
 from support.sections import figures_in
 
 from rbstab.config.load import load_config
-from rbstab.experiment.locus import linearised_at_rest
+from rbstab.experiment.along.locus import linearised_at_rest
 from rbstab.experiment.summary import lyapunov_function_of
 from rbstab.report.model.figure import Level, Points, Stack
 from rbstab.report.runs.figures.eigenvalues import eigenvalue_figure

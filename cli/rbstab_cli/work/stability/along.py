@@ -1,8 +1,9 @@
-"""The option --along of `rbstab stability`: root loci, as a table or as data."""
+"""The option --along of `rbstab stability`: root loci and rest states, as tables or as data."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
+from decimal import Decimal
 from itertools import product
 from typing import Any, NamedTuple
 
@@ -12,123 +13,149 @@ import numpy as np
 from rbstab.analysis.linearisation import eigenvalue_text
 from rbstab.config.errors import ConfigError
 from rbstab.config.schema import Config
-from rbstab.experiment.answers.rounded import number
-from rbstab.experiment.answers.threshold import named_number
-from rbstab.experiment.locus import LocusPoint, check_key, root_locus, stable_from
-from rbstab.mechanics.numbers import Array
+from rbstab.experiment.along.locus import LocusPoint, root_locus, stable_from
+from rbstab.experiment.along.parameter import Parameter
+from rbstab.experiment.along.rest_states import AlongStates, states_along
+from rbstab.experiment.answers.rounded import number, rounded_down, rounded_up
+from rbstab.experiment.answers.state_words import angles
+from rbstab.experiment.answers.threshold import NamedNumber
+from rbstab.report.model.figure import Axis
 from rbstab_cli.inputs import refuse
 from rbstab_cli.printing import Table
 
 MAX_POINTS = 10_000
-"""The largest number of factors."""
+"""The largest number of values."""
 
 NOT_FOUND = "none: a descent in energy from Θ = 0 found no smooth rest state in the range"
 """Where a point of a root locus has no eigenvalues. Other searches may find rest states."""
 
-
-class Along(NamedTuple):
-    """The key of a gain, and factors on it."""
-
-    key: str
-    factors: Array
+DIGITS = 6
+"""Significant digits of the values at which rest states change."""
 
 
 class Locus(NamedTuple):
-    """The root locus of a config along a gain.
+    """What changes in a config along a parameter.
 
-    gain is the number that is scaled. stable is a sentence on the factors with which the rest state
-    is stable; it is empty if there is none.
+    gain is its number. stable is a sentence on the values with which the rest state is stable; it
+    is empty if there is none. states are all rest states.
     """
 
-    key: str
-    gain: Any
+    parameter: Parameter
+    gain: NamedNumber
     stable: str
     points: list[LocusPoint]
+    states: AlongStates
+
+    @property
+    def axis(self) -> Axis:
+        """The parameter and its unit."""
+        given = self.parameter
+        return Axis(f"factor on {given.key}") if given.scales else Axis(*self.gain[:2])
+
+    def value(self, parameter: Any) -> Any:
+        """Return the number at a value of the parameter, or at several."""
+        return parameter * self.gain.value if self.parameter.scales else parameter
 
 
-def parse_along(text: str) -> Along:
-    """Parse KEY=FROM:TO:COUNT, where COUNT factors are geometrically spaced.
+def parse_along(text: str) -> Parameter:
+    """Parse KEY=FROM:TO:COUNT, values evenly spaced, or KEY=xFROM:xTO:COUNT, factors on a gain.
 
     Raises:
         UsageError: The text does not have that form.
     """
     key, _, numbers = text.partition("=")
+    scales = numbers.startswith("x") and ":x" in numbers
     with suppress(ValueError):
-        start, end, count = numbers.split(":")
-        ends, points = (float(start), float(end)), int(count)
-        if key and all(0 < end < math.inf for end in ends) and 1 <= points <= MAX_POINTS:
-            return Along(key, np.geomspace(*ends, points))
+        start, end, count = (numbers.replace("x", "") if scales else numbers).split(":")
+        low, high = float(start), float(end)
+        good = math.isfinite(low - high) and (min(low, high) > 0 or not scales)
+        if key and good and 1 <= int(count) <= MAX_POINTS:
+            values = (np.geomspace if scales else np.linspace)(low, high, int(count))
+            return Parameter(key, values, scales)
     raise click.UsageError(
-        f"--along {text}: expected KEY=FROM:TO:COUNT with factors above 0 and a count from 1 "
-        f"to {MAX_POINTS}, such as controller.K_r=0.01:1:41"
+        f"--along {text}: expected KEY=FROM:TO:COUNT with values of one number, such as "
+        "controller.K_r[0]=1:20:41, or KEY=xFROM:xTO:COUNT with factors above 0 on a whole gain, "
+        f"such as controller.K_r=x0.1:x2:41, and a count from 1 to {MAX_POINTS}"
     )
 
 
-def checked_along(configs: Iterable[Config], texts: Iterable[str]) -> list[Along]:
+def checked_along(configs: Iterable[Config], texts: Iterable[str]) -> list[Parameter]:
     """Return the values of --along, before anything is computed; each config has their numbers.
 
     Raises:
-        UsageError: A text does not have the form KEY=FROM:TO:COUNT.
+        UsageError: A text does not have one of its forms.
     """
-    alongs = list(map(parse_along, texts))
+    parameters = list(map(parse_along, texts))
     problems: list[str] = []
-    for config, along in product(configs, alongs):
+    for config, parameter in product(configs, parameters):
         try:
-            check_key(config, along.key)
+            parameter.check(config)
         except ConfigError as error:
             problems += map(str, error.problems)
     refuse(problems)
-    return alongs
+    return parameters
 
 
-def locus_of(config: Config, along: Along) -> Locus:
-    """Compute the root locus of a config along a gain that it has.
+def locus_of(config: Config, parameter: Parameter, is_late: Callable[[], bool]) -> Locus:
+    """Compute the root locus and all rest states of a config along a parameter that it has.
 
     Raises:
-        UsageError: A scaled config is not valid.
+        UsageError: A changed config is not valid.
     """
-    gain = named_number(config, tuple(along.key.split(".")))
+    gain = parameter.named(config)
     try:
-        points = root_locus(config, along.key, along.factors)
+        points = root_locus(config, parameter)
     except ConfigError as error:
         raise click.UsageError(f"--along: {error}") from error
-    return Locus(along.key, gain, stable_from(config, gain, points), points)
+    found = Locus(parameter, gain, "", points, states_along(config, parameter, is_late))
+    values = found.value(parameter.values)
+    return found._replace(stable=stable_from(config, gain, values, points))
 
 
 def locus_data(locus: Locus) -> dict[str, Any]:
-    """Return a root locus as plain data."""
-    gain = locus.gain
+    """Return a root locus and the rest states along it as plain data."""
+    gain, states, given = locus.gain, locus.states, locus.parameter
     return {
-        "key": locus.key,
+        "key": given.key,
         "number": gain.name,
         "unit": gain.unit,
         "stable": locus.stable or None,
         "points": [
             {
-                "factor": factor,
-                "value": factor * gain.value,
+                "factor": at if given.scales else None,
+                "value": locus.value(at),
                 "found": linear is not None,
                 "orientation": Theta,
                 "eigenvalues": []
                 if linear is None
                 else [[float(v.real), float(v.imag)] for v in linear.eigenvalues],
             }
-            for factor, linear, Theta in locus.points
+            for at, linear, Theta in locus.points
+        ],
+        "intervals": [one._asdict() for one in states.intervals],
+        "why": states.why or None,
+        "turns": [
+            {"kind": kind, "at": at, "orientation": Theta.tolist()}
+            for kind, at, Theta in states.turns
+        ],
+        "branches": [
+            {name: values.tolist() for name, values in vars(one).items()} for one in states.branches
         ],
     }
 
 
 def print_locus(locus: Locus) -> None:
-    """Print a root locus: a row for each factor."""
-    gain, points = locus.gain, locus.points
-    numbers = ("factor", gain.text, "largest Re λ [1/s]", "smallest ζ", "growing")
+    """Print a root locus, a row for each value, and then the rest states."""
+    gain, points, key = locus.gain, locus.points, locus.parameter.key
+    heads = ("factor", gain.text)[not locus.parameter.scales :]
+    numbers = (*heads, "largest Re λ [1/s]", "smallest ζ", "growing")
     table = Table(*numbers, "eigenvalues [1/s]", numbers=numbers)
-    click.echo(f"Along {locus.key}:")
+    click.echo(f"Along {key}:")
     if _has_no_effect(points):
         # So it is with the force of a sliding connector, which only has to be large enough.
-        click.echo(f"  {locus.key} does not change the linearised system.")
+        click.echo(f"  {key} does not change the linearised system.")
         points = points[:1]
-    for factor, linear, _ in points:
+    for at, linear, _ in points:
         cells = ["-", "-", "-", NOT_FOUND]
         if linear is not None:
             values = linear.eigenvalues
@@ -138,10 +165,34 @@ def print_locus(locus: Locus) -> None:
                 str(linear.growing),
                 ", ".join(eigenvalue_text(v) for v in values.tolist() if v.imag >= 0),
             ]
-        table.add(number(factor), number(factor * gain.value), *cells)
+        table.add(*[number(at), number(locus.value(at))][-len(heads) :], *cells)
     table.print()
     if locus.stable:
         click.echo(f"  {locus.stable[:1].upper()}{locus.stable[1:]}.\n")
+    _print_states(locus)
+
+
+def _print_states(locus: Locus) -> None:
+    """Print how many rest states there are on intervals of the parameter, and where they change."""
+    states = locus.states
+    if states.intervals:
+        numbers = (locus.axis.text, "rest states", "stable")
+        table = Table(*numbers, "sure", numbers=numbers)
+        for low, high, count, stable, proved in states.intervals:
+            # What is proved for an interval holds for a part of it.
+            inside = (
+                rounded_up(Decimal(repr(low)), DIGITS),
+                rounded_down(Decimal(repr(high)), DIGITS),
+            )
+            sure = "proved for each value" if proved else "seen; there may be others"
+            table.add(" to ".join(inside), str(count), str(stable), sure)
+        table.print()
+    for kind, at, Theta in states.turns:
+        place = f"{number(at, DIGITS)}, Θ = {angles(Theta)} rad"
+        click.echo(f"  {kind.capitalize()} at {locus.axis.label} = {place} (computed, not proved)")
+    if states.why:
+        click.echo(f"  Rest states along {locus.parameter.key}: not decided: {states.why}")
+    click.echo()
 
 
 def _has_no_effect(points: list[LocusPoint]) -> bool:

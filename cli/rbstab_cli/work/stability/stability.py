@@ -13,21 +13,29 @@ from rbstab.experiment.simulate import simulate_problem
 from rbstab.experiment.stability import stability_of
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.integrate.problem import Problem
+from rbstab.report.runs.figures.branches import branch_figure
+from rbstab.report.writers.figure_files import figure_bytes
 from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
 from rbstab_cli.inputs import load_configs
-from rbstab_cli.output.files import check_target, stdout_to_file
+from rbstab_cli.output.files import check_target, figure_form, stdout_to_file, write_file
 from rbstab_cli.output.progress import compiling, working
 from rbstab_cli.printing import print_json, say
 from rbstab_cli.work.stability.along import checked_along, locus_of
 from rbstab_cli.work.stability.printed import Found, data_of, print_found
-from rbstab_cli.work.stability.within import checked_tolerances, proved_within
+from rbstab_cli.work.stability.within import (
+    SECONDS_OF_BODIES,
+    checked_tolerances,
+    late_after,
+    proved_within,
+)
 
 
 def stability(
     configs: tuple[Path, ...],
     search_only: bool,
     alongs: tuple[str, ...],
+    figure: Path | None,
     withins: tuple[str, ...],
     largest: tuple[str, ...],
     time_limit: float | None,
@@ -42,9 +50,11 @@ def stability(
     """Compute everything that was asked for about each config, then print it."""
     if output is not None:
         check_target(output, force=force)
+    form = None if figure is None else figure_form("--figure", figure, force=force)
     loaded = load_configs(configs, changes, allow_python=allow_python)
     tolerances = checked_tolerances(loaded, withins, largest)
     loci = checked_along(loaded.values(), alongs)
+    limit = 0.0 if search_only else time_limit or SECONDS_OF_BODIES
     enclose = Enclose.NOTHING if search_only else Enclose.UNTIL_PROVED
     every = []
     for path, config in loaded.items():
@@ -67,8 +77,12 @@ def stability(
             stored = results / f"{path.stem}.h5"
             run = None if no_run else _run(config, problem, stored, proof, enclose)
             motion = None if search_only else _convergence(config, problem, proof, run)
-        points = [locus_of(config, along) for along in loci]
-        every.append(Found(path, config, stability_of(problem, proof, motion), run, points, within))
+        with working(f"{path.name}: --along"):
+            along = [locus_of(config, one, late_after(limit)) for one in loci]
+        every.append(Found(path, config, stability_of(problem, proof, motion), run, along, within))
+    if figure and form:
+        drawn = branch_figure((one.axis, one.states) for found in every for one in found.loci)
+        write_file(figure, figure_bytes(drawn, form), force=force)
     with stdout_to_file(output, force=force):
         if as_json:
             print_json([data_of(found) for found in every])

@@ -160,18 +160,18 @@ def proved_within(
     limit = time_limit or (SECONDS_OF_STARTS if of_starts else SECONDS_OF_BODIES)
 
     def proved(key: str) -> Largest:
-        is_late = _late_after(limit)
+        is_late = late_after(limit)
         return largest_within(config, _prove(config, results, is_late), key, texts, is_late)
 
     with working(f"{name}: all {'starts' if of_starts else 'bodies'}") as work:
-        is_late = _late_after(limit)
+        is_late = late_after(limit)
         if of_starts:
             return Within(texts, starts=_proved_starts(config, results, tolerances, is_late, work))
         record = _prove(config, results, is_late)(tolerances) if texts else None
         return Within(texts, record, largest=tuple(map(proved, largest)))
 
 
-def _late_after(time_limit: float) -> Callable[[], bool]:
+def late_after(time_limit: float) -> Callable[[], bool]:
     """Return a function that tells whether some seconds from now are over."""
     end = time.monotonic() + time_limit
     return lambda: time.monotonic() > end

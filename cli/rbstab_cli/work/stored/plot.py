@@ -8,12 +8,12 @@ from rbstab.config.errors import hint
 from rbstab.report.build import report_of
 from rbstab.report.model.figure import Figure
 from rbstab.report.reading.sources import read_sources
-from rbstab.report.writers.figure_files import FORMS, figure_bytes, figures_of
+from rbstab.report.writers.figure_files import figure_bytes, figures_of
 from rbstab.store.disk.paths import path_exists
 from rbstab.store.errors import StoreError
 from rbstab_cli import exit_codes
-from rbstab_cli.errors import Failed, require
-from rbstab_cli.output.files import check_target, form_of, write_file
+from rbstab_cli.errors import Failed
+from rbstab_cli.output.files import figure_form, write_file
 from rbstab_cli.output.progress import working
 from rbstab_cli.printing import print_facts, say
 from rbstab_cli.results import Taken, taken
@@ -36,15 +36,6 @@ def plot(
         raise click.UsageError(f"--figure {name}: unknown; expected one of {one_of}")
     write_file(output, figure_bytes(figures[name], form, column=column), force=force)
     say(f"-> {output}")
-
-
-def figure_form(option: str, output: Path, *, force: bool) -> str:
-    """Return the form of a figure by the name of its file, which can be written and drawn."""
-    form = form_of(output, FORMS, option)
-    if form != "csv":
-        require("report", f"{option} {output}", "vl_convert")
-    check_target(output, force=force)
-    return form
 
 
 def _figures(named: Taken) -> dict[str, Figure]:

@@ -112,7 +112,7 @@ def prove_within(
 
     start, bounds = time.perf_counter(), bounds_of(tolerances)
     limit = PART_LIMIT if part_limit is None else part_limit
-    why = _why_not(config, tolerances)
+    why = why_not_all(config, tolerances)
     if why:
         found = BodiesProof(BodiesOutcome.NOT_PASSIVE, reason=why)
     else:
@@ -143,7 +143,7 @@ def prove_within(
     )
 
 
-def _why_not(config: Config, tolerances: Sequence[Tolerance]) -> str:
+def why_not_all(config: Config, tolerances: Sequence[Tolerance]) -> str:
     """Return why it is not known that each body loses energy in each motion; empty if it is."""
     from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
     from rbstab.proof.passive.passive import in_proofs, why_not_in_proofs

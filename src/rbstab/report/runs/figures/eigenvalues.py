@@ -7,8 +7,8 @@ import numpy as np
 from rbstab.analysis.linearisation import are_real
 from rbstab.config.errors import ConfigError
 from rbstab.config.user_code.permission import has_code
+from rbstab.experiment.along.locus import LocusPoint, linearised_at_rest
 from rbstab.experiment.answers.wanted import in_degrees
-from rbstab.experiment.locus import LocusPoint, linearised_at_rest
 from rbstab.report.model.figure import Axis, Figure, Level, Panel, Points
 from rbstab.report.model.words import counted
 from rbstab.report.reading.sources import Run

@@ -1,0 +1,1 @@
+"""Rest states along a parameter: branches that are followed, and intervals that are proved."""

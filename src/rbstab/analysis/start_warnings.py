@@ -117,5 +117,5 @@ def _stiffest(problem: Problem) -> str:
             less = replace(element, **{gain.name: 0.5 * getattr(element, gain.name)})
             elements = (*system.elements[:place], less, *system.elements[place + 1 :])
             values = _eigenvalues(replace(system, elements=elements), problem.start)
-            found[f"{owner}.{gain.name}"] = np.abs(values).max(initial=0.0)
+            found[f"{owner}.{gain.place}"] = np.abs(values).max(initial=0.0)
     return min(found, key=found.__getitem__, default="body.mass")

@@ -8,7 +8,7 @@ import numpy as np
 
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
 from rbstab.config.elements import declarations_of, inputs, parameter
-from rbstab.config.schema import NO_VARIANT, Config
+from rbstab.config.schema import Config
 from rbstab.config.sections.integration import Baumgarte, HeldIntegration
 from rbstab.config.user_code.permission import permitted_class
 from rbstab.config.user_code.section import PythonElement
@@ -17,7 +17,8 @@ from rbstab.elements.gravity import Gravity
 from rbstab.elements.inputs import legs
 from rbstab.elements.inputs.loads import Input
 from rbstab.elements.inputs.signals import Constant, Leg, Signal, Sine
-from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of
+from rbstab.elements.motors import Motor
+from rbstab.elements.registry import CONNECTORS, element_of, stabilizers_of
 from rbstab.elements.sliding import Sliding
 from rbstab.elements.spring import NO_LENGTH, Spring, squared_length
 from rbstab.integrate.problem import Problem, Switching
@@ -98,10 +99,9 @@ def system_of(config: Config, numbers: Numbers = doubles) -> System:
     contact_point = convert["diagonal"](config.body.contact_point)
     body = Body(mass, convert["matrix"](config.body.inertia), contact_point)
     weight = mass * convert["diagonal"](config.gravity)
-    stabilizers = () if controller.variant == NO_VARIANT else STABILIZERS
     elements: list[Element] = [
         Gravity(weight),
-        *(stabilizer(**_gains(stabilizer, controller, convert)) for stabilizer in stabilizers),
+        *(kind(**_gains(kind, controller, convert)) for kind in stabilizers_of(controller)),
         *_connector(controller, convert),
         *_elements(config, convert),
     ]
@@ -115,8 +115,8 @@ def system_of(config: Config, numbers: Numbers = doubles) -> System:
 
 def supplies_power(config: Config) -> bool:
     """Return whether an element of a config supplies power. No code of users runs."""
-    # No controller does.
-    return any(declarations_of(section).supplies for section in config.elements.values())
+    kinds = [*stabilizers_of(config.controller), *map(declarations_of, config.elements.values())]
+    return any(kind.supplies for kind in kinds)
 
 
 def _matrix(value: Any) -> Array:
@@ -147,7 +147,9 @@ def _direction(vector: Array, numbers: Numbers) -> Array:
 
 def _gains(element: type[Element], section: Any, convert: Convert) -> dict[str, Any]:
     """Return the gains of an element by name, as arrays or numbers."""
-    return {gain.name: convert[gain.shape](parameter(section, gain.name)) for gain in element.gains}
+    return {
+        gain.name: convert[gain.shape](parameter(section, gain.place)) for gain in element.gains
+    }
 
 
 def _connector(controller: Any, convert: Convert) -> list[Element]:
@@ -299,6 +301,8 @@ def springs_without_length(config: Config) -> dict[str, float]:
 def _initial_states(config: Config, element: Element) -> list[Any]:
     """Return the initial values of the own states of an element, in their order."""
     section = config.elements.get(element.name)
+    if isinstance(element, Motor):
+        return [ZERO] * len(element.states)
     if section is None:
         return [getattr(config.initial, state.name) for state in element.states]
     return [parameter(section, state.initial_key) for state in element.states]

@@ -17,6 +17,7 @@ from rbstab.config.schema import Config
 from rbstab.config.source import Path as KeyPath
 from rbstab.config.tolerances import Tolerance, decimal_text
 from rbstab.config.user_code.permission import has_code, without_code
+from rbstab.elements.motors import Lagged
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.proof_cache import NO_FILE_ERRORS, PROOFS
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance, bounds_of
@@ -143,6 +144,9 @@ def prove_within(
     )
 
 
+LAGGED = "no proof within tolerances takes a motor with a lag into account"
+
+
 def _why_not(config: Config, tolerances: Sequence[Tolerance]) -> str:
     """Return why it is not known that each body loses energy in each motion; empty if it is."""
     from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
@@ -161,8 +165,8 @@ def _why_not(config: Config, tolerances: Sequence[Tolerance]) -> str:
         why = why_not_in_proofs(system) if all(map(in_proofs, users)) else UNUSUAL_CODE
         if why is not None:
             return why
-    if system.supplies:
-        return SUPPLIES
+    if system.supplies or any(isinstance(element, Lagged) for element in system.elements):
+        return SUPPLIES if system.supplies else LAGGED
     members = members_of(config, tolerances)
     for numbers in lowest_numbers(tolerances):
         lowest = members.exact(numbers, decimals)

@@ -1,5 +1,7 @@
 """Motors with a limit or a lag: what they exert, and that power is stored, lost or supplied."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from support.differences import derivative
@@ -22,7 +24,11 @@ K, L, M = (
     np.diag([50.0, 30.0, 20.0]),
     np.array([300.0, 200.0, 90.0]),
 )
-ENDS = {"name": "one", "point": np.array([0.1, 0.2, -0.3]), "anchor": np.array([0.2, -0.1, 0.0])}
+ENDS: dict[str, Any] = {
+    "name": "one",
+    "point": np.array([0.1, 0.2, -0.3]),
+    "anchor": np.array([0.2, -0.1, 0.0]),
+}
 
 SUPPLYING = {
     "body": LimitedBodyCouple(K_r=K, L_r=L, limit=M),

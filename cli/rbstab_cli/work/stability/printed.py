@@ -9,9 +9,9 @@ import numpy as np
 
 from rbstab.analysis.linearisation import Linearisation, eigenvalue_text
 from rbstab.config.schema import Config
+from rbstab.experiment.answers.motors import motor_answers
 from rbstab.experiment.answers.rounded import number, vector
 from rbstab.experiment.answers.words import run_words
-from rbstab.experiment.motors import motor_answers
 from rbstab.experiment.stability import Stability, kind_of
 from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
 from rbstab.files.names import printable

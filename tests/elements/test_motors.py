@@ -1,5 +1,6 @@
 """Motors with a limit or a lag: what they exert, and that power is stored, lost or supplied."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ from support.path import random_path
 from support.systems import random_body
 
 from rbstab.elements.motors import (
+    HardForce,
+    HardTie,
     LateCouple,
     LateForce,
     LateTie,
@@ -66,6 +69,36 @@ def test_what_is_supplied_closes_the_balance_along_a_path(rng, name):
     # It is no small share, and has both signs: such a motor is not passive.
     assert max(found) > 0.05
     assert min(found) < -0.05
+
+
+def test_a_hard_limit_stores_and_loses_what_it_takes_on_all_of_its_sides(rng):
+    """Slow, fast and far: inside of the limit, beyond it by the spring, or by the damper alone."""
+    sides = set()
+    for _ in range(60):
+        path = random_path(rng, random_body(rng))
+        still = HardTie(K_c=rng.uniform(1, 300) * K / 900, L_c=L, limit=M, **ENDS)
+        motion = motion_from_centre(path.body, np.zeros(3), path.Z())
+        motor = replace(still, mode=(still.guards(motion, np.zeros(0)) > 0).astype(float))
+        rise = rate_of_stored(motor, path, np.zeros(0), np.zeros(0))
+        wrench, lost = motor.wrench(motion, np.zeros(0)), motor.dissipated(motion, np.zeros(0))
+        taken = -(wrench.force @ motion.V + wrench.couple @ motion.Omega)
+        assert lost >= 0
+        assert abs(rise - (taken - lost)) < 1e-7 * (abs(taken) + abs(rise))
+        sides |= {tuple(motor.mode.reshape(4, 3)[:, axis]) for axis in range(3)}
+        # The force by numpy's own clamp.
+        e, rate = motor.along(motion)
+        told = motor.K_c @ e + L @ rate
+        np.testing.assert_allclose(wrench.force, -np.clip(told, -M, M), rtol=1e-12)
+    assert len(sides) >= 5
+
+
+def test_the_energy_of_a_hard_limit_is_continuous_where_it_switches():
+    k, limit = np.diag(K), M
+    for beyond in (0.0, 1.0):
+        mode = np.repeat([0.0, 0.0, beyond, 0.0], 3)
+        motor = HardForce(K_t=K, L_t=L, limit=limit, mode=mode)
+        stored = motor.stored(motion_at(X=limit / k), np.zeros(0))
+        assert stored == pytest.approx(0.5 * limit @ (limit / k), rel=1e-14)
 
 
 def motion_at(Theta=(0, 0, 0), Omega=(0, 0, 0), X=(0, 0, 0), V=(0, 0, 0)):

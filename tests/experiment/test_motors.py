@@ -185,7 +185,7 @@ def test_a_lag_is_in_no_proof_beside_a_stop_nor_within_tolerances():
     config = paper({"lag": 0.03})
     record = prove_within(config, tolerances_of(config, ["controller.K_r=±1%"]))
     assert not record.proved
-    assert "motor with a lag" in record.why
+    assert "motors with a lag" in record.why
 
 
 def test_a_lag_without_damping_left_in_some_direction_is_not_passive():
@@ -218,6 +218,8 @@ def test_members_of_a_sweep_are_passive_or_not_each_by_its_own_lag():
         ({"limit": {}}, "has a limit of nothing"),
         ({"limit": {"H": [1, 1, 0]}}, "limit.H[2]: is 0 (expected a number greater than 0)"),
         ({"lag": 0}, "lag: is 0 (expected a number greater than 0)"),
+        ({"lag": 0.01, "law": "hard"}, "has law: hard without a limit"),
+        (LIMITS | {"axes": "body", "law": "hard"}, "has law: hard in body axes"),
     ],
 )
 def test_wrong_motors_are_refused(actuators, problem):
@@ -232,6 +234,50 @@ def test_a_limit_needs_diagonal_gains_in_its_axes(gain):
         paper({"limit": {"H": [1, 1, 1]}}, f"controller.{gain}")
     # A limit of N does not read them.
     assert paper({"limit": {"N": [1, 1, 1]}}, f"controller.{gain}")
+
+
+def test_what_stops_at_switches_is_refused_beside_a_hard_limit():
+    hard = LIMITS | {"law": "hard"}
+    for change in ("integration.method=LSODA", "integration.drift_control=projection"):
+        more = ["integration.coordinates=manifold"] if "drift" in change else []
+        assert paper(LIMITS, *more, change)
+        with pytest.raises(ConfigError, match=r"switch.* of controller\.actuators"):
+            paper(hard, *more, change)
+
+
+def test_no_limited_spring_carries_the_weight_to_where_a_linear_one_does():
+    with pytest.raises(ConfigError, match="but H has a limit"):
+        paper(LIMITS, "controller.anchor=equilibrium")
+    assert paper({"limit": {"N": N.tolist()}}, "controller.anchor=equilibrium")
+
+
+def test_a_hard_limit_is_passive_and_in_no_proof():
+    config = paper(LIMITS | {"law": "hard"})
+    answer = motor_answers(config)[0]
+    assert answer.passive
+    assert "no proof takes a hard limit into account" in answer.sentence
+    assert (
+        "only translational stabilizer and rotational stabilizer may damp" in prove(config).outcome
+    )
+    # Dampers beside it do not change that, nor does a body without Euler angles.
+    assert not prove(with_tie({"limit": [60, 60, 60], "law": "hard"})).proved
+    gains = "controller.K_r=[300,300,300]", "controller.L_r=[30,30,30]"
+    damped = rbstab.load_config(with_tie({"limit": [60, 60, 60], "law": "hard"}), gains)
+    record = prove_within(damped, tolerances_of(damped, ["body.mass=±1%"]))
+    assert not record.proved
+    assert "a hard limit" in record.why
+    run = rbstab.simulate(config)
+    assert run.attributes["verdict"] != "violated"
+    assert "supplied_energy" not in run
+
+
+def test_a_couple_with_a_lag_acts_on_euler_angles_even_without_a_spring():
+    config = free(
+        {"lag": 0.01}, elements={"up": {"kind": "attitude", "K": [9, 8, 7], "L": [3, 3, 3]}}
+    )
+    config = rbstab.load_config(config, ["controller.K_r=[0,0,0]"])
+    assert config.integration.coordinates != "quaternion"
+    assert prove(config).on_rotations is None
 
 
 def test_a_lag_beside_implicit_steps_is_refused():

@@ -122,6 +122,12 @@ class AnchoredController(FreeController):  # type: ignore[misc, valid-type]  # b
                 "is `equilibrium`, where K_t alone carries the weight, but K_t is singular",
                 "expected origin, or a positive definite K_t",
             )
+        limit = getattr(info.data.get("actuators"), "limit", None)
+        if anchor == "equilibrium" and limit is not None and limit.H is not None:
+            raise value_error(
+                "is `equilibrium`, where K_t alone carries the weight, but H has a limit",
+                "expected origin",
+            )
         return anchor
 
 

@@ -1,7 +1,7 @@
 """Motors: stabilizers and ties whose force has a limit, or lags behind what they are told.
 
 A motor acts along coordinates x with the rates u = dx/dt: X of H, the Euler angles Θ of N, e of a
-tie. It is told the force -(K x + L u). All its formulas are smooth.
+tie. It is told the force -(K x + L u). All formulas but those of `Hard` are smooth.
 
 *Limit.* With diagonal K and L each component has a limit M of its own, sat(y) = y/√(1 + (y/M)²):
 
@@ -15,8 +15,10 @@ from u to -f. That is a spring beside a damper D = L - τK on z, which follows u
 So it is passive if D is positive definite: if τ is below the least eigenvalue of K⁻¹L.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
+
+import numpy as np
 
 from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.element import Element, couple_on_body, force_at_centre
@@ -108,21 +110,19 @@ class Limited(Motor):
 
     limit: Array
 
-    def root(self, y: Array) -> Array:
-        """Return √(1 + (y/M)²)."""
+    def saturated(self, y: Array) -> Array:
+        """Return sat(y)."""
         ratio = y / self.limit
-        return sqrt(1.0 + ratio * ratio)
+        return y / sqrt(1.0 + ratio * ratio)
 
-    def rise(self, spring: Array, damper: Array) -> Array:
-        """Return sat(spring + damper) - sat(spring)."""
-        total = spring + damper
-        return total / self.root(total) - spring / self.root(spring)
+    def of_spring(self, spring: Array) -> Array:
+        """Return sat(K x)."""
+        return self.saturated(spring)
 
     def wrench(self, motion: Motion, own: Array) -> Wrench:
         """Return that of -sat(K x + L u)."""
         (K, L), (x, u) = self.matrices, self.along(motion)
-        total = K @ x + L @ u
-        return self.acting(motion, -total / self.root(total))
+        return self.acting(motion, -self.saturated(K @ x + L @ u))
 
     def stored(self, motion: Motion, own: Array) -> Number:
         """Σ ∫ sat(k x) dx = Σ M²/k (√(1 + (k x/M)²) - 1), J."""
@@ -134,7 +134,54 @@ class Limited(Motor):
     def dissipated(self, motion: Motion, own: Array) -> Number:
         """(sat(K x + L u) - sat(K x))'u, W: not negative, as sat rises."""
         (K, L), (x, u) = self.matrices, self.along(motion)
-        return self.rise(K @ x, L @ u) @ u
+        return (self.saturated(K @ x + L @ u) - self.of_spring(K @ x)) @ u
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Hard(Limited):
+    """A motor whose force follows exactly up to its limit, by component: sat(y) is y, M or -M.
+
+    It switches at its limit. Its modes are 1 where K x + L u is above M, and below -M, three
+    components each, and then where K x is. Beyond the limit it may dissipate nothing.
+
+    Args:
+        mode: The modes, shape (12,), each 0 or 1.
+    """
+
+    smooth = False
+    mode_count: ClassVar[int] = 12
+
+    mode: Array = field(default_factory=lambda: np.zeros(12))
+
+    def guards(self, motion: Motion, own: Array) -> Array:
+        """±(K x + L u) - M, and ±K x - M."""
+        (K, L), (x, u) = self.matrices, self.along(motion)
+        spring = K @ x
+        total = spring + L @ u
+        return np.concatenate([total, -total, spring, -spring]) - np.tile(self.limit, 4)
+
+    def saturated(self, y: Array) -> Array:
+        """Return sat(y) of y = K x + L u."""
+        return self._clamped(y, *self._beyond[:2])
+
+    def of_spring(self, spring: Array) -> Array:
+        """Return sat(K x)."""
+        return self._clamped(spring, *self._beyond[2:])
+
+    def stored(self, motion: Motion, own: Array) -> Number:
+        """Σ ½ k x², and M|x| - ½ M²/k beyond the limit, J."""
+        K, _ = self.matrices
+        x, _ = self.along(motion)
+        _, _, above, below = self._beyond
+        reach = (above - below) * x - (above + below) * self.limit / K.diagonal()
+        return 0.5 * (self.of_spring(K @ x) @ x + self.limit @ reach)
+
+    @property
+    def _beyond(self) -> Array:
+        return self.mode.reshape(4, 3)
+
+    def _clamped(self, y: Array, above: Array, below: Array) -> Array:
+        return (1.0 - above - below) * y + (above - below) * self.limit
 
 
 def _limit(unit: str, what: str, key: str) -> Gain:
@@ -171,18 +218,19 @@ class LimitedBodyCouple(LimitedCouple):
     def wrench(self, motion: Motion, own: Array) -> Wrench:
         """N = -sat(n + L_r Ω), N m, body."""
         total = motion.B.T @ (self.K_r @ motion.Theta) + self.L_r @ motion.Omega
-        return couple_on_body(-total / self.root(total))
+        return couple_on_body(-self.saturated(total))
 
     def dissipated(self, motion: Motion, own: Array) -> Number:
         """(sat(n + L_r Ω) - sat(n))'Ω, W."""
         n = motion.B.T @ (self.K_r @ motion.Theta)
-        return self.rise(n, self.L_r @ motion.Omega) @ motion.Omega
+        rise = self.saturated(n + self.L_r @ motion.Omega) - self.saturated(n)
+        return rise @ motion.Omega
 
     def supplied(self, motion: Motion, own: Array) -> Number:
         """(B'sat(K_r Θ) - sat(n))'Ω, W."""
         spring = self.K_r @ motion.Theta
-        n = motion.B.T @ spring
-        return (motion.B.T @ (spring / self.root(spring)) - n / self.root(n)) @ motion.Omega
+        there = motion.B.T @ self.saturated(spring)
+        return (there - self.saturated(motion.B.T @ spring)) @ motion.Omega
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -193,6 +241,21 @@ class LimitedTie(Limited, OfPoint):
         *ViscoElasticTie.gains,
         _limit("N", "force of the tie", "actuators.limit"),
     )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HardForce(Hard, LimitedForce):
+    """H with a hard limit."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HardCouple(Hard, LimitedCouple):
+    """N with a hard limit for the couple on each Euler angle."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HardTie(Hard, LimitedTie):
+    """A tie with a hard limit."""
 
 
 LAG = Gain("lag", "s", "τ, time constant of the motors", "number", key="actuators.lag")

@@ -25,6 +25,9 @@ from rbstab.elements.inputs.loads import (
 )
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.motors import (
+    HardCouple,
+    HardForce,
+    HardTie,
     Lagged,
     LaggedCouple,
     LaggedForce,
@@ -91,14 +94,15 @@ has one class, or several of which a key of its config chooses one (`SELECTORS`)
 class Motors(NamedTuple):
     """The classes of one kind of motors: with a limit, a lag, and a lag that is too long."""
 
-    limited: type[Limited]
+    smooth: type[Limited]
+    hard: type[Limited]
     lagged: type[Lagged]
     late: type[Lagged]
 
 
-OF_FORCE = Motors(LimitedForce, LaggedForce, LateForce)
-OF_COUPLE = Motors(LimitedCouple, LaggedCouple, LateCouple)
-OF_TIES = Motors(LimitedTie, LaggedTie, LateTie)
+OF_FORCE = Motors(LimitedForce, HardForce, LaggedForce, LateForce)
+OF_COUPLE = Motors(LimitedCouple, HardCouple, LaggedCouple, LateCouple)
+OF_TIES = Motors(LimitedTie, HardTie, LaggedTie, LateTie)
 
 OF_CONTROLLER: tuple[type[Element], ...] = (LimitedForce, LimitedCouple, LaggedForce, LaggedCouple)
 """The motors of a controller, for their declarations."""
@@ -159,8 +163,8 @@ def stabilizers_of(controller: Any) -> tuple[type[Element], ...]:
         H = _with_lag(OF_FORCE, controller.K_t, controller.L_t, lag) or H
         N = _with_lag(OF_COUPLE, controller.K_r, controller.L_r, lag) or N
     elif limit is not None:
-        H = OF_FORCE.limited if limit.H else H
-        of_N = LimitedBodyCouple if actuators.axes == "body" else OF_COUPLE.limited
+        H = getattr(OF_FORCE, actuators.law) if limit.H else H
+        of_N = LimitedBodyCouple if actuators.axes == "body" else getattr(OF_COUPLE, actuators.law)
         N = of_N if limit.N else N
     return H, N
 
@@ -170,7 +174,8 @@ def _tie_of(section: Any) -> type[Element]:
         return ViscoElasticTie
     lag = section.actuators.lag
     if lag is None:
-        return OF_TIES.limited
+        tie: type[Element] = getattr(OF_TIES, section.actuators.law)
+        return tie
     return _with_lag(OF_TIES, section.K_c, section.L_c, lag) or ViscoElasticTie
 
 

@@ -14,7 +14,10 @@ ABSENT: Any = None
 LIMITED = {"H": ("K_t", "L_t"), "N": ("K_r", "L_r")}
 """The gains of each stabilizer that may have a limit."""
 
-Law = Annotated[Literal["smooth"], Field(description="y/√(1 + (y/M)²), with the limit M")]
+Law = Annotated[
+    Literal["smooth", "hard"],
+    Field(description="y/√(1 + (y/M)²) with the limit M, or y up to M: then it switches there"),
+]
 
 
 class Limits(Section):
@@ -50,6 +53,8 @@ def _check(actuators: Any, data: dict[str, Any], limited: list[tuple[str, str]])
             f"has {'neither limit nor lag' if actuators.lag is None else both}",
             "expected one of them",
         )
+    if actuators.law == "hard" and not actuators.limit:
+        raise value_error("has law: hard without a limit", "expected no law")
     for names in limited if actuators.limit else ():
         for name in names:
             # Where a gain is wrong, its own error is enough.
@@ -70,6 +75,8 @@ def _check_controller(actuators: Actuators, info: ValidationInfo) -> Actuators:
         raise value_error("has a limit of nothing", "expected limit: {H: [...], N: [...]}")
     if actuators.axes == "body" and LIMITED["N"] not in limited:
         raise value_error("has axes: body without a limit of N", "expected axes: euler")
+    if actuators.axes == "body" and actuators.law == "hard":
+        raise value_error("has law: hard in body axes", "expected law: smooth, or axes: euler")
     return _check(actuators, info.data, limited)
 
 

@@ -7,7 +7,7 @@ from rbstab.analysis.exact import decimals, is_positive_definite
 from rbstab.config.build import system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import without_code
-from rbstab.elements.motors import Lagged, Motor
+from rbstab.elements.motors import Hard, Lagged, Motor
 from rbstab.elements.registry import longest_lag
 from rbstab.experiment.answers.rest_modes import GROWS
 from rbstab.experiment.answers.rounded import rounded_down
@@ -17,6 +17,9 @@ from rbstab.experiment.locus import linearised_at_rest
 SYMBOLS = {"translational stabilizer": "H", "rotational stabilizer": "N"}
 
 BODY_AXES = "not passive: its limit acts in body axes. What it supplies is audited, not bounded"
+
+
+HARD = "; no proof takes a hard limit into account"
 
 
 class MotorAnswer(NamedTuple):
@@ -57,6 +60,7 @@ def _answers(config: Config) -> Iterator[MotorAnswer]:
         name, passive, bound = SYMBOLS.get(motor.name, motor.name), not motor.supplies, None
         known = Sureness.PROVED if passive else Sureness.NOT_DECIDED
         said = "its limit keeps it passive, proved" if passive else BODY_AXES
+        said += HARD if isinstance(motor, Hard) else ""
         if isinstance(motor, Lagged):
             passive = passive and is_positive_definite(motor.left)
             bound = longest_lag(*(matrix.astype(float) for matrix in motor.matrices))

@@ -17,7 +17,7 @@ from rbstab.config.schema import Config
 from rbstab.config.source import Path as KeyPath
 from rbstab.config.tolerances import Tolerance, decimal_text
 from rbstab.config.user_code.permission import has_code, without_code
-from rbstab.elements.motors import Lagged
+from rbstab.elements.motors import Hard, Lagged
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.proof_cache import NO_FILE_ERRORS, PROOFS
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance, bounds_of
@@ -144,7 +144,7 @@ def prove_within(
     )
 
 
-LAGGED = "no proof within tolerances takes a motor with a lag into account"
+MOTORS = "no proof within tolerances takes motors with a lag, or a hard limit, into account"
 
 
 def _why_not(config: Config, tolerances: Sequence[Tolerance]) -> str:
@@ -165,8 +165,8 @@ def _why_not(config: Config, tolerances: Sequence[Tolerance]) -> str:
         why = why_not_in_proofs(system) if all(map(in_proofs, users)) else UNUSUAL_CODE
         if why is not None:
             return why
-    if system.supplies or any(isinstance(element, Lagged) for element in system.elements):
-        return SUPPLIES if system.supplies else LAGGED
+    if system.supplies or any(isinstance(element, (Hard, Lagged)) for element in system.elements):
+        return SUPPLIES if system.supplies else MOTORS
     members = members_of(config, tolerances)
     for numbers in lowest_numbers(tolerances):
         lowest = members.exact(numbers, decimals)

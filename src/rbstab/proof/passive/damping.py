@@ -15,7 +15,7 @@ from rbstab.elements.at_point import AtPoint
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedConnector
-from rbstab.elements.motors import Lagged, OfAngles
+from rbstab.elements.motors import Hard, Lagged, OfAngles
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
@@ -157,8 +157,10 @@ def _dampers(system: System) -> _Dampers:
             [_damper(element, L) for kind, L in kinds.items() if isinstance(element, kind)]
             for kinds in (OF_ROTATION, OF_POINTS)
         )
-        # The rates of Euler angles are all zero where Ω is, but their axes turn.
-        if isinstance(element, OfAngles) and not is_positive_definite(of_rotation[0]):
+        # The rates of Euler angles are all zero where Ω is, but their axes turn. Beyond a hard
+        # limit nothing is dissipated.
+        turns = isinstance(element, OfAngles) and not is_positive_definite(of_rotation[0])
+        if turns or isinstance(element, Hard):
             others.append(element.name)
         elif of_rotation:
             rotation = rotation + of_rotation[0]

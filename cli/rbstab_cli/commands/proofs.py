@@ -62,7 +62,8 @@ def stability() -> None:
     to converge. `almost_every_start` has the same of almost every start: `proved`, `returns`
     (whether all of the rest states that are reached are near the desired orientation), their
     numbers `states`, and `why` it is not proved. Of a body whose energy depends on no Euler angles,
-    `on_rotations` has the quaternions of all rest states on SO(3), and families of them.
+    `on_rotations` has the quaternions of all rest states on SO(3), and families of them. `motors`
+    has, for each motor with a limit or a lag, whether it is `passive`, and what is known if not.
     """
 
 

@@ -6,6 +6,7 @@ from scipy.optimize import minimize
 
 import rbstab
 from rbstab.config.errors import ConfigError
+from rbstab.config.numbers import entries_of, unit_at
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.answers.motors import motor_answers
 from rbstab.experiment.proof import prove
@@ -278,6 +279,18 @@ def test_a_couple_with_a_lag_acts_on_euler_angles_even_without_a_spring():
     config = rbstab.load_config(config, ["controller.K_r=[0,0,0]"])
     assert config.integration.coordinates != "quaternion"
     assert prove(config).on_rotations is None
+
+
+def test_numbers_of_motors_have_keys_and_units():
+    config, tied = paper(LIMITS), with_tie({"lag": 0.02})
+    keys = {entry.key: entry.value for entry in entries_of(config)}
+    assert keys["controller.actuators.limit.N[1]"] == N[1]
+    assert unit_at(config, "controller.actuators.limit.H") == "N"
+    assert unit_at(config, "controller.actuators.limit.N[1]") == "N m"
+    of_tie = {entry.key: entry.value for entry in entries_of(tied)}
+    assert of_tie["elements.tie.actuators.lag"] == 0.02
+    assert unit_at(tied, "elements.tie.actuators.lag") == "s"
+    assert unit_at(with_tie({"limit": [1, 2, 3]}), "elements.tie.actuators.limit[0]") == "N"
 
 
 def test_a_lag_beside_implicit_steps_is_refused():

@@ -88,7 +88,7 @@ def test_a_driven_run_speaks_of_the_largest_v():
     assert "At rest: v stays below 0.001 of its largest value from then on" in found
     printed("run", "leg.yaml", "--no-prove")
     both = printed("run", "leg.yaml", "knock.yaml", "--no-prove")
-    assert "v(0)/1000; where inputs supply power, v stays below 0.001 of its largest" in both
+    assert "v(0)/1000; where elements supply power, v stays below 0.001 of its largest" in both
 
 
 def test_a_driven_sweep_speaks_of_the_largest_v():

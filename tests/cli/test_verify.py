@@ -102,7 +102,7 @@ def test_a_file_that_claims_nothing_is_not_counted(proof):
     Path("guarded.yaml").write_text(f"{text}elements: {{load: {element}}}\n")
     success("run", "guarded.yaml", "--prove")
     done = success("verify", "results")
-    assert ".json: claims nothing: an input supplies power" in done.stdout
+    assert ".json: claims nothing: an element supplies power" in done.stdout
     assert done.stdout.splitlines()[-1] == "results: 1 of 1 proofs verified; 1 file claims nothing"
 
 

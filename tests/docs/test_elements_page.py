@@ -126,7 +126,7 @@ def test_the_example_settles_when_the_page_says():
 @pytest.mark.parametrize("kind", KINDS)
 def test_which_kinds_are_proved(kind):
     elements = [element for example in examples() for element in example.elements.values()]
-    one = next(e for e in elements if e.kind == kind).model_dump(mode="json")
+    one = next(e for e in elements if e.kind == kind).model_dump(mode="json", exclude_none=True)
     config = rbstab.load_config(ROOT / "configs/examples/elements_proved.yaml")
     data = config.model_dump(mode="json", exclude_none=True)
     proof = rbstab.prove(rbstab.load_config(data | {"elements": {"one": one}}))

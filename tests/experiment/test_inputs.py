@@ -33,12 +33,12 @@ def test_nothing_is_proved(push):
     proof = rbstab.prove(config)
     assert not proof.states
     assert proof.globally_stable is None
-    assert "an input supplies power" in proof.outcome
+    assert "an element supplies power" in proof.outcome
     assert rbstab.prove(config_of({})).globally_stable
     run = simulate(config, proof=proof)
     assert run.attributes["convergence"] == "not decided"
     why = [str(value) for name, value in run.attributes.items() if "convergence" in name]
-    assert "an input supplies power, so v may rise" in " ".join(why)
+    assert "an element supplies power, so v may rise" in " ".join(why)
     verdicts = dict(zip(run["certificate/check"], run["certificate/verdict"], strict=True))
     assert verdicts["global stability"] == verdicts["certified region"] == "unknown"
 
@@ -46,7 +46,7 @@ def test_nothing_is_proved(push):
 def test_nothing_is_proved_of_bodies_within_tolerances():
     config = config_of(SMOOTH)
     found = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
-    assert (found.proved, found.why) == (None, "an input supplies power")
+    assert (found.proved, found.why) == (None, "an element supplies power")
 
 
 def test_inputs_have_no_effect_on_the_linearised_body():

@@ -85,7 +85,7 @@ def test_a_key_of_one_config_is_a_difference(tmp_path):
 def test_the_last_v_is_that_of_the_last_sample(usual, tmp_path):
     result = made_result()
     v = result.variables["lyapunov"]
-    # v may rise, for example if an input supplies power.
+    # v may rise, for example if an element supplies power.
     risen = v._replace(data=np.array([*v.data[:-2], 1.5, 2.5]))
     variables = {**result.variables, "lyapunov": risen}
     write_result(tmp_path / "risen.h5", replace(result, variables=variables))

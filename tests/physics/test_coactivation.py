@@ -249,7 +249,7 @@ def test_nothing_is_proved_and_the_reason_is_said():
     config = load_config(driven({"muscles": tie}, controller=controller))
     proof = rbstab.prove(config)
     assert not proof.states
-    assert "an input supplies power" in proof.outcome
+    assert "an element supplies power" in proof.outcome
 
 
 def test_derivatives_know_the_time_constants_and_when_the_muscles_begin():

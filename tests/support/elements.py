@@ -17,6 +17,14 @@ from rbstab.elements.guards.soft_guards import RepellingGuard, StiffGuard
 from rbstab.elements.inputs.loads import Input
 from rbstab.elements.inputs.signals import Constant, Leg, Sine
 from rbstab.elements.ligament import Ligament
+from rbstab.elements.motors import (
+    LaggedCouple,
+    LaggedForce,
+    LaggedTie,
+    LimitedCouple,
+    LimitedForce,
+    LimitedTie,
+)
 from rbstab.elements.registry import ELEMENTS, NAMED_ELEMENTS
 from rbstab.elements.sliding import CrossingTie, LayeredTie, SlidingConnector
 from rbstab.elements.spring import Spring
@@ -124,7 +132,28 @@ def _in_modes(step, *modes):
     return Form(str(modes), lambda _: fields, loses=step < 1 and modes[0] > 0, step=step)
 
 
+def _motor(*gains, lags, **named):
+    """Return a form of a motor: its K and L are diagonal, and its lag leaves damping."""
+
+    def made(rng):
+        K, L = (np.diag(scale * rng.uniform(0.5, 2.0, 3)) for scale in (100.0, 10.0))
+        return dict(zip(gains, (K, L), strict=True)) | ({"lag": 0.02} if lags else {}) | named
+
+    return Form(fields=made, step=1.0 if lags else 0.2)
+
+
+MOTORS: dict[type[Element], tuple[Form, ...]] = {
+    LimitedForce: (_motor("K_t", "L_t", lags=False),),
+    LimitedCouple: (_motor("K_r", "L_r", lags=False),),
+    LimitedTie: (_motor("K_c", "L_c", lags=False, name="one"),),
+    LaggedForce: (_motor("K_t", "L_t", lags=True),),
+    LaggedCouple: (_motor("K_r", "L_r", lags=True),),
+    LaggedTie: (_motor("K_c", "L_c", lags=True, name="one"),),
+}
+"""The passive motors."""
+
 FORMS: dict[type[Element], tuple[Form, ...]] = {
+    **MOTORS,
     Gravity: (Form(fields=_weight),),
     SlidingConnector: (
         Form("s = E", _sliding(slides=False, layered=False)),
@@ -152,7 +181,7 @@ def forms_of(kind):
 SMOOTH = tuple(kind for kind in NAMED_ELEMENTS if not kind.mode_count and not kind.supplies)
 """The named elements that are passive and do not switch; the others have tests of their own."""
 
-CASES = [(kind, form) for kind in (*ELEMENTS, *SMOOTH) for form in forms_of(kind)]
+CASES = [(kind, form) for kind in (*ELEMENTS, *SMOOTH, *MOTORS) for form in forms_of(kind)]
 """Every passive smooth element in each of its forms."""
 
 SWITCHING_CASES = [

@@ -70,7 +70,8 @@ def stability() -> None:
     converge. `almost_every_start`: whether that is `proved`, `returns` (whether all reached rest
     states are near the desired orientation), their numbers `states`, and `why` it is not proved. If
     the energy depends on no Euler angles, `on_rotations` has the quaternions of all rest states on
-    SO(3), and families of them.
+    SO(3), and families of them. `motors` has, for each motor with a limit or a
+    lag, whether it is `passive`, and what is known if not.
 
     In `along`, `intervals` count rest states, and say whether that is proved for each value;
     `turns` are folds and pitchforks, computed; `branches` are curves of rest states, stable where

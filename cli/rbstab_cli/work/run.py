@@ -111,7 +111,7 @@ def _print_table(runs: Sequence[KnownRun]) -> None:
     driven = {run.is_driven for run in runs}
     meaning = SETTLED_DRIVEN if driven == {True} else SETTLED
     if len(driven) > 1:
-        meaning += f"; where inputs supply power, {SETTLED_DRIVEN}"
+        meaning += f"; where elements supply power, {SETTLED_DRIVEN}"
     before = "; ≤: not later, the samples do not show it better" if "≤" in "".join(settling) else ""
     never = "; -: not in this run" if NO_VALUE in settling else ""
     at_start = f"; {STARTS_AT_REST}" if "0" in settling else ""

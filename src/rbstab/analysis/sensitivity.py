@@ -81,7 +81,7 @@ class Baseline:
     """A run, its systems, its rest state and its outcome.
 
     distance_time, s, is that of the largest |E|. value_time, s, is that of the value of v from
-    which settling counts: of v(0), or of the largest v if inputs supply power.
+    which settling counts: of v(0), or of the largest v if elements supply power.
     """
 
     problem: Problem

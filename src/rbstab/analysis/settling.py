@@ -73,7 +73,7 @@ def settling_times(  # noqa: PLR0913, PLR0917 (a motion, its rest state and its 
     """Return the times after which v stays below `SETTLED_FRACTION` v(0).
 
     A motion has also settled where v is round-off: one that starts at rest, from t = 0. Where
-    inputs supply power, a motion may start at rest, and v may rise. Then the largest v of the
+    elements supply power, a motion may start at rest, and v may rise. Then the largest v of the
     motion takes the place of v(0): without inputs, v(0) is the largest.
 
     A time is NaN if the member is not at rest at the end: v is not below this bound, or is
@@ -86,7 +86,7 @@ def settling_times(  # noqa: PLR0913, PLR0917 (a motion, its rest state and its 
         largest: The v of each member farthest from zero, shape (m,), J.
         from_rest: Θ at the end minus Θ of the rest state, shape (m, 3), rad.
         round_off: `value_round_off`, shape (m,), J.
-        supplied: Whether inputs supply power.
+        supplied: Whether elements supply power.
     """
     last = np.append(steps.first[1:], len(steps.begin)) - 1
     begin, end = steps.values[0][row, steps.first], steps.values[1][row, last]

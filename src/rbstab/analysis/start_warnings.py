@@ -9,6 +9,7 @@ import numpy as np
 
 from rbstab.analysis.configuration import configurations, without_inputs
 from rbstab.elements.declarations import ANCHOR, POINT
+from rbstab.elements.motors import Limited
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.derivatives import jacobian
@@ -49,7 +50,8 @@ def start_warnings(problem: Problem, engine: str) -> list[str]:
 def _winding_up(problem: Problem) -> Iterator[str]:
     """Yield a warning for each angle that a spin winds up against a spring that hardly acts."""
     system = without_inputs(problem.system)
-    springs = [one for one in system.elements if isinstance(one, RotationalStabilizer)]
+    springs: list[Any] = [one for one in system.elements if isinstance(one, RotationalStabilizer)]
+    springs = [one for one in springs if not isinstance(one, Limited)]
     motion = system.motion(problem.start)
     rates, to_body = motion.B @ motion.Omega, np.linalg.inv(motion.B)
     for spring in springs:
@@ -117,5 +119,5 @@ def _stiffest(problem: Problem) -> str:
             less = replace(element, **{gain.name: 0.5 * getattr(element, gain.name)})
             elements = (*system.elements[:place], less, *system.elements[place + 1 :])
             values = _eigenvalues(replace(system, elements=elements), problem.start)
-            found[f"{owner}.{gain.name}"] = np.abs(values).max(initial=0.0)
+            found[f"{owner}.{gain.place}"] = np.abs(values).max(initial=0.0)
     return min(found, key=found.__getitem__, default="body.mass")

@@ -8,7 +8,7 @@ import numpy as np
 
 from rbstab.config.controllers import BoundaryLayer, Implicit, SlidingController, Slope
 from rbstab.config.elements import declarations_of, inputs, parameter
-from rbstab.config.schema import NO_VARIANT, Config
+from rbstab.config.schema import Config
 from rbstab.config.sections.integration import Baumgarte, HeldIntegration
 from rbstab.config.user_code.permission import permitted_class
 from rbstab.config.user_code.section import PythonElement
@@ -16,7 +16,8 @@ from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.inputs import legs
 from rbstab.elements.inputs.signals import Constant, Driven, Leg, Signal, Sine
-from rbstab.elements.registry import CONNECTORS, STABILIZERS, element_of
+from rbstab.elements.motors import Motor
+from rbstab.elements.registry import CONNECTORS, element_of, stabilizers_of
 from rbstab.elements.sliding import Sliding
 from rbstab.elements.spring import NO_LENGTH, Spring, squared_length
 from rbstab.integrate.problem import Problem, Switching
@@ -95,10 +96,9 @@ def system_of(config: Config, numbers: Numbers = doubles) -> System:
     controller, convert = config.controller, _conversions(numbers)
     body = body_of(config, numbers)
     weight = body.mass * convert["diagonal"](config.gravity)
-    stabilizers = () if controller.variant == NO_VARIANT else STABILIZERS
     elements: list[Element] = [
         Gravity(weight),
-        *(stabilizer(**_gains(stabilizer, controller, convert)) for stabilizer in stabilizers),
+        *(kind(**_gains(kind, controller, convert)) for kind in stabilizers_of(controller)),
         *_connector(controller, convert),
         *_elements(config, convert),
     ]
@@ -122,8 +122,8 @@ def body_of(config: Config, numbers: Numbers = doubles) -> Body:
 
 def supplies_power(config: Config) -> bool:
     """Return whether an element of a config supplies power. No code of users runs."""
-    # No controller does.
-    return any(declarations_of(section).supplies for section in config.elements.values())
+    kinds = [*stabilizers_of(config.controller), *map(declarations_of, config.elements.values())]
+    return any(kind.supplies for kind in kinds)
 
 
 def _matrix(value: Any) -> Array:
@@ -154,7 +154,9 @@ def _direction(vector: Array, numbers: Numbers) -> Array:
 
 def _gains(element: type[Element], section: Any, convert: Convert) -> dict[str, Any]:
     """Return the gains of an element by name, as arrays or numbers."""
-    return {gain.name: convert[gain.shape](parameter(section, gain.name)) for gain in element.gains}
+    return {
+        gain.name: convert[gain.shape](parameter(section, gain.place)) for gain in element.gains
+    }
 
 
 def _connector(controller: Any, convert: Convert) -> list[Element]:
@@ -306,6 +308,8 @@ def springs_without_length(config: Config) -> dict[str, float]:
 def _initial_states(config: Config, element: Element) -> list[Any]:
     """Return the initial values of the own states of an element, in their order."""
     section = config.elements.get(element.name)
+    if isinstance(element, Motor):
+        return [ZERO] * len(element.states)
     if section is None:
         return [getattr(config.initial, state.name) for state in element.states]
     return [parameter(section, state.initial_key) for state in element.states]

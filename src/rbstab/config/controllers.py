@@ -25,6 +25,7 @@ from rbstab.config.quantities import (
     value_error,
 )
 from rbstab.config.section import Section, required, word_or
+from rbstab.config.sections.actuators import OF_CONTROLLER
 from rbstab.config.sections.angles import OR_ONE_ANGLE
 from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.element import Element
@@ -103,6 +104,7 @@ FreeController = _controller(
     "Only the two stabilizers act on the body (eq. 23, 24).",
     Section,
     **gain_fields(*STABILIZERS),
+    **OF_CONTROLLER,
 )
 
 
@@ -119,6 +121,12 @@ class AnchoredController(FreeController):  # type: ignore[misc, valid-type]  # b
             raise value_error(
                 "is `equilibrium`, where K_t alone carries the weight, but K_t is singular",
                 "expected origin, or a positive definite K_t",
+            )
+        limit = getattr(info.data.get("actuators"), "limit", None)
+        if anchor == "equilibrium" and limit is not None and limit.H is not None:
+            raise value_error(
+                "is `equilibrium`, where K_t alone carries the weight, but H has a limit",
+                "expected origin",
             )
         return anchor
 
@@ -180,6 +188,15 @@ class SlidingController(_connector_controller("sliding")):  # type: ignore[misc]
     stored_switches: Whole = Field(
         100_000, ge=0, description="number of switches stored with time and axis"
     )
+
+    @field_validator("law")
+    @classmethod
+    def _check_law(cls, law: Any, info: ValidationInfo) -> Any:
+        if isinstance(law, Implicit) and info.data.get("actuators"):
+            raise value_error(
+                "has implicit steps beside actuators", "expected exact or {boundary_layer: width}"
+            )
+        return law
 
     @field_validator("stick_energy")
     @classmethod

@@ -21,6 +21,7 @@ from pydantic import (
 from rbstab.config.controllers import BoundaryLayer, Surface, gain_fields, initial_fields
 from rbstab.config.quantities import value_error
 from rbstab.config.section import FrozenMapping, Section, required, word_or
+from rbstab.config.sections.actuators import OF_TIE
 from rbstab.config.sections.signals import SMOOTH_SIGNALS, Signal, extremes
 from rbstab.config.source import Path
 from rbstab.config.user_code.section import KIND as PYTHON
@@ -106,6 +107,8 @@ def _model(kind: str, method: str | None) -> type[Section]:
     fields |= gain_fields(element)
     fields |= initial_fields(element)
     documentation = (element.__doc__ or "").strip().splitlines()[0]
+    if kind == "visco-elastic":
+        fields |= OF_TIE
     if issubclass(element, Driven):
         fields[SIGNAL] = (Signal, ...)
     words = f"{method or ''}-{kind}".title().replace("-", "").replace("_", "")
@@ -125,12 +128,14 @@ def declarations_of(section: Any) -> type[Element] | Declared:
 def parameter_path(name: str, section: Any, key: str) -> Path:
     """Return the path of a gain, or of the initial value of a state, of an element in a config."""
     inner = (PARAMETERS,) if isinstance(section, PythonElement) else ()
-    return ("elements", name, *inner, key)
+    return ("elements", name, *inner, *key.split("."))
 
 
 def parameter(section: Any, key: str) -> Any:
     """Return the value of a gain, or the initial value of a state, of an element."""
-    return section.parameters[key] if isinstance(section, PythonElement) else getattr(section, key)
+    if isinstance(section, PythonElement):
+        return section.parameters[key]
+    return reduce(getattr, key.split("."), section)
 
 
 def _named(elements: Mapping[str, Any], test: Callable[[Any], Any]) -> list[str]:
@@ -149,13 +154,14 @@ def stops(elements: Mapping[str, Any]) -> list[str]:
 
 
 def reading_angles(controller: Any, elements: Mapping[str, Any]) -> list[str]:
-    """Return what reads Euler angles in a config, or may read them: K_r, guards and users' code."""
+    """Return what may read Euler angles in a config: K_r, motors, guards and code of users."""
     # Imported late: printing the schema does not need numpy.
     import numpy as np
 
     stiff = bool(np.any(getattr(controller, "K_r", 0.0)))
     names = _named(elements, lambda section: section.kind in ("guard", PYTHON))
-    return ["controller.K_r"] * stiff + names
+    motors = getattr(controller, "actuators", None) is not None
+    return ["controller.K_r"] * stiff + ["controller.actuators"] * motors + names
 
 
 def inputs(elements: Mapping[str, Any], *, with_legs: bool = False) -> list[str]:

@@ -133,19 +133,26 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
     A diagonal has three entries and a symmetric matrix six: an off-diagonal entry and its mirror
     image are one number.
     """
-    gains: list[Path] = [("controller", name) for name in GAINS if hasattr(config.controller, name)]
+    gains = controller_gains(config)
     own_states: list[Path] = []
     for name, section in config.elements.items():
         declared = declarations_of(section)
-        gains += [parameter_path(name, section, gain.name) for gain in declared.gains]
+        gains += [parameter_path(name, section, gain.place) for gain in declared.gains]
         signal = getattr(section, "signal", None)
         numbers = [key for key, value in signal or () if isinstance(value, float)]
         gains += [("elements", name, "signal", key) for key in numbers]
-        own_states += [parameter_path(name, section, s.initial_key) for s in declared.states]
+        states = [parameter_path(name, section, one.initial_key) for one in declared.states]
+        own_states += [path for path in states if found_at(config, path) is not None]
     body = [("body", name) for name in type(config.body).model_fields]
     start = [("initial", name) for name, value in config.initial if isinstance(value, tuple)]
     paths = (*gains, *body, *start, *own_states)
     return tuple(entry for path in paths for entry in entries_under(config, path))
+
+
+def controller_gains(config: Config) -> list[Path]:
+    """Return the paths of the gains of the controller of a config."""
+    paths: list[Path] = [("controller", *place.split(".")) for place in GAINS]
+    return [path for path in paths if found_at(config, path) is not None]
 
 
 def entries_under(config: Config, path: Path) -> tuple[Entry, ...]:

@@ -30,7 +30,7 @@ from rbstab.config.sections.integration import HeldIntegration, Integration, Sli
 from rbstab.config.sections.reference import Reference
 from rbstab.config.sections.signals import MAX_KNOTS
 from rbstab.config.user_code.section import ALLOW
-from rbstab.elements.registry import CONNECTORS
+from rbstab.elements.registry import CONNECTORS, stabilizers_of
 from rbstab.files.names import line
 from rbstab.mechanics.states import PITCH
 
@@ -157,6 +157,8 @@ class Experiment(Section):
     def _check_integration(cls, integration: Any, info: ValidationInfo) -> Any:
         controller, elements = info.data.get("controller"), info.data.get("elements") or {}
         switches, legs = switching(elements), inputs(elements, with_legs=True)
+        if any(kind.mode_count for kind in stabilizers_of(controller)):
+            switches.append("controller.actuators")
         interrupted = [*switches, *(name for name in legs if name not in switches)]
         if interrupted and integration.engine == "scipy" and integration.method == "LSODA":
             raise value_error(

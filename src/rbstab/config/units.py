@@ -12,6 +12,7 @@ from rbstab.config.sections.signals import SIGNAL_UNITS
 from rbstab.config.source import Path, key_of
 from rbstab.config.user_code.section import KIND as PYTHON
 from rbstab.config.user_code.section import PARAMETERS, parameter_units, parameters_in
+from rbstab.elements.motors import LAG
 from rbstab.elements.registry import GAINS, KINDS, OWN_STATES, SELECTORS
 
 _UNITS = (
@@ -28,7 +29,7 @@ _UNITS = (
         "initial.position": "m",
         "initial.velocity": "m/s",
     }
-    | {f"controller.{name}": gain.unit for name, gain in GAINS.items()}
+    | {f"controller.{place}": gain.unit for place, gain in GAINS.items()}
     | {f"initial.{name}": state.unit for name, state in OWN_STATES.items()}
 )
 
@@ -76,7 +77,9 @@ def _units_in(element: Any) -> dict[str, str]:
         declared = KINDS[kind][element.get(SELECTORS.get(kind))]
     except (AttributeError, KeyError, TypeError):
         return {}
-    return parameter_units(declared) | {"surface.slope": "1/s"}  # the key of a sliding tie
+    # Keys of sliding ties, and of ties with motors.
+    others = {"surface.slope": "1/s", "actuators.limit": "N", LAG.place: LAG.unit}
+    return parameter_units(declared) | others
 
 
 _KEY_PART = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)|\[([0-9]{1,6})\]")

@@ -27,6 +27,7 @@ class Gain(NamedTuple):
         below: A bound that a positive number must stay below.
         at_most: The largest value of a number that may be zero, and not negative.
         or_zero: Whether a positive number may be zero as well.
+        key: Its key in the section of its element, if that is not its name: `actuators.lag`.
     """
 
     name: str
@@ -39,6 +40,12 @@ class Gain(NamedTuple):
     below: float | None = None
     at_most: float | None = None
     or_zero: bool = False
+    key: str = ""
+
+    @property
+    def place(self) -> str:
+        """Its key in the section of its element: its name, unless it has another one."""
+        return self.key or self.name
 
 
 POINT = Gain("point", "m", "point of the body, body coordinates", "diagonal", positive=False)

@@ -5,7 +5,9 @@ configs, schema, sweeps, files and reports follows from its declarations. A new 
 needs one file and its line in `KINDS`.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.coactivated import CoactivatedTie
@@ -23,6 +25,24 @@ from rbstab.elements.inputs.loads import (
     ForceInput,
 )
 from rbstab.elements.ligament import Ligament
+from rbstab.elements.motors import (
+    HardCouple,
+    HardForce,
+    HardTie,
+    Lagged,
+    LaggedCouple,
+    LaggedForce,
+    LaggedTie,
+    LateCouple,
+    LateForce,
+    LateTie,
+    Limited,
+    LimitedBodyCouple,
+    LimitedCouple,
+    LimitedForce,
+    LimitedTie,
+    Motor,
+)
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.sliding import (
     CrossingTie,
@@ -72,6 +92,23 @@ KINDS: dict[str, dict[str | None, type[Element]]] = {
 """The kinds of elements that a config may have any number of, each with a name of its own. A kind
 has one class, or several of which a key of its config chooses one (`SELECTORS`)."""
 
+
+class Motors(NamedTuple):
+    """The classes of one kind of motors: with a limit, a lag, and a lag that is too long."""
+
+    smooth: type[Limited]
+    hard: type[Limited]
+    lagged: type[Lagged]
+    late: type[Lagged]
+
+
+OF_FORCE = Motors(LimitedForce, HardForce, LaggedForce, LateForce)
+OF_COUPLE = Motors(LimitedCouple, HardCouple, LaggedCouple, LateCouple)
+OF_TIES = Motors(LimitedTie, HardTie, LaggedTie, LateTie)
+
+OF_CONTROLLER: tuple[type[Element], ...] = (LimitedForce, LimitedCouple, LaggedForce, LaggedCouple)
+"""The motors of a controller, for their declarations."""
+
 SELECTORS = {"guard": "method", "input": "quantity"}
 """The key that chooses the class, for each kind with several."""
 
@@ -99,6 +136,8 @@ def element_of(section: Any) -> type[Element]:
         return SLIDING_TIES[section.form]
     if section.kind == "spring" and _is_zero(section.rest_length, section.damping):
         return ZeroLengthSpring
+    if section.kind == "visco-elastic":
+        return _tie_of(section)
     found = KINDS[section.kind][selected(section)]
     if found is ForceInput and section.signal.kind == "constant":
         return ConstantForce
@@ -115,8 +154,62 @@ def selected(section: Any) -> str | None:
     return getattr(section, SELECTORS.get(section.kind, ""), None)
 
 
-GAINS = {gain.name: gain for element in ELEMENTS for gain in element.gains}
-"""All gains by name, in the order of the elements."""
+def stabilizers_of(controller: Any) -> tuple[type[Element], ...]:
+    """Return the classes of the stabilizers of a controller of a config."""
+    actuators = getattr(controller, "actuators", None)
+    if actuators is None:
+        return STABILIZERS if hasattr(controller, "K_t") else ()
+    limit, lag = actuators.limit, actuators.lag
+    H, N = STABILIZERS
+    if lag is not None:
+        H = _with_lag(OF_FORCE, controller.K_t, controller.L_t, lag) or H
+        N = _with_lag(OF_COUPLE, controller.K_r, controller.L_r, lag) or N
+    elif limit is not None:
+        H = getattr(OF_FORCE, actuators.law) if limit.H else H
+        of_N = LimitedBodyCouple if actuators.axes == "body" else getattr(OF_COUPLE, actuators.law)
+        N = of_N if limit.N else N
+    return H, N
+
+
+def _tie_of(section: Any) -> type[Element]:
+    if section.actuators is None:
+        return ViscoElasticTie
+    lag = section.actuators.lag
+    if lag is None:
+        tie: type[Element] = getattr(OF_TIES, section.actuators.law)
+        return tie
+    return _with_lag(OF_TIES, section.K_c, section.L_c, lag) or ViscoElasticTie
+
+
+def _with_lag(motors: Motors, K: Any, L: Any, lag: Any) -> type[Motor] | None:
+    """Return the class of motors with a lag, as it is passive or not; None for K = L = 0."""
+    if not (np.any(K) or np.any(L)):
+        return None
+    return motors.lagged if longest_lag(K, L) > np.real(lag) else motors.late
+
+
+def longest_lag(K: Any, L: Any) -> float:
+    """Return the largest τ for which L - τK is positive semidefinite, s; 0 if L is singular.
+
+    With a shorter lag a motor is passive. It is the least eigenvalue of K⁻¹L.
+
+    Args:
+        K: Stiffness: three numbers, or the rows of a matrix.
+        L: Damping, in one of these forms.
+    """
+    K, L = (np.real(np.diag(M) if np.ndim(M) == 1 else np.array(M)) for M in (K, L))
+    scale, axes = np.linalg.eigh(L)
+    if scale[0] <= 0:
+        return 0.0
+    # With y = √L x: y'y - τ y'(L^-½ K L^-½) y.
+    root = axes / np.sqrt(scale)
+    largest = float(np.linalg.eigvalsh(root.T @ K @ root)[-1])
+    return 1.0 / largest if largest > 0 else np.inf
+
+
+GAINS = {gain.place: gain for element in (*ELEMENTS, *OF_CONTROLLER) for gain in element.gains}
+"""All gains of a controller by their keys, in the order of the elements."""
 
 OWN_STATES = {state.name: state for element in ELEMENTS for state in element.states}
-"""The own states of the connectors, by name. Those of named elements: `Element.own_states`."""
+"""The own states of the connectors, by name. Those of named elements, and of motors, have a dot in
+their names (`Element.own_states`)."""

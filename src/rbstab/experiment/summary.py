@@ -104,7 +104,7 @@ def settling_time_of(result: Result) -> float:
     """Return the time from which v stays below v(0)/1000, s; NaN if the run has not settled.
 
     A run that starts at rest has settled from t = 0 on. A run has not settled if the body moves on
-    without damping, however small v is. If inputs supply power, the largest v takes the place of
+    without damping, however small v is. If elements supply power, the largest v takes the place of
     v(0).
     """
     return np.nan if moves_on_in(result) else float(result["settling_time"])
@@ -155,7 +155,7 @@ def _kinetic_energy(result: Result) -> Array:
 
 
 def is_driven(result: Result) -> bool:
-    """Return whether inputs supply power to the body of a run."""
+    """Return whether elements supply power to the body of a run."""
     return "supplied_energy" in result
 
 

@@ -72,6 +72,12 @@ def square(x: Number) -> Number:
     return x * x
 
 
+@singledispatch
+def root_excess(x: Number) -> Number:
+    """Return √(1 + x) - 1 of one number, without round-off where x is small."""
+    return x / (1.0 + sqrt(1.0 + x))
+
+
 def power(x: Array, exponent: int) -> Array:
     """Return a number, or each entry of an array, to the power of a positive whole number.
 

@@ -29,7 +29,7 @@ class NoEnergyReason(Enum):
     NO_POTENTIAL = "the connector's force on the surface s = F + κE has no potential"
     NOT_SMOOTH = "the energy K_s|E| of the sliding connector has no gradient at E = 0"
     SWITCHES = "an element switches, so its energy is not one formula for all attitudes"
-    SUPPLIES = "an input supplies power"
+    SUPPLIES = "an element supplies power"
     USER_CODE = (
         "an element is code of a user, and proofs take it into account only if it has at most 6 "
         "switches, and no stop of its own"

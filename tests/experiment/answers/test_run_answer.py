@@ -236,6 +236,6 @@ def test_each_word_has_a_meaning_and_each_verdict_a_word():
     assert words == {*map(str, Sureness)}
     # The words for verdicts are listed where files are read, which knows neither.
     assert set(WORDS_OF_VERDICTS) == {*map(str, Verdict)}
-    assert run_words("driven").startswith("seen: inputs supply power")
+    assert run_words("driven").startswith("seen: elements supply power")
     assert run_words("consistent") == "seen"
     assert word_of("-") == "-"

@@ -42,7 +42,7 @@ HEAVY = (
 UNDECIDED_CONFIGS = {
     "examples/counterweight": "terms that switch",
     "examples/ligament_proved": "X, or own states, are left",
-    "examples/driven": "an input supplies power",
+    "examples/driven": "an element supplies power",
 }
 
 

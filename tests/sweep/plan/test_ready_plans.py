@@ -20,6 +20,7 @@ MEMBERS = {
     "connector_scale": 61 * 61,
     "variants": 5 * 1000,
     "proved_spins_visco_elastic": 21 * 21,
+    "motors": 31 * 26,
     "strut_stiffness": 9 * 7,
     "shaken": 39 * 45,
     "gusts": 4 * 100,

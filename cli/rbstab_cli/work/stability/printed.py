@@ -9,6 +9,7 @@ import numpy as np
 
 from rbstab.analysis.linearisation import Linearisation, eigenvalue_text
 from rbstab.config.schema import Config
+from rbstab.experiment.answers.motors import motor_answers
 from rbstab.experiment.answers.rounded import number, vector
 from rbstab.experiment.answers.words import run_words
 from rbstab.experiment.stability import Stability, kind_of
@@ -72,6 +73,7 @@ def data_of(found: Found) -> dict[str, Any]:
         "title": found.config.title,
         "statements": stability.statements,
         "within": None if found.within is None else found.within.as_data(),
+        "motors": [motor.as_data() for motor in motor_answers(found.config)],
         "start": stability.start,
         "inside": stability.inside,
         "convergence": None if stability.convergence is None else stability.convergence.as_data(),
@@ -120,6 +122,8 @@ def print_found(found: Found) -> None:
     within = [] if found.within is None else found.within.statements
     for statement in [*within, *stability.statements]:
         click.echo(f"  {statement}")
+    for motor in motor_answers(found.config):
+        click.echo(f"  {motor}.")
     if run is not None:
         ended = "" if run.status == RunStatus.COMPLETED else f" It ended early: {run.status}."
         word = run_words(str(run.attributes["verdict"]))

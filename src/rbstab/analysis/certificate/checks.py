@@ -55,9 +55,11 @@ def decrease(run: Evidence) -> Check:
 
 
 def rise(run: Evidence) -> Check:
-    """Say how much v rises between two samples, and where. It may: inputs supply power."""
+    """Say how much v rises between two samples, and where. It may: elements supply power."""
     value, time = _largest(run, np.diff(run.value))
-    quantity = f"largest rise of {_name(run)} between samples / {ENERGY_SCALE}; inputs supply power"
+    quantity = (
+        f"largest rise of {_name(run)} between samples / {ENERGY_SCALE}; elements supply power"
+    )
     return Check("decrease", Verdict.DRIVEN, value, np.inf, time, quantity)
 
 

@@ -56,7 +56,7 @@ class Evidence:
         has_potential: Whether the contact force is the gradient of an energy; if not, v - ε
             replaces v.
         audit_bound: The largest allowed |residual| / scale.
-        supplied: What inputs supply, integrated with the motion, shape (n,), J; None without any.
+        supplied: What elements supply, integrated with the motion, shape (n,), J; None without any.
         breakpoints: All breakpoints of the inputs up to the end of the run, s.
         reached: Those on which a step ended, s.
     """

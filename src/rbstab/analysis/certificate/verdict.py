@@ -17,7 +17,7 @@ class Verdict(StrEnum):
     """Holds on this run, but is not proved for all motions."""
 
     DRIVEN = "driven"
-    """Inputs supply power, so v may rise. That every rise is supplied holds on this run."""
+    """Elements supply power, so v may rise. That every rise is supplied holds on this run."""
 
     VIOLATED = "violated"
     """Does not hold on this run."""

@@ -9,7 +9,7 @@ import hashlib
 import keyword
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import (
     AfterValidator,
@@ -76,6 +76,7 @@ class _GainForm(_Form):
     below: _Number
     at_most: _Number
     or_zero: bool
+    key: Literal[""]  # the key of an element of a user is its name
 
     @model_validator(mode="after")
     def _check_shape(self) -> "_GainForm":

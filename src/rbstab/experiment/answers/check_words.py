@@ -35,7 +35,7 @@ def word_of_check(line: Check) -> str:
     """Return how sure the statement of a check is.
 
     A start outside of the certified region is no counterexample: nothing follows from it. Nothing
-    is stated of v where inputs supply power, as it may rise, and of the sign of v - ε.
+    is stated of v where elements supply power, as it may rise, and of the sign of v - ε.
     """
     if line.verdict == Verdict.DRIVEN or compares_v_minus_work(line):
         return NOTHING_STATED

@@ -232,7 +232,7 @@ _FACTS: tuple[Fact[KnownRun], ...] = (
         "at rest from",
         "s",
         _at_rest_from,
-        f"{SETTLED} from then on; where inputs supply power, {SETTLED_DRIVEN}. "
+        f"{SETTLED} from then on; where elements supply power, {SETTLED_DRIVEN}. "
         f"{STARTS_AT_REST}. ≤: the samples do not show it better",
     ),
     Fact(

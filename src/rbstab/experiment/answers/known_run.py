@@ -110,7 +110,7 @@ class KnownRun:
 
     @property
     def is_driven(self) -> bool:
-        """Whether inputs supply power to the body."""
+        """Whether elements supply power to the body."""
         return is_driven(self.result)
 
     def attribute(self, name: str) -> str:

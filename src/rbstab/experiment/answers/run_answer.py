@@ -57,7 +57,7 @@ SETTLED = f"v stays below v(0)/{1 / SETTLED_FRACTION:g}"
 """What "at rest" means for a computed run."""
 
 SETTLED_DRIVEN = f"v stays below {SETTLED_FRACTION:g} of its largest value"
-"""The same where inputs supply power: v(0) may be zero."""
+"""The same where elements supply power: v(0) may be zero."""
 
 
 NO_REGION_THERE = (
@@ -240,7 +240,7 @@ def _seen(result: Result, lines: dict[str, Check]) -> Answer:
         stays = SETTLED_DRIVEN.replace("stays", "does not stay")
         if settled:
             stays = f"{SETTLED_DRIVEN} {_from(settled)}"
-        why = f"inputs drive the computed motion to t = {end:.4g} s; {stays}"
+        why = f"elements drive the computed motion to t = {end:.4g} s; {stays}"
     elif not settled:
         why = _fall_of(result)
     else:
@@ -257,7 +257,7 @@ def _whole_range(
     result: Result, found: Convergence, line: Check | None, proof: "Proof | None"
 ) -> Answer:
     if result.attributes.get("verdict") == Verdict.DRIVEN:
-        why = "inputs supply power: nothing is proved of such motions"
+        why = "elements supply power: nothing is proved of such motions"
         return Answer(Sureness.NOT_DECIDED, why)
     verdict = Verdict.UNKNOWN if line is None else line.verdict
     if line is None or (verdict == Verdict.UNKNOWN and math.isnan(line.value)):

@@ -52,5 +52,5 @@ def run_words(verdict: str) -> str:
     if verdict != Verdict.DRIVEN:
         return word_of(verdict)
     return (
-        f"{word_of(verdict)}: inputs supply power, so v need not decrease; what rises is supplied"
+        f"{word_of(verdict)}: elements supply power, so v need not decrease; what rises is supplied"
     )

@@ -101,7 +101,7 @@ def no_region(proof: "Proof") -> str:
 def not_enclosed(problem: Problem) -> Convergence | None:
     """Return a convergence that is not decided because no motion can be enclosed, or None.
 
-    Either an input supplies power, or the equations are not smooth, or the code of a user has no
+    Either an element supplies power, or the equations are not smooth, or the code of a user has no
     formulas.
     """
     elements = problem.system.elements
@@ -113,7 +113,7 @@ def not_enclosed(problem: Problem) -> Convergence | None:
             why = f"{why_not}, and only motions under formulas can be enclosed"
             return undecided(Undecided.USER_CODE, why)
     if problem.system.supplies:
-        return undecided(Undecided.INPUT, "an input supplies power, so v may rise")
+        return undecided(Undecided.INPUT, "an element supplies power, so v may rise")
     if any(isinstance(element, SlidingConnector) for element in elements):
         why = "the force of a sliding connector jumps, and only smooth equations can be enclosed"
         return undecided(Undecided.SLIDING, why)

@@ -17,6 +17,7 @@ from rbstab.config.schema import Config
 from rbstab.config.source import Path as KeyPath
 from rbstab.config.tolerances import Tolerance, decimal_text
 from rbstab.config.user_code.permission import has_code, without_code
+from rbstab.elements.motors import Hard, Lagged
 from rbstab.experiment.answers.reasons import NOT_DAMPED
 from rbstab.experiment.proof_cache import NO_FILE_ERRORS, PROOFS
 from rbstab.experiment.robust.record import BodiesRecord, StoredTolerance, bounds_of
@@ -143,6 +144,9 @@ def prove_within(
     )
 
 
+MOTORS = "no proof within tolerances takes motors with a lag, or a hard limit, into account"
+
+
 def why_not_all(config: Config, tolerances: Sequence[Tolerance]) -> str:
     """Return why it is not known that each body loses energy in each motion; empty if it is."""
     from rbstab.proof.passive.damping import indefinite_parameter, why_not_damped
@@ -161,8 +165,8 @@ def why_not_all(config: Config, tolerances: Sequence[Tolerance]) -> str:
         why = why_not_in_proofs(system) if all(map(in_proofs, users)) else UNUSUAL_CODE
         if why is not None:
             return why
-    if system.supplies:
-        return SUPPLIES
+    if system.supplies or any(isinstance(element, (Hard, Lagged)) for element in system.elements):
+        return SUPPLIES if system.supplies else MOTORS
     members = members_of(config, tolerances)
     for numbers in lowest_numbers(tolerances):
         lowest = members.exact(numbers, decimals)

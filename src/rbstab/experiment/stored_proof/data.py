@@ -226,12 +226,15 @@ class ProofData(ProvedStates):
         """Whether the quadratic part of the energy, that of K_r, is not positive definite."""
         if self.reduced_energy is None:
             return False
+        from rbstab.proof.exact.expr import variable
         from rbstab.proof.exact.matrices import inverse_of_definite
         from rbstab.proof.exact.rewriting import quadratic_in
         from rbstab.proof.model import THETA  # imported late: few proofs end so
 
-        K = quadratic_in(self.reduced_energy.energy.U, THETA).H
-        return inverse_of_definite(K) is None
+        U, angles = self.reduced_energy.energy.U, set().union(*(variable(k).atoms for k in THETA))
+        if any(a.kind == "sqrt" and a.inner.atoms & angles for a in U.all_atoms):
+            return False  # N has a limit: its energy is not quadratic
+        return inverse_of_definite(quadratic_in(U, THETA).H) is None
 
     @property
     def kept_by(self) -> str | None:
@@ -268,5 +271,5 @@ class ProofData(ProvedStates):
         return () if self.reduced_energy is None else self.reduced_energy.closed
 
 
-SUPPLIES = "an input supplies power"
+SUPPLIES = "an element supplies power"
 """Why nothing is proved of a config with inputs."""

@@ -5,12 +5,11 @@ from typing import NamedTuple
 
 from rbstab.config.elements import declarations_of, parameter_path
 from rbstab.config.errors import closest_keys, did_you_mean
-from rbstab.config.numbers import Entry, entries_under, value_at
+from rbstab.config.numbers import Entry, controller_gains, entries_under, value_at
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.config.units import number_key
 from rbstab.elements.declarations import ANCHOR, POINT
-from rbstab.elements.registry import GAINS
 
 
 class TuningError(ValueError):
@@ -50,12 +49,11 @@ def gain_scalings(config: Config, keys: Iterable[str]) -> tuple[GainScaling, ...
 def _entries(config: Config, key: str) -> tuple[Entry, ...]:
     read = number_key(key)
     path = read.path if read is not None else ()
-    gains = [name for name in GAINS if hasattr(config.controller, name)]
-    known: list[Path] = [("controller", name) for name in gains]
+    known = controller_gains(config)
     for name, section in config.elements.items():
         own = declarations_of(section).gains
         scaled = [gain for gain in own if gain not in (POINT, ANCHOR) and gain.shape != "direction"]
-        known += [parameter_path(name, section, gain.name) for gain in scaled]
+        known += [parameter_path(name, section, gain.place) for gain in scaled]
     found = next((gain for gain in known if path[: len(gain)] == gain), None)
     if found is None:
         names = [key_of(gain) for gain in known]

@@ -108,7 +108,7 @@ class VariationalTrajectory:
         turning_times: The times at which F_1, F_2, F_3 and E'F are zero, four arrays, s. They are
             empty if the contact point is held.
         crossings: The times at which v crosses its threshold, s.
-        power_zeros: The times at which v' = 0, s, if inputs supply power; else empty.
+        power_zeros: The times at which v' = 0, s, if elements supply power; else empty.
         status: The status of the run.
         detail: Why and when the run stopped early, as text; else empty.
         passages: What is known of the transitions by their times, s: of impacts, and if inputs

@@ -21,7 +21,7 @@ from weakref import WeakValueDictionary
 
 import numpy as np
 
-from rbstab.mechanics.numbers import entrywise
+from rbstab.mechanics.numbers import entrywise, root_excess
 from rbstab.proof.exact.atoms import (
     COS,
     LET,
@@ -288,6 +288,10 @@ class Expr:
                 stands: 1 for a force that jumps, 2 for one with a kink.
         """
         return self.function(STEP, smooth)
+
+
+# One function has sharper bounds than a quotient of two.
+root_excess.register(Expr, lambda x: (1 + x).sqrt() - 1)
 
 
 def expr(x: Any) -> Expr:

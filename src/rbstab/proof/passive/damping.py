@@ -15,6 +15,7 @@ from rbstab.elements.at_point import AtPoint
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import Element
 from rbstab.elements.embedded import EmbeddedConnector
+from rbstab.elements.motors import Hard, Lagged, OfAngles
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
@@ -127,6 +128,9 @@ def why_not_damped(
         points_vary: Whether the points of the body are not known.
     """
     dampers, held = _dampers(system), system.coordinates.holds_contact
+    late = [one.name for one in system.elements if isinstance(one, Lagged)]
+    if late and any(one.holds for one in system.elements):
+        return f"the damping of {' and '.join(late)} lags, and no proof takes this beside a stop"
     rows = [np.hstack([NO_DAMPING, IDENTITY if of_users.turning else dampers.rotation])]
     points = dampers.points.items()
     counted = [p for p, (L, _) in points if is_positive_definite(L) and not points_vary]
@@ -150,10 +154,15 @@ def _dampers(system: System) -> _Dampers:
     points: dict[tuple[Fraction, ...], tuple[Array, list[str]]] = {}
     for element in system.elements:
         of_rotation, of_point = (
-            [getattr(element, L) for kind, L in kinds.items() if isinstance(element, kind)]
+            [_damper(element, L) for kind, L in kinds.items() if isinstance(element, kind)]
             for kinds in (OF_ROTATION, OF_POINTS)
         )
-        if of_rotation:
+        # The rates of Euler angles are all zero where Ω is, but their axes turn. Beyond a hard
+        # limit nothing is dissipated.
+        turns = isinstance(element, OfAngles) and not is_positive_definite(of_rotation[0])
+        if turns or isinstance(element, Hard):
+            others.append(element.name)
+        elif of_rotation:
             rotation = rotation + of_rotation[0]
         elif of_point and np.any(of_point[0] != 0):
             p = tuple(_point_of(element, system))
@@ -162,6 +171,14 @@ def _dampers(system: System) -> _Dampers:
         elif not of_point and _may_dissipate(element):
             others.append(element.name)
     return _Dampers(rotation, points, others)
+
+
+def _damper(element: Element, L: str) -> Array:
+    """Return a damping matrix.
+
+    That of a motor with a lag is D: where it dissipates z'Dz = 0 for a while, z = 0, and so is u.
+    """
+    return element.left if isinstance(element, Lagged) else getattr(element, L)
 
 
 def _may_dissipate(element: Element) -> bool:
@@ -230,6 +247,8 @@ def indefinite_parameter(system: System) -> str | None:
     for element in system.elements:
         # That elements of users never dissipate less than nothing is another question
         # (`passive.py`).
+        if isinstance(element, Lagged) and not is_positive_definite(element.left):
+            return "L - τK of a motor with a lag"
         for gain in () if element.from_user else element.gains:
             L, or_semi = getattr(element, gain.name), gain.name in summed
             if gain.dissipates and not is_positive_definite(L, or_semi=or_semi):

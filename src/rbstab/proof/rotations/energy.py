@@ -14,6 +14,7 @@ from rbstab.analysis.configuration import configurations
 from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.element import Element
 from rbstab.elements.ligament import Ligament
+from rbstab.elements.motors import OfAngles
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.spring import Spring
 from rbstab.mechanics import contact
@@ -103,8 +104,8 @@ def _without_angles(element: Element) -> Element:
     """Return a stabilizer without K_r as the damper that it is, and any other element itself."""
     if not isinstance(element, RotationalStabilizer):
         return element
-    if any(K != 0 for K in element.K_r.flat):
-        raise NotOnRotationsError("K_r acts on Euler angles")
+    if isinstance(element, OfAngles) or any(K != 0 for K in element.K_r.flat):
+        raise NotOnRotationsError("K_r, or a motor, acts on Euler angles")
     return AttitudeSpring(name=element.name, K=element.K_r, L=element.L_r)
 
 

@@ -13,6 +13,7 @@ from rbstab.elements.attitude_spring import AttitudeSpring
 from rbstab.elements.embedded import EmbeddedConnector
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.inputs.loads import ConstantForce
+from rbstab.elements.motors import Lagged
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.elements.visco_elastic import ViscoElasticConnector
@@ -87,7 +88,7 @@ def _two_ties_are_enough(exact: System) -> bool:
     points = list[Array]()
     for element in exact.elements:
         if isinstance(element, (ViscoElasticConnector, EmbeddedConnector)):
-            if not is_positive_definite(element.L_c):
+            if isinstance(element, Lagged) or not is_positive_definite(element.L_c):
                 return False
             place = element.point if isinstance(element, AtPoint) else exact.body.contact_point
             points.append(place)

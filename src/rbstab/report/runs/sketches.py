@@ -18,10 +18,10 @@ LOWEST = 1e-8
 def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
     """Return v(t)/v(0) of each run, with a dot from which on it is at rest.
 
-    All have the same scales, so that they can be compared: logarithmic in v. If inputs supply power
-    to a run, v need not decay, and v(0) may be zero: then each v is divided by its largest value,
-    on a linear scale. There is None for a run that starts at rest, or whose v is never above zero,
-    or not at the start, or that has fewer than two samples.
+    All have the same scales, so that they can be compared: logarithmic in v. If elements supply
+    power to a run, v need not decay, and v(0) may be zero: then each v is divided by its largest
+    value, on a linear scale. There is None for a run that starts at rest, or whose v is never above
+    zero, or not at the start, or that has fewer than two samples.
     """
     linear = any(run.is_driven for run in runs)
     ratios = [_ratio(run, by_largest=linear) for run in runs]

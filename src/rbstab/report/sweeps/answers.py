@@ -19,7 +19,7 @@ from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.plan import Plan
 
 SYMBOLS = (
-    ("at rest", f"{SETTLED} to the end of the run; where inputs supply power, {SETTLED_DRIVEN}"),
+    ("at rest", f"{SETTLED} to the end of the run; where elements supply power, {SETTLED_DRIVEN}"),
     ("tilt", "the angle of the rotation between the attitude of the body and the desired one"),
     ("E1, E2, E3", "the displacement of the contact point from its anchor, by axis"),
     ("v", "the Lyapunov function, an energy: 0 at rest; v(0) is its value at the start"),

@@ -43,7 +43,7 @@ REASONS = {
     "failed": "the proof ended with an error",
     "switches": "an element switches",
     "user code": "an element is code of a user",
-    "input": "an input supplies power",
+    "input": "an element supplies power",
 }
 """The reasons why a member is not decided, by the words of the column `motion_proof`."""
 
@@ -102,7 +102,7 @@ def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
         every = "any member" if untried.all() else named
         missing = f"No proof was made of the bodies of {every}: {command} makes it."
     if (convergence == NO_PROOF).all():
-        why = "an input supplies power, so v may rise" if members.driven else "; ".join(reasons)
+        why = "an element supplies power, so v may rise" if members.driven else "; ".join(reasons)
         return [*of_bodies, f"Not proved: {why}." if why else missing]
     found = proof_words(members)
     rows = dict(

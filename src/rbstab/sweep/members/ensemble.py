@@ -21,6 +21,7 @@ from rbstab.analysis.rest_state import nearest_rest_state
 from rbstab.analysis.settling import value_round_off
 from rbstab.config.build import problem_of
 from rbstab.config.numbers import is_of_initial_state
+from rbstab.elements.motors import Lagged
 from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.integrate.heyoka.engine import integrate
 from rbstab.integrate.heyoka.ensemble import CHANGE_ROW, Ensemble, Motions
@@ -80,6 +81,7 @@ class EnsembleEngine:
             variant: _VariantEngine(plan, variant)
             for variant in plan.variants
             if _can_run_in_batches(plan.initial_value_problems[variant])
+            and not _varies_passivity(plan, variant)
         }
 
     def compute(self, start: int, stop: int) -> Shard:
@@ -135,6 +137,14 @@ def _can_run_in_batches(problem: Problem) -> bool:
     return not (
         problem.switching or problem.project or problem.schedule.names or has_modes(problem.system)
     )
+
+
+def _varies_passivity(plan: Plan, variant: str) -> bool:
+    """Whether gains vary beside motors with a lag, which may be passive in some members alone."""
+    elements = plan.initial_value_problems[variant].system.elements
+    varied = {key.path[0] for key in plan.varied_keys_of(variant)}
+    lags = any(isinstance(element, Lagged) for element in elements)
+    return lags and not varied.isdisjoint({"controller", "elements"})
 
 
 class _VariantEngine:

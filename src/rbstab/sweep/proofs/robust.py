@@ -13,6 +13,7 @@ from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.inputs.loads import ConstantForce
+from rbstab.elements.motors import LimitedForce
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.experiment.robust.covering import (
     counterexample_between,
@@ -128,7 +129,7 @@ def _load_energies(base: Config, varied: Mapping[Path, Array], count: int) -> Ar
         system = system_of(replaced(base, numbers), bounded_decimals)
         (weight,) = (e.weight for e in system.elements if isinstance(e, Gravity))
         stabilizers = [e for e in system.elements if isinstance(e, TranslationalStabilizer)]
-        loaded = any(isinstance(e, ConstantForce) for e in system.elements)
+        loaded = any(isinstance(e, (ConstantForce, LimitedForce)) for e in system.elements)
         if loaded or not stabilizers:  # no such measure is known: nothing is proved
             return np.full(count, np.inf)
         K_t = stabilizers[0].K_t

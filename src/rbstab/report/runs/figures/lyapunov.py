@@ -27,7 +27,7 @@ def decay_figure(runs: Sequence[Run]) -> Figure:
     panels = (axis_of("lyapunov", log=True), v), (Axis("dissipated power", "W", log=True), lost)
     caption = "The dissipated power is -v'."
     if any(run.is_driven for run in runs):
-        caption = "Where inputs supply power, v may rise."
+        caption = "Where elements supply power, v may rise."
     elif any(run.stores_v_minus_work for run in runs):
         caption = (
             "The dissipated power is -v', and on a surface s = F + κE it is -(v - ε)', where ε is "
@@ -54,7 +54,7 @@ def _supply_figure(run: Run) -> Figure:
     curves.append(Line(t, _dissipated(run), "dissipated", colour=2, dash=2))
     return time_figure(
         "runs-decay",
-        "What inputs supply, and what is dissipated",
+        "What elements supply, and what is dissipated",
         ((Axis("energy", "J"), energies), (Axis("power", "W"), curves)),
         "v = v(0) + supplied - dissipated: v rises only while more is supplied than dissipated.",
     )

@@ -1,0 +1,85 @@
+"""Whether the motors of a config are passive, and what is known of those that are not."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from rbstab.analysis.exact import decimals, is_positive_definite
+from rbstab.config.build import system_of
+from rbstab.config.schema import Config
+from rbstab.config.user_code.permission import without_code
+from rbstab.elements.motors import Hard, Lagged, Motor
+from rbstab.elements.registry import longest_lag
+from rbstab.experiment.along.locus import linearised_at_rest
+from rbstab.experiment.answers.rest_modes import GROWS
+from rbstab.experiment.answers.rounded import rounded_down
+from rbstab.experiment.answers.words import Sureness
+
+SYMBOLS = {"translational stabilizer": "H", "rotational stabilizer": "N"}
+
+BODY_AXES = "not passive: its limit acts in body axes. What it supplies is audited, not bounded"
+
+
+HARD = "; no proof takes a hard limit into account"
+
+
+class MotorAnswer(NamedTuple):
+    """What is known of a motor.
+
+    Attributes:
+        name: H, N, or the name of a tie.
+        passive: Whether it is passive, proved.
+        longest_lag: The lag up to which it is, s; None for a limit.
+        sureness: How sure it is that the body is stable, or not, if it is not passive.
+        sentence: A sentence without a full stop.
+    """
+
+    name: str
+    passive: bool
+    longest_lag: float | None
+    sureness: Sureness
+    sentence: str
+
+    def as_data(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return self._asdict()
+
+    def __str__(self) -> str:
+        return f"Motor {self.name}: {self.sentence}"
+
+
+def motor_answers(config: Config) -> list[MotorAnswer]:
+    """Return what is known of each motor of a config. No code of users runs."""
+    return [*_answers(config)]
+
+
+def _answers(config: Config) -> Iterator[MotorAnswer]:
+    exact = system_of(without_code(config), decimals)
+    for motor in exact.elements:
+        if not isinstance(motor, Motor):
+            continue
+        name, passive, bound = SYMBOLS.get(motor.name, motor.name), not motor.supplies, None
+        known = Sureness.PROVED if passive else Sureness.NOT_DECIDED
+        said = "its limit keeps it passive, proved" if passive else BODY_AXES
+        said += HARD if isinstance(motor, Hard) else ""
+        if isinstance(motor, Lagged):
+            passive = passive and is_positive_definite(motor.left)
+            bound = longest_lag(*(matrix.astype(float) for matrix in motor.matrices))
+            than = f"{rounded_down(bound, 4)} s, the least eigenvalue of K⁻¹L"
+            said = f"its lag is below {than}: passive, proved"
+            if not passive:
+                known, stable = _by_eigenvalues(config)
+                said = f"its lag is not below {than}: not passive, nothing is proved. {stable}"
+        yield MotorAnswer(name, passive, bound, known, said)
+
+
+def _by_eigenvalues(config: Config) -> tuple[Sureness, str]:
+    """Return what the eigenvalues at rest say of a body."""
+    linear = linearised_at_rest(config).linearisation
+    if linear is None:
+        return Sureness.NOT_DECIDED, "No rest state is found"
+    slowest, size = linear.eigenvalues[0].real, abs(linear.eigenvalues).max()
+    if abs(slowest) <= GROWS * size:
+        return Sureness.NOT_DECIDED, "Not decided by the eigenvalues at rest"
+    word = "unstable" if slowest > 0 else "stable"
+    text = f"The body is {word} by the eigenvalues at rest (largest Re λ = {slowest:.4g} 1/s): seen"
+    return Sureness.SEEN, text

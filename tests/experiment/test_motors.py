@@ -1,0 +1,301 @@
+"""Motors with a limit or a lag: what is proved of them, what is not, and what is said."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+import rbstab
+from rbstab.config.errors import ConfigError
+from rbstab.config.numbers import entries_of, unit_at
+from rbstab.config.tolerances import tolerances_of
+from rbstab.experiment.answers.motors import motor_answers
+from rbstab.experiment.proof import prove
+from rbstab.experiment.robust.bodies import prove_within
+from rbstab.experiment.verification.verify import verify
+from rbstab.sweep.members.engines import factory_for
+from rbstab.sweep.plan.load import load_plan
+
+PAPER = "configs/paper/case1_permanent.yaml"
+K_t, K_r = np.array([4100.0, 4100, 3280]), np.array([400.0, 400, 320])
+R = np.array([0.15, 0.10, -0.42])
+H, N = np.array([1654.0, 732, 1204]), np.array([837.0, 2424, 336])
+LIMITS = {"limit": {"H": H.tolist(), "N": N.tolist()}}
+
+
+def paper(actuators, *changes):
+    return rbstab.load_config(PAPER, [f"controller.actuators={actuators}", *changes])
+
+
+def free(actuators, **more):
+    """A body that hangs on its stabilizers, and on what is added."""
+    gains = {"K_t": [4100, 4100, 3280], "L_t": [210, 210, 140]}
+    gains |= {"K_r": [400, 400, 320], "L_r": [60, 60, 42]}
+    data = {
+        "schema_version": 2,
+        "body": {"mass": 41, "inertia": [10, 8, 4], "contact_point": R.tolist()},
+        "gravity": [0, 0, -9.81],
+        "controller": {"variant": "free", **gains, "actuators": actuators},
+        "integration": {"duration": 0.1},
+    }
+    return rbstab.load_config(data | more)
+
+
+def rotated(Theta):
+    (a, b, c), one = Theta, np.eye(3)
+    found = one
+    for axis, angle in ((0, a), (1, b), (2, c)):
+        e = one[axis]
+        cross = np.cross(e, one).T  # columns e × e_i
+        found = found @ (one + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
+    return found
+
+
+def energy(Theta, H=H, N=N):
+    """By quadrature of the limited force along each axis."""
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    s, w = 0.5 * (nodes + 1), 0.5 * weights
+    total = 0.0
+    for k, x, limit in ((K_t, R - rotated(Theta) @ R, H), (K_r, np.asarray(Theta), N)):
+        told = np.outer(s, k * x)
+        total += float(w @ (told / np.sqrt(1 + (told / limit) ** 2)) @ x)
+    return total
+
+
+def lowest_on_faces(**limits):
+    """The least energy on the six faces of the range, by descents from many points."""
+    rng, end, found = np.random.default_rng(2), np.array([np.pi, np.pi / 2, np.pi]), []
+    for axis in range(3):
+        others = [i for i in range(3) if i != axis]
+        for side in (-1, 1):
+
+            def of_face(x, axis=axis, others=others, side=side):
+                Theta = np.zeros(3)
+                Theta[axis], Theta[others] = side * end[axis], x
+                return energy(Theta, **limits)
+
+            bounds = [(-end[i], end[i]) for i in others]
+            for _ in range(6):
+                start = rng.uniform(-1, 1, 2) * end[others]
+                found.append(minimize(of_face, start, bounds=bounds).fun)
+    return min(found)
+
+
+def level_of(proof):
+    assert proof.proved
+    assert proof.globally_stable
+    assert proof.region is not None
+    return proof.region.lower_bound
+
+
+def test_the_region_of_a_limited_body_ends_at_the_lowest_energy_of_a_face():
+    config = paper(LIMITS)
+    lowest = lowest_on_faces()
+    assert lowest * (1 - 1e-6) < level_of(prove(config)) < lowest * (1 + 1e-9)
+    # It is deeper without limits.
+    assert lowest < 0.9 * level_of(prove(rbstab.load_config(PAPER)))
+
+
+def test_a_passive_lag_keeps_the_region_and_the_checker_confirms_it():
+    config = paper({"lag": 0.03})
+    proof = prove(config)
+    lowest = lowest_on_faces(H=np.inf, N=np.inf)
+    assert lowest * (1 - 1e-6) < level_of(proof) < lowest * (1 + 1e-9)
+    assert all(one.verified for one in verify(proof, config).findings)
+
+
+def test_a_body_hangs_lower_on_limited_springs():
+    """By hand: y/√(1 + (y/M)²) = mg, so K_t x = mg/√(1 - (mg/M)²)."""
+    weight = 41 * 9.81
+    proof = prove(free({"limit": {"H": [600, 600, 600], "N": [300, 300, 300]}}))
+    assert proof.proved
+    assert proof.globally_stable
+    sag = weight / np.sqrt(1 - (weight / 600) ** 2) / 3280
+    assert proof.states[0].position == pytest.approx((0, 0, -sag), abs=1e-12)
+
+
+TIE = {"point": [0.1, 0, 0.4], "anchor": [0.1, 0, 0.4], "K_c": [900, 700, 800], "L_c": [50, 50, 50]}
+
+
+def with_tie(actuators):
+    tie = {"kind": "visco-elastic", **TIE, "actuators": actuators}
+    damper = {"K": [300, 400, 500], "L": [2, 2, 2]}
+    return rbstab.load_config(
+        {
+            "schema_version": 2,
+            "body": {"mass": 5, "inertia": [1, 1, 1], "contact_point": [0, 0, 0]},
+            "controller": {"variant": "permanent"},
+            "elements": {"tie": tie, "upright": {"kind": "attitude", **damper}},
+            "initial": {"angular_velocity": [1, 2, 0]},
+            "integration": {"duration": 3.0},
+        }
+    )
+
+
+@pytest.mark.parametrize("actuators", [{"limit": [60, 60, 60]}, {"lag": 0.04}])
+def test_ties_have_motors_too(actuators):
+    config = with_tie(actuators)
+    (answer,) = motor_answers(config)
+    assert (answer.name, answer.passive) == ("tie", True)
+    run = rbstab.simulate(config)
+    assert np.abs(run["energy_residual"]).max() < 1e-10 * run["lyapunov"][0]
+    if "limit" in actuators:  # with its elements the tie turns the body about C: |force| < √3 M
+        assert np.linalg.norm(run["element_force"], axis=-1).max() < np.sqrt(3) * 60
+    assert prove(config).proved
+
+
+@pytest.mark.parametrize(
+    ("actuators", "passive", "said"),
+    [
+        ({"lag": 0.0426}, True, "its lag is below 0.04268 s"),
+        ({"lag": 0.0427}, False, "not passive, nothing is proved. The body is stable by the eig"),
+        ({"lag": 0.0844}, False, "The body is stable by the eigenvalues at rest"),
+        ({"lag": 0.0846}, False, "The body is unstable by the eigenvalues at rest"),
+        (LIMITS, True, "its limit keeps it passive, proved"),
+    ],
+)
+def test_what_is_said_of_the_motor_of_the_force(actuators, passive, said):
+    answer = motor_answers(paper(actuators))[0]
+    assert (answer.name, answer.passive) == ("H", passive)
+    assert said in answer.sentence
+    assert (answer.sureness == "proved") == passive
+
+
+SUPPLIES = "an element supplies power"
+
+
+def test_nothing_is_proved_of_motors_that_are_not_passive():
+    for actuators in (LIMITS | {"axes": "body"}, {"lag": 0.05}):
+        config = paper(actuators)
+        proof = prove(config)
+        assert not proof.proved
+        assert proof.outcome == SUPPLIES
+        assert rbstab.simulate(config).attributes["verdict"] == "driven"
+    name, passive, _, sureness, said = motor_answers(paper(LIMITS | {"axes": "body"}))[1]
+    assert (name, passive, sureness) == ("N", False, "not decided")
+    assert "body axes" in said
+
+
+def test_a_lag_is_in_no_proof_beside_a_stop_nor_within_tolerances():
+    stop = {"kind": "guard", "method": "stop", "angle": 1.0, "restitution": 0.5}
+    stopped = free({"lag": 0.03}, elements={"end": stop})
+    proof = prove(stopped)
+    assert not proof.proved
+    assert "no proof takes this beside a stop" in proof.outcome
+    # Without the lag it is proved, and so is the lag without the stop.
+    assert prove(free({"lag": 0.03})).proved
+    config = paper({"lag": 0.03})
+    record = prove_within(config, tolerances_of(config, ["controller.K_r=±1%"]))
+    assert not record.proved
+    assert "motors with a lag" in record.why
+
+
+def test_a_lag_without_damping_left_in_some_direction_is_not_passive():
+    """A full matrix L - τK decides, not its diagonal."""
+    L_t = [[60, 55, 0], [55, 60, 0], [0, 0, 60]]  # eigenvalues 5, 60, 115
+    K_t = [1000, 1000, 1000]
+    for lag, passive in ((0.0049, True), (0.0051, False)):
+        gains = f"controller.L_t={L_t}", f"controller.K_t={K_t}"
+        assert motor_answers(paper({"lag": lag}, *gains))[0].passive == passive
+
+
+def test_members_of_a_sweep_are_passive_or_not_each_by_its_own_lag():
+    vary = {"controller.actuators.lag": {"values": [0.03, 0.06]}}
+    base = paper({"lag": 0.03}, "integration.duration=0.5", "integration.engine=heyoka").plain()
+    plan = load_plan({"title": "lags", "base": base, "vary": vary, "design": "grid"})
+    found = factory_for(plan.engine)(plan).compute(0, 2).outcome
+    for k in range(2):
+        run = rbstab.simulate(plan.config_of(k))
+        assert ("supplied_energy" in run) == (k == 1)
+        np.testing.assert_allclose(found["final_orientation"][k], run["orientation"][-1], atol=1e-9)
+        assert found["lyapunov_end"][k] == pytest.approx(run["lyapunov"][-1], rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("actuators", "problem"),
+    [
+        ({}, "has neither limit nor lag (expected one of them)"),
+        (LIMITS | {"lag": 0.01}, "has both limit and lag"),
+        ({"lag": 0.01, "axes": "body"}, "has axes: body without a limit of N"),
+        ({"limit": {}}, "has a limit of nothing"),
+        ({"limit": {"H": [1, 1, 0]}}, "limit.H[2]: is 0 (expected a number greater than 0)"),
+        ({"lag": 0}, "lag: is 0 (expected a number greater than 0)"),
+        ({"lag": 0.01, "law": "hard"}, "has law: hard without a limit"),
+        (LIMITS | {"axes": "body", "law": "hard"}, "has law: hard in body axes"),
+    ],
+)
+def test_wrong_motors_are_refused(actuators, problem):
+    with pytest.raises(ConfigError) as caught:
+        paper(actuators)
+    assert problem in str(caught.value)
+
+
+@pytest.mark.parametrize("gain", ["K_t=[[9,1,0],[1,9,0],[0,0,9]]", "L_t=[1,1,0]", "K_t=[0,1,1]"])
+def test_a_limit_needs_diagonal_gains_in_its_axes(gain):
+    with pytest.raises(ConfigError, match="has a limit, which acts along the axes of K, but"):
+        paper({"limit": {"H": [1, 1, 1]}}, f"controller.{gain}")
+    # A limit of N does not read them.
+    assert paper({"limit": {"N": [1, 1, 1]}}, f"controller.{gain}")
+
+
+def test_what_stops_at_switches_is_refused_beside_a_hard_limit():
+    hard = LIMITS | {"law": "hard"}
+    for change in ("integration.method=LSODA", "integration.drift_control=projection"):
+        more = ["integration.coordinates=manifold"] if "drift" in change else []
+        assert paper(LIMITS, *more, change)
+        with pytest.raises(ConfigError, match=r"switch.* of controller\.actuators"):
+            paper(hard, *more, change)
+
+
+def test_no_limited_spring_carries_the_weight_to_where_a_linear_one_does():
+    with pytest.raises(ConfigError, match="but H has a limit"):
+        paper(LIMITS, "controller.anchor=equilibrium")
+    assert paper({"limit": {"N": N.tolist()}}, "controller.anchor=equilibrium")
+
+
+def test_a_hard_limit_is_passive_and_in_no_proof():
+    config = paper(LIMITS | {"law": "hard"})
+    answer = motor_answers(config)[0]
+    assert answer.passive
+    assert "no proof takes a hard limit into account" in answer.sentence
+    assert (
+        "only translational stabilizer and rotational stabilizer may damp" in prove(config).outcome
+    )
+    # Dampers beside it do not change that, nor does a body without Euler angles.
+    assert not prove(with_tie({"limit": [60, 60, 60], "law": "hard"})).proved
+    gains = "controller.K_r=[300,300,300]", "controller.L_r=[30,30,30]"
+    damped = rbstab.load_config(with_tie({"limit": [60, 60, 60], "law": "hard"}), gains)
+    record = prove_within(damped, tolerances_of(damped, ["body.mass=±1%"]))
+    assert not record.proved
+    assert "a hard limit" in record.why
+    run = rbstab.simulate(config)
+    assert run.attributes["verdict"] != "violated"
+    assert "supplied_energy" not in run
+
+
+def test_a_couple_with_a_lag_acts_on_euler_angles_even_without_a_spring():
+    config = free(
+        {"lag": 0.01}, elements={"up": {"kind": "attitude", "K": [9, 8, 7], "L": [3, 3, 3]}}
+    )
+    config = rbstab.load_config(config, ["controller.K_r=[0,0,0]"])
+    assert config.integration.coordinates != "quaternion"
+    assert prove(config).on_rotations is None
+
+
+def test_numbers_of_motors_have_keys_and_units():
+    config, tied = paper(LIMITS), with_tie({"lag": 0.02})
+    keys = {entry.key: entry.value for entry in entries_of(config)}
+    assert keys["controller.actuators.limit.N[1]"] == N[1]
+    assert unit_at(config, "controller.actuators.limit.H") == "N"
+    assert unit_at(config, "controller.actuators.limit.N[1]") == "N m"
+    of_tie = {entry.key: entry.value for entry in entries_of(tied)}
+    assert of_tie["elements.tie.actuators.lag"] == 0.02
+    assert unit_at(tied, "elements.tie.actuators.lag") == "s"
+    assert unit_at(with_tie({"limit": [1, 2, 3]}), "elements.tie.actuators.limit[0]") == "N"
+
+
+def test_a_lag_beside_implicit_steps_is_refused():
+    data = free({"lag": 0.01}).plain()
+    data["controller"] |= {"variant": "sliding", "K_s": [9, 9, 9], "surface": {"slope": 2.0}}
+    data["controller"] |= {"law": {"implicit": 0.001}}
+    with pytest.raises(ConfigError, match="has implicit steps beside actuators"):
+        rbstab.load_config(data)

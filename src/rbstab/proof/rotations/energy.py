@@ -104,8 +104,10 @@ def _without_angles(element: Element) -> Element:
     """Return a stabilizer without K_r as the damper that it is, and any other element itself."""
     if not isinstance(element, RotationalStabilizer):
         return element
-    if isinstance(element, OfAngles) or any(K != 0 for K in element.K_r.flat):
-        raise NotOnRotationsError("K_r, or a motor, acts on Euler angles")
+    if isinstance(element, OfAngles):
+        raise NotOnRotationsError("the motor N acts on Euler angles")
+    if any(K != 0 for K in element.K_r.flat):
+        raise NotOnRotationsError("K_r acts on Euler angles")
     return AttitudeSpring(name=element.name, K=element.K_r, L=element.L_r)
 
 

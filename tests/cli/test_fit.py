@@ -13,7 +13,7 @@ from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
 
 HEAD = "time [s],theta1 [deg],theta2 [deg],theta3 [deg]\n"
-FIT = ("fit", "good.yaml", "m.csv", "--free", "controller.L_r,controller.K_r[0]")
+FIT = ("fit", "good.yaml", "m.csv", "--free", "controller.L_r, controller.K_r[0]")
 
 
 def write_motion(noise=0.01):
@@ -141,7 +141,7 @@ def test_a_wrong_target_ends_it_before_the_work(folder, no_fit, arguments, code,
 def test_a_wrong_key_or_too_few_values_are_told(folder):
     Path("m.csv").write_text(f"{HEAD}0,1,2,3\n")
     done = ended(2, *FIT)
-    few = "error: m.csv: has a column of 1 values (expected more than the 4 free numbers)"
+    few = "error: m.csv: theta1: has 1 values (expected more than the 4 free numbers)"
     assert done.stderr.startswith(few)
     done = ended(2, *FIT[:4], "controller.Q")
     assert done.stderr.startswith("error: controller.Q: is no number to fit (expected numbers that")

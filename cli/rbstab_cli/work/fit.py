@@ -34,7 +34,7 @@ def fit(
     target = new_config(config, output, "_fitted", force=force)
     form = "" if figure is None else figure_form("--figure", figure, force=force)
     given = load_one(config, changes, allow_python=allow_python)
-    keys = ",".join(frees).split(",")
+    keys = [key.strip() for key in ",".join(frees).split(",")]
     with working(f"{config.name}: fitting"):
         # So all problems of the file are told.
         found = loaded([data], lambda path: fitted(given, path, keys), "a measured motion")[data]

@@ -131,6 +131,10 @@ def test_a_run_that_does_not_complete_is_said(motion):
         (("--figure", "m.csv"), 4, "m.csv: already exists. Replace it with --force.\n"),
         (("-o", "m.csv"), 4, "m.csv: already exists. Replace it with --force.\n"),
         (("-o", "good.yaml", "--force"), 2, "good.yaml is the given config."),
+        # What was measured is not lost, nor is what was found.
+        (("-o", "m.csv", "--force"), 2, "CONFIG, DATA, -o and --figure: expected different files"),
+        (("--figure", "m.csv", "--force"), 2, "expected different files"),
+        (("-o", "f.csv", "--figure", "./f.csv"), 2, "expected different files"),
     ],
 )
 def test_a_wrong_target_ends_it_before_the_work(folder, no_fit, arguments, code, message):

@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Any
 
+import click
+
 from rbstab.config.load import resolved_yaml
 from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.tuning.fit import fit as fitted
@@ -33,6 +35,9 @@ def fit(
     """Fit the numbers, write the config with them, and print what was found."""
     target = new_config(config, output, "_fitted", force=force)
     form = "" if figure is None else figure_form("--figure", figure, force=force)
+    files = [file.resolve() for file in (config, data, target, figure) if file is not None]
+    if len({*files}) < len(files):
+        raise click.UsageError("CONFIG, DATA, -o and --figure: expected different files")
     given = load_one(config, changes, allow_python=allow_python)
     keys = [key.strip() for key in ",".join(frees).split(",")]
     with working(f"{config.name}: fitting"):

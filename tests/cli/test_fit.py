@@ -83,6 +83,13 @@ def test_what_the_data_do_not_determine_is_a_warning_and_null(motion):
     assert (number["error"], number["low"], number["high"]) == (None, None, None)
 
 
+def test_a_body_that_fits_but_cannot_be_is_told(motion):
+    """Here one that was measured with other gains than those of the config."""
+    done = success(*FIT[:4], "body.inertia")
+    assert "warning: good_fitted.yaml: body.inertia: no real body has the principal" in done.stderr
+    assert "warning: good.yaml: body.inertia" not in done.stderr
+
+
 def test_the_figure_has_the_residuals(motion):
     success(*FIT, "--figure", "f.csv")
     lines = Path("f.csv").read_text().splitlines()

@@ -9,7 +9,7 @@ from rbstab.config.load import resolved_yaml
 from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.tuning.fit import fit as fitted
 from rbstab_cli import exit_codes
-from rbstab_cli.inputs import load_one, loaded
+from rbstab_cli.inputs import load_one, loaded, print_warnings
 from rbstab_cli.output.files import new_config, write_file
 from rbstab_cli.output.progress import working
 from rbstab_cli.printing import Table, print_json, say
@@ -66,6 +66,8 @@ def fit(
             printed.print(NOTES[title])
     for warning in found.warnings:
         say(f"warning: {data}: {warning}")
+    # What fits best may be no real body.
+    print_warnings([(str(target), found.config)])
     if not found.is_minimum:
         say(f"{config}: no minimum was found; try other values to start from; no config is written")
         return exit_codes.NOT_COMPLETED

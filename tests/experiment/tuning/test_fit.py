@@ -236,6 +236,22 @@ def test_a_gap_is_as_if_the_row_were_not_there():
     for one, other in zip(gaps.numbers, fewer.numbers, strict=True):
         np.testing.assert_allclose(one[3:], other[3:], rtol=1e-6)
     assert [one.values for one in gaps.columns] == [32, 32]
+    rho = [[one.autocorrelation for one in found.columns] for found in (gaps, fewer)]
+    np.testing.assert_allclose(rho[0], rho[1], rtol=1e-6)
+
+
+def test_residuals_of_columns_that_take_turns_are_compared_with_the_next_of_their_own():
+    """A damper is missing, as below; no row has both columns."""
+    data = body(1.2)
+    data["controller"] |= {"L_r": [1e-6] * 3}
+    values = noisy(7)
+    values[::2, 0] = values[1::2, 1] = np.nan
+    found = fit(data, measured(values), ["controller.K_t[2]", "controller.K_r[0]"])
+    assert found.columns[1].autocorrelation > 0.3
+    residuals = found.residuals[::2, 1]
+    scatter = np.sqrt((residuals**2).mean())
+    rho = (residuals[1:] * residuals[:-1]).mean() / scatter**2
+    assert found.columns[1].autocorrelation == pytest.approx(rho, rel=0.1)
 
 
 PRODUCT = element_text(

@@ -117,12 +117,11 @@ def fit(
             )
     errors, half = np.abs(sizes) * [known.errors, known.halves]
     rows = np.stack([motion.given, values, errors, values - half, values + half]).T.tolist()
-    # A gap counts as a residual of 0.
-    residuals = np.nan_to_num((measured.values - computed) / motion.scatter)
-    rho = (residuals[1:] * residuals[:-1]).sum(axis=0) / counts
-    columns = zip(
-        measured.columns, counts.tolist(), motion.scatter.tolist(), rho.tolist(), strict=True
-    )
+    # Over gaps, too: columns may be measured at other times.
+    all_residuals = ((measured.values - computed) / motion.scatter).T
+    residuals = (row[np.isfinite(row)] for row in all_residuals)
+    rho = [float(one[1:] @ one[:-1]) / len(one) for one in residuals]
+    columns = zip(measured.columns, counts.tolist(), motion.scatter.tolist(), rho, strict=True)
     return Fitted(
         motion.config_at(x),
         measured,

@@ -73,7 +73,7 @@ def test_the_json_has_all(motion):
     assert (first["unit"], first["given"]) == ("N m s/rad", 60.0)
     assert first["low"] < first["fitted"] < first["high"]
     assert [one["name"] for one in facts["columns"]] == ["theta1", "theta2", "theta3"]
-    assert facts["warnings"] == []
+    assert (facts["is_minimum"], facts["warnings"]) == (True, [])
 
 
 def test_what_the_data_do_not_determine_is_a_warning_and_null(motion):
@@ -113,7 +113,8 @@ def test_a_fit_without_a_minimum_writes_nothing(motion, monkeypatch):
     assert done.stderr.endswith(
         "good.yaml: no minimum was found; try other values to start from; no config is written\n"
     )
-    assert json.loads(done.stdout)["file"] is None
+    facts = json.loads(done.stdout)
+    assert (facts["file"], facts["is_minimum"]) == (None, False)
     assert not Path("good_fitted.yaml").exists()
 
 

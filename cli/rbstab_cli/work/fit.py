@@ -56,7 +56,8 @@ def fit(
     if as_json:
         rows = {name: [row._asdict() for row in table] for name, table in tables.items()}
         file = str(target) if found.is_minimum else None
-        print_json({"file": file, **rows, "warnings": found.warnings})
+        known = {"is_minimum": found.is_minimum, "warnings": found.warnings}
+        print_json({"file": file, **rows, **known})
     else:
         for title, table in tables.items():
             heads = table[0]._fields[2:]

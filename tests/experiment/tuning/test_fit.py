@@ -343,7 +343,9 @@ def test_a_model_that_misses_something_is_told():
 
 def test_a_fit_that_ends_early_is_no_minimum(monkeypatch):
     monkeypatch.setattr(module, "MAX_RUNS", 2)
-    assert not fit(body(3.0), measured(noisy(8)), FREE).is_minimum
+    found = fit(body(3.0), measured(noisy(8)), FREE)
+    assert not found.is_minimum
+    assert " to " not in repr(found)
 
 
 @pytest.mark.parametrize(

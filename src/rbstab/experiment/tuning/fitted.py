@@ -105,7 +105,9 @@ class Fitted:
     is_minimum: bool
 
     def __repr__(self) -> str:
-        """Return one line: the fitted numbers with their intervals."""
+        """Return one line: the fitted numbers with their intervals, if they mean anything."""
+        if not self.is_minimum:
+            return line("Fitted", self.config.title, ["no minimum was found"])
         found = (f"{one.name} {one.low:.4g} to {one.high:.4g}" for one in self.numbers)
         return line("Fitted", self.config.title, found)
 

@@ -78,3 +78,17 @@ def test_a_time_scale_that_makes_a_run_hopeless(changes, expected):
     if expected is not None:
         key, scale = expected
         assert found[0].startswith(f"{key}: the fastest motion has a time scale of {scale:.2g} s")
+
+
+def test_a_time_constant_that_is_too_short_is_named():
+    """Its half would not slow the motion down."""
+    tie = {"kind": "coactivated", "point": [0, 0, 0.1], "anchor": [0, 0, 0.1], "excitation": 0.5}
+    tie |= {"K_c": [10.0] * 3, "L_c": [1.0] * 3, "amplitude": 0, "signal": {"kind": "constant"}}
+    tie |= {"activation_time": 0.01, "deactivation_time": 1e-7}
+    config = rbstab.load_config(TIED | {"schema_version": 2, "elements": {"muscles": tie}})
+    (warning,) = warnings_of(config)
+    # Half of each way, at z = 1/2 + 3/4.
+    scale = 1 / (0.5 * 1.25 / 1e-7 + 0.5 / (0.01 * 1.25))
+    assert warning.startswith(
+        f"elements.muscles.deactivation_time: the fastest motion has a time scale of {scale:.2g} s"
+    )

@@ -13,7 +13,7 @@ from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
 
 HEAD = "time [s],theta1 [deg],theta2 [deg],theta3 [deg]\n"
-FIT = ("fit", "good.yaml", "m.csv", "--free", "controller.L_r,controller.K_r[0]")
+FIT = ("fit", "good.yaml", "m.csv", "--free", "controller.L_r, controller.K_r[0]")
 
 
 def write_motion(noise=0.01):
@@ -73,7 +73,7 @@ def test_the_json_has_all(motion):
     assert (first["unit"], first["given"]) == ("N m s/rad", 60.0)
     assert first["low"] < first["fitted"] < first["high"]
     assert [one["name"] for one in facts["columns"]] == ["theta1", "theta2", "theta3"]
-    assert facts["warnings"] == []
+    assert (facts["is_minimum"], facts["warnings"]) == (True, [])
 
 
 def test_what_the_data_do_not_determine_is_a_warning_and_null(motion):
@@ -81,6 +81,13 @@ def test_what_the_data_do_not_determine_is_a_warning_and_null(motion):
     assert "warning: m.csv: not determined: initial.position[0] +0.01 m: what was" in done.stderr
     number = json.loads(done.stdout)["numbers"][-1]
     assert (number["error"], number["low"], number["high"]) == (None, None, None)
+
+
+def test_a_body_that_fits_but_cannot_be_is_told(motion):
+    """Here one that was measured with other gains than those of the config."""
+    done = success(*FIT[:4], "body.inertia")
+    assert "warning: good_fitted.yaml: body.inertia: no real body has the principal" in done.stderr
+    assert "warning: good.yaml: body.inertia" not in done.stderr
 
 
 def test_the_figure_has_the_residuals(motion):
@@ -106,7 +113,8 @@ def test_a_fit_without_a_minimum_writes_nothing(motion, monkeypatch):
     assert done.stderr.endswith(
         "good.yaml: no minimum was found; try other values to start from; no config is written\n"
     )
-    assert json.loads(done.stdout)["file"] is None
+    facts = json.loads(done.stdout)
+    assert (facts["file"], facts["is_minimum"]) == (None, False)
     assert not Path("good_fitted.yaml").exists()
 
 
@@ -131,6 +139,10 @@ def test_a_run_that_does_not_complete_is_said(motion):
         (("--figure", "m.csv"), 4, "m.csv: already exists. Replace it with --force.\n"),
         (("-o", "m.csv"), 4, "m.csv: already exists. Replace it with --force.\n"),
         (("-o", "good.yaml", "--force"), 2, "good.yaml is the given config."),
+        # What was measured is not lost, nor is what was found.
+        (("-o", "m.csv", "--force"), 2, "CONFIG, DATA, -o and --figure: expected different files"),
+        (("--figure", "m.csv", "--force"), 2, "expected different files"),
+        (("-o", "f.csv", "--figure", "./f.csv"), 2, "expected different files"),
     ],
 )
 def test_a_wrong_target_ends_it_before_the_work(folder, no_fit, arguments, code, message):
@@ -141,7 +153,7 @@ def test_a_wrong_target_ends_it_before_the_work(folder, no_fit, arguments, code,
 def test_a_wrong_key_or_too_few_values_are_told(folder):
     Path("m.csv").write_text(f"{HEAD}0,1,2,3\n")
     done = ended(2, *FIT)
-    few = "error: m.csv: has a column of 1 values (expected more than the 4 free numbers)"
+    few = "error: m.csv: theta1: has 1 values (expected more than the 4 free numbers)"
     assert done.stderr.startswith(few)
     done = ended(2, *FIT[:4], "controller.Q")
     assert done.stderr.startswith("error: controller.Q: is no number to fit (expected numbers that")

@@ -3,11 +3,13 @@
 from pathlib import Path
 from typing import Any
 
+import click
+
 from rbstab.config.load import resolved_yaml
 from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.tuning.fit import fit as fitted
 from rbstab_cli import exit_codes
-from rbstab_cli.inputs import load_one, loaded
+from rbstab_cli.inputs import load_one, loaded, print_warnings
 from rbstab_cli.output.files import figure_form, new_config, write_file
 from rbstab_cli.output.progress import working
 from rbstab_cli.printing import Table, print_json, say
@@ -32,8 +34,11 @@ def fit(
     """Fit the numbers, write the config with them, and print what was found."""
     target = new_config(config, output, "_fitted", force=force)
     form = "" if figure is None else figure_form("--figure", figure, force=force)
+    files = [file.resolve() for file in (config, data, target, figure) if file is not None]
+    if len({*files}) < len(files):
+        raise click.UsageError("CONFIG, DATA, -o and --figure: expected different files")
     given = load_one(config, changes, allow_python=allow_python)
-    keys = ",".join(frees).split(",")
+    keys = [key.strip() for key in ",".join(frees).split(",")]
     with working(f"{config.name}: fitting"):
         # So all problems of the file are told.
         found = loaded([data], lambda path: fitted(given, path, keys), "a measured motion")[data]
@@ -50,7 +55,8 @@ def fit(
     if as_json:
         rows = {name: [row._asdict() for row in table] for name, table in tables.items()}
         file = str(target) if found.is_minimum else None
-        print_json({"file": file, **rows, "warnings": found.warnings})
+        known = {"is_minimum": found.is_minimum, "warnings": found.warnings}
+        print_json({"file": file, **rows, **known})
     else:
         for title, table in tables.items():
             heads = table[0]._fields[2:]
@@ -60,6 +66,8 @@ def fit(
             printed.print(NOTES[title])
     for warning in found.warnings:
         say(f"warning: {data}: {warning}")
+    # What fits best may be no real body.
+    print_warnings([(str(target), found.config)])
     if not found.is_minimum:
         say(f"{config}: no minimum was found; try other values to start from; no config is written")
         return exit_codes.NOT_COMPLETED

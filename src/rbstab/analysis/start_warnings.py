@@ -108,7 +108,10 @@ def _eigenvalues(system: System, start: Array) -> Array:
 
 
 def _stiffest(problem: Problem) -> str:
-    """Return the key of the gain whose half slows the fastest motion down most."""
+    """Return the key of the gain whose half slows the fastest motion down most.
+
+    Of a time constant it is the double.
+    """
     system, found = problem.system, {}
     for place, one in enumerate(system.elements):
         element: Any = one
@@ -116,7 +119,8 @@ def _stiffest(problem: Problem) -> str:
         for gain in element.gains:
             if gain in (POINT, ANCHOR):
                 continue
-            less = replace(element, **{gain.name: 0.5 * getattr(element, gain.name)})
+            factor = 2.0 if gain.unit == "s" else 0.5
+            less = replace(element, **{gain.name: factor * getattr(element, gain.name)})
             elements = (*system.elements[:place], less, *system.elements[place + 1 :])
             values = _eigenvalues(replace(system, elements=elements), problem.start)
             found[f"{owner}.{gain.place}"] = np.abs(values).max(initial=0.0)

@@ -51,7 +51,7 @@ def test_numbers_become_si_and_empty_cells_are_gaps(file):
 def test_all_problems_are_told_each_with_its_line_and_column(file):
     text = (
         "time [s],theta1 [grad],x1 [mm],x1 [m],q\n0,1,2,,3\n0.1,1\n# a comment\n"
-        "0.2,a,nan,  1e400,1_0\nx,1,2,3,4\n0.2,,,,\n9,,,,\n-1,,,,"
+        "0.2,a,nan,  1e400,1_0\nx,1,2,3,4\n0.2,,,,\n9,,,,\n10,,,,\n-1,,,,"
     )
     ends = [
         "1:10: is 'theta1 [grad]' (expected such as theta1 [deg], omega1 [rad/s], x1 [mm] "
@@ -66,7 +66,8 @@ def test_all_problems_are_told_each_with_its_line_and_column(file):
         "6:1: is 'x' (expected a finite number; a gap is empty)",
         "7:1: is the time 0.2 s (expected rising times from 0 to 5 s, the end of the run)",
         "8:1: is the time 9 s (expected rising times",
-        "9:1: is the time -1 s (expected rising times",
+        # A motion that is longer than the run is one problem.
+        "10:1: is the time -1 s (expected rising times",
     ]
     found = problems(file(text), 5.0)
     assert len(found) == len(ends)

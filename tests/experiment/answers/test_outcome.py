@@ -1,6 +1,7 @@
 """The outcome of a run: where the body rests, and how far from where it should."""
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -100,6 +101,42 @@ def test_the_outcome_of_a_leg_is_proved():
     # About y, at the knee.
     fastest = math.sqrt(2 * 5.95 / (0.059 + 3.5 * 0.186**2))
     assert float(pushes.split("or ")[1].split()[0]) == pytest.approx(fastest, abs=0.01)
+
+
+PUSHED = {
+    "free": ("any axis through the centre of gravity", [0, 0, 0]),
+    "visco-elastic": ("any axis through the contact point", [0, 0, -0.25]),
+    "permanent": ("any axis", [0, 0, -0.25]),
+}
+
+
+@pytest.mark.parametrize("variant", PUSHED)
+def test_pushes_say_through_which_point_their_axis_goes(variant, rng):
+    """Of the fastest spins about it one has the energy that is printed; about others more."""
+    words, point = PUSHED[variant]
+    inertia = [0.02, 0.035, 0.025]
+    controller = {"variant": variant, "K_r": [2.0] * 3, "L_r": [0.1] * 3}
+    controller |= {"K_t": [10.0] * 3, "L_t": [1.0] * 3}
+    if variant == "visco-elastic":
+        controller |= {"K_c": [100.0] * 3, "L_c": [5.0] * 3}
+    data = {
+        "body": {"mass": 2.0, "inertia": inertia, "contact_point": [0, 0, -0.25]},
+        "controller": controller,
+        "initial": {"orientation": [0.1, 0, 0]},
+        "integration": {"duration": 8.0},
+    }
+    loaded = rbstab.load_config(data)
+    pushes = pushes_of(loaded, rbstab.prove(loaded))
+    found = re.fullmatch(
+        r"pushes below (\S+) J \(or (\S+) rad/s about (.+)\), from rest .*", pushes
+    )
+    assert found is not None
+    assert found[3] == words
+    axes = rng.normal(size=(2000, 3))
+    spins = float(found[2]) * axes / np.linalg.norm(axes, axis=1)[:, None]
+    speeds = np.cross(spins, -np.array(point))
+    energies = 0.5 * (spins**2 @ inertia + 2.0 * (speeds**2).sum(axis=1))
+    assert 0.99 * float(found[1]) < energies.max() <= float(found[1]) * 1.001
 
 
 @pytest.mark.slow

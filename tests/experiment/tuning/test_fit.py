@@ -105,6 +105,59 @@ def test_19_of_20_intervals_hold_the_truth():
     assert low < squares * (freedom - 2) / freedom < high
 
 
+def test_columns_that_share_no_number_have_the_intervals_of_fits_of_each_alone():
+    """Also if one has many values and the other few: then few values are not taken for many."""
+    values = noisy(4)
+    values[np.arange(len(TIMES)) % 6 > 0, 0] = np.nan
+    both = fit(body(1.2), measured(values), FREE)
+    assert [one.values for one in both.columns] == [7, 40]
+    for at, head, keys in ((0, "x3 [mm]", FREE[:2]), (1, "theta1 [rad]", FREE[2:])):
+        there = np.isfinite(values[:, at])
+        alone = fit(body(1.2), measured(values[there][:, [at]], [head], TIMES[there]), keys)
+        found = both.numbers[2 * at : 2 * at + 2]
+        for one, other in zip(found, alone.numbers, strict=True):
+            np.testing.assert_allclose(one[3:], other[3:], rtol=2e-3)
+        assert both.columns[at].scatter == pytest.approx(alone.columns[0].scatter, rel=2e-3)
+
+
+def test_a_number_that_falls_to_zero_says_how_large_it_may_be():
+    """By linear regression at a damping of 0: differences of the closed solution."""
+    # The motion that is measured grows.
+    angles = closed(TRUE | {"L_r": -0.1})[:, 1] + np.random.default_rng(1).normal(0, 0.02, 40)
+    found = fit(body(), measured(angles[:, None], ALL[:1]), FREE[2:])
+    stiffness, damping = found.numbers
+    assert found.is_minimum
+    assert 0 <= damping.fitted < 1e-5
+
+    def theta(K, L):
+        return oscillation(INERTIA, K, L, START["Theta"], TIMES)
+
+    K, h = stiffness.fitted, 1e-4
+    steps = [theta(K + h, 0) - theta(K - h, 0), theta(K, h) - theta(K, -h)]
+    slopes = np.stack(steps, axis=1) / (2 * h)
+    sigma = math.sqrt(((angles - theta(K, 0)) ** 2).sum() / (40 - 2))
+    errors = sigma * np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)))
+    np.testing.assert_allclose([stiffness.error, damping.error], errors, rtol=0.02)
+    assert damping.high == pytest.approx(2.024 * errors[1], rel=0.02)
+    (warning,) = found.warnings
+    assert warning.startswith("controller.L_r[0]: fell to almost 0, and may not be less")
+
+
+def test_angles_without_their_whole_turns_are_told():
+    data = body(initial={"angular_velocity": [9.0, 0, 0]})
+    data["controller"] |= {"K_r": [0.0] * 3, "L_r": [0.5] * 3}
+    t = TIMES[:, None]
+    turned = 9.0 * INERTIA / 0.5 * (1 - np.exp(-0.5 / INERTIA * t))
+    assert turned.max() > 2 * np.pi
+    keys = ["controller.L_r[0]"]
+    assert not fit(data, measured(turned, ALL[:1]), keys).warnings
+    wrapped = (turned + np.pi) % (2 * np.pi) - np.pi
+    found = fit(data, measured(wrapped, ALL[:1]), keys)
+    assert "theta1: jumps by more than half a turn" in "".join(found.warnings)
+    # A damper that would stop it at once: the motions would take hours.
+    assert 100 < found.numbers[0].fitted <= 5000
+
+
 PENDULUM = Path(__file__).parents[2] / "data/pendulum.csv"
 
 
@@ -183,6 +236,22 @@ def test_a_gap_is_as_if_the_row_were_not_there():
     for one, other in zip(gaps.numbers, fewer.numbers, strict=True):
         np.testing.assert_allclose(one[3:], other[3:], rtol=1e-6)
     assert [one.values for one in gaps.columns] == [32, 32]
+    rho = [[one.autocorrelation for one in found.columns] for found in (gaps, fewer)]
+    np.testing.assert_allclose(rho[0], rho[1], rtol=1e-6)
+
+
+def test_residuals_of_columns_that_take_turns_are_compared_with_the_next_of_their_own():
+    """A damper is missing, as below; no row has both columns."""
+    data = body(1.2)
+    data["controller"] |= {"L_r": [1e-6] * 3}
+    values = noisy(7)
+    values[::2, 0] = values[1::2, 1] = np.nan
+    found = fit(data, measured(values), ["controller.K_t[2]", "controller.K_r[0]"])
+    assert found.columns[1].autocorrelation > 0.3
+    residuals = found.residuals[::2, 1]
+    scatter = np.sqrt((residuals**2).mean())
+    rho = (residuals[1:] * residuals[:-1]).mean() / scatter**2
+    assert found.columns[1].autocorrelation == pytest.approx(rho, rel=0.1)
 
 
 PRODUCT = element_text(
@@ -274,7 +343,9 @@ def test_a_model_that_misses_something_is_told():
 
 def test_a_fit_that_ends_early_is_no_minimum(monkeypatch):
     monkeypatch.setattr(module, "MAX_RUNS", 2)
-    assert not fit(body(3.0), measured(noisy(8)), FREE).is_minimum
+    found = fit(body(3.0), measured(noisy(8)), FREE)
+    assert not found.is_minimum
+    assert " to " not in repr(found)
 
 
 @pytest.mark.parametrize(
@@ -286,7 +357,7 @@ def test_a_fit_that_ends_early_is_no_minimum(monkeypatch):
         (["controller.K_t", "controller"], "controller: is no number to fit"),
         (
             ["controller", "body", "initial"],
-            r"data.csv: has a column of 20 values \(expected more than the 31 free",
+            r"data.csv: x3: has 20 values \(expected more than the 31 free",
         ),
         ([], "no number to fit"),
     ],

@@ -91,6 +91,7 @@ def read_measured(file: str | FilePath, duration: float = math.inf) -> Measured:
     place, text = heads[0]
     if text != TIME or len(heads) == 1:
         report(line, place, f"is '{text}'", f"expected {TIME}, then a comma and other columns")
+        raise ConfigError(problems)
     columns, factors = list[Column](), [1.0]
     for place, text in heads[1:]:
         column, factor = HEADS.get(text, (Column(text, "", 0, ""), 1.0))
@@ -111,7 +112,8 @@ def read_measured(file: str | FilePath, duration: float = math.inf) -> Measured:
                 row[k] = number * factors[k]
             elif k == 0 or text.lower() not in ("", "nan"):
                 report(line, place, f"is '{text}'", "expected a finite number; a gap is empty")
-        if row[0] <= last or row[0] > duration:
+        # Of times after the end, the first is told.
+        if row[0] <= last or row[0] > duration >= last:
             wanted = f"expected rising times from 0 to {duration:g} s, the end of the run"
             report(line, cells[0][0], f"is the time {row[0]:g} s", wanted)
         last = max(last, row[0])

@@ -215,7 +215,7 @@ def pushes_of(config: Config | None, proof: "Proof | None") -> str:
         depth = depths.get(number, 0.0)
         if depth > 0 and aim.holds(state.orientation):
             pose = in_degrees(state.orientation)
-            spin = f" (or {_least_spin(config, depth)} about any axis)" if config else ""
+            spin = f" (or {_least_spin(config, depth)})" if config else ""
             return (
                 f"pushes below {rounded_down(depth, 4)} J{spin}, from rest at {pose}, return there"
             )
@@ -223,13 +223,15 @@ def pushes_of(config: Config | None, proof: "Proof | None") -> str:
 
 
 def _least_spin(config: Config, energy: float) -> str:
-    """Return the least angular velocity with some kinetic energy, J: √(2 energy/λ_max).
+    """Return the least angular velocity with some kinetic energy, J, and about which axes.
 
-    A body without a connector turns about its centre of gravity. The inertia about the contact
-    point is not less.
+    √(2 energy/λ_max), about axes through the contact point; without a connector through the centre
+    of gravity. Farther axes have more energy, unless the contact point is held: then none is.
     """
-    body = body_of(config)
-    free = config.controller.variant in {"free", NO_VARIANT}
+    body, variant = body_of(config), config.controller.variant
+    free = variant in {"free", NO_VARIANT}
     inertia = body.inertia if free else body.inertia_about_contact
     largest = np.linalg.eigvalsh(inertia)[-1]
-    return f"{rounded_down(math.sqrt(2 * energy / largest), 4)} rad/s"
+    through = "the centre of gravity" if free else "the contact point"
+    axes = "any axis" if variant == "permanent" else f"any axis through {through}"
+    return f"{rounded_down(math.sqrt(2 * energy / largest), 4)} rad/s about {axes}"

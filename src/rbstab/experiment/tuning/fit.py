@@ -1,6 +1,8 @@
 """Fitting: find numbers of a config from a measured motion."""
 
+import math
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +20,6 @@ from rbstab.experiment.tuning.gain_scaling import TuningError
 from rbstab.experiment.tuning.sensitivities import check_suited, shifted_along, unsuited_motions
 from rbstab.mechanics.numbers import Array
 
-BELOW = 0.975
-"""The probability that the true number is below the upper end of its 95 % interval."""
-
 MAX_RUNS = 100
 """The largest number of runs of one search."""
 
@@ -32,6 +31,12 @@ SAME_WEIGHT = 1e-3
 
 LEAST_SCATTER = 1e-9
 """SI: the scatter of a column is at least this; below is round-off."""
+
+ALMOST_ZERO = 1e-6
+"""A number that must be positive is almost 0 below this part of its given value."""
+
+LARGEST_FACTOR = 1e4
+"""A number that must be positive grows by this factor at most: stiffer motions take hours."""
 
 STATIONARY = 0.05
 """A minimum is found if a step to it would be shorter than this, in standard errors."""
@@ -75,18 +80,17 @@ def fit(
     measured = read_measured(data, config.integration.duration)
     counts = np.isfinite(measured.values).sum(axis=0)
     if counts.min() <= len(entries):
+        name = measured.columns[counts.argmin()].name
         raise TuningError(
-            f"{data}: has a column of {counts.min()} values (expected more than the {len(entries)} "
+            f"{data}: {name}: has {counts.min()} values (expected more than the {len(entries)} "
             "free numbers)"
         )
     # Imported late: importing scipy.optimize takes longer than many runs.
     from scipy.optimize import least_squares
-    from scipy.special import stdtrit
 
     motion = FreeMotion(config, entries, measured)
     x = np.zeros(len(entries))
-    total = counts.sum()
-    freedom = total - len(x)
+    places = np.nonzero(np.isfinite(measured.values))[1]
     with unsuited_motions(), np.errstate(all="ignore"):
         motion.computed(x)
         for _ in range(MAX_WEIGHINGS):
@@ -96,24 +100,28 @@ def fit(
             x = search.x
             before = motion.scatter
             computed = motion.computed(x)
-            squares = np.nanmean((measured.values - computed) ** 2, axis=0) * total / freedom
+            known = determined(search.jac, search.fun, places)
+            squares = np.nansum((measured.values - computed) ** 2, axis=0) / known.freedoms
             motion.scatter = np.maximum(np.sqrt(squares), LEAST_SCATTER)
             steady = np.allclose(motion.scatter, before, rtol=SAME_WEIGHT, atol=0.0)
             # Its status is 0 after too many runs.
             if steady or not search.status:
                 break
-    quantile = stdtrit(freedom, BELOW)
-    errors, loose, decrement = determined(search.jac, search.fun, quantile)
-    values, rates = motion.numbers(x)
-    errors = rates * errors
-    half = quantile * errors
+    values, sizes = motion.numbers(x)
+    with unsuited_motions(), np.errstate(all="ignore"):
+        if (fallen := motion.fallen(x)).any():
+            # Relative changes of a number that is almost 0 change nothing.
+            sizes = np.where(fallen, motion.given, sizes)
+            known = determined(motion.jacobian(x, sizes), search.fun, places)._replace(
+                decrement=known.decrement
+            )
+    errors, half = np.abs(sizes) * [known.errors, known.halves]
     rows = np.stack([motion.given, values, errors, values - half, values + half]).T.tolist()
-    # A gap counts as a residual of 0.
-    residuals = np.nan_to_num((measured.values - computed) / motion.scatter)
-    rho = (residuals[1:] * residuals[:-1]).sum(axis=0) / counts
-    columns = zip(
-        measured.columns, counts.tolist(), motion.scatter.tolist(), rho.tolist(), strict=True
-    )
+    # Over gaps, too: columns may be measured at other times.
+    all_residuals = ((measured.values - computed) / motion.scatter).T
+    residuals = (row[np.isfinite(row)] for row in all_residuals)
+    rho = [float(one[1:] @ one[:-1]) / len(one) for one in residuals]
+    columns = zip(measured.columns, counts.tolist(), motion.scatter.tolist(), rho, strict=True)
     return Fitted(
         motion.config_at(x),
         measured,
@@ -123,8 +131,9 @@ def fit(
         ),
         tuple(FittedColumn(one.name, one.unit, *row) for one, *row in columns),
         computed,
-        loose,
-        steady and decrement < STATIONARY,
+        known.loose,
+        [entry.key for entry, is_fallen in zip(entries, fallen, strict=True) if is_fallen],
+        steady and known.decrement < STATIONARY,
     )
 
 
@@ -177,6 +186,11 @@ class FreeMotion:
         rates = np.where(self.keeps_sign, self.given * np.exp(self.keeps_sign * x), sizes)
         return np.where(self.keeps_sign, rates, self.given + sizes * x), rates
 
+    def fallen(self, x: Array) -> Array:
+        """Return which numbers fell to almost 0, below which a config is refused."""
+        parts = np.where(self.keeps_sign, self.numbers(x)[0] / self.given, 1.0)
+        return parts < ALMOST_ZERO
+
     def config_at(self, x: Array) -> Config:
         """Return the config with the numbers at x, validated."""
         pairs = zip(self.entries, self.numbers(x)[0].tolist(), strict=True)
@@ -200,20 +214,27 @@ class FreeMotion:
         return values
 
     def residuals(self, x: Array) -> Array:
-        """Return computed less measured in parts of the scatter; infinite if the run fails."""
+        """Return computed less measured in parts of the scatter.
+
+        They are infinite if the run fails, or would be too stiff.
+        """
         from rbstab.experiment.tuning.search import RUN_ERRORS
 
-        try:
-            return self._weighed(self.computed(x) - self.data.values)
-        except RUN_ERRORS:
-            return self._weighed(np.full(self.data.values.shape, np.inf))
+        if (self.keeps_sign * x <= math.log(LARGEST_FACTOR)).all():
+            with suppress(*RUN_ERRORS):
+                return self._weighed(self.computed(x) - self.data.values)
+        return self._weighed(np.full(self.data.values.shape, np.inf))
 
-    def jacobian(self, x: Array) -> Array:
-        """Return the derivatives of the residuals by x, exact to round-off."""
+    def jacobian(self, x: Array, sizes: Array | None = None) -> Array:
+        """Return the derivatives of the residuals by x, exact to round-off.
+
+        With sizes they are those by the numbers, each in parts of its size.
+        """
         columns = []
         config = self.config_at(x)
         followed = self.followed(config)
-        for entry, rate in zip(self.entries, self.numbers(x)[1].tolist(), strict=True):
+        rates = self.numbers(x)[1] if sizes is None else sizes
+        for entry, rate in zip(self.entries, rates.tolist(), strict=True):
             shifted = shifted_along(config, [(path, rate) for path in entry.paths])
             columns.append(self._weighed(followed(shifted)))
         return np.stack(columns, axis=1)

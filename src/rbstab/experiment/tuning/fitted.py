@@ -11,6 +11,9 @@ from rbstab.config.schema import Config
 from rbstab.files.names import line
 from rbstab.mechanics.numbers import Array
 
+BELOW = 0.975
+"""The probability that the true number is below the upper end of its 95 % interval."""
+
 RANK = 1e-10
 """Singular values below this part of the largest are zero: the derivatives are exact to 1e-12."""
 
@@ -88,6 +91,7 @@ class Fitted:
         loose: The combinations of numbers that the data do not determine, or hardly: the relative
             change of each number, and how far the 95 % interval reaches along it (infinite: not
             determined).
+        fallen: The names of numbers that fell to almost 0, and may not be less.
         is_minimum: Whether a minimum was found; if not, the numbers mean nothing.
     """
 
@@ -97,10 +101,13 @@ class Fitted:
     columns: tuple[FittedColumn, ...]
     computed: Array
     loose: list[Loose]
+    fallen: list[str]
     is_minimum: bool
 
     def __repr__(self) -> str:
-        """Return one line: the fitted numbers with their intervals."""
+        """Return one line: the fitted numbers with their intervals, if they mean anything."""
+        if not self.is_minimum:
+            return line("Fitted", self.config.title, ["no minimum was found"])
         found = (f"{one.name} {one.low:.4g} to {one.high:.4g}" for one in self.numbers)
         return line("Fitted", self.config.title, found)
 
@@ -113,21 +120,36 @@ class Fitted:
     def warnings(self) -> list[str]:
         """What the data do not determine, and which residuals are not only noise: sentences."""
         found = []
+        # A number that is 0 has no relative change: its interval says all.
+        relative = [bool(one.given) and one.name not in self.fallen for one in self.numbers]
         for changes, reach in self.loose:
-            # A number that is 0 has no relative change: its interval says all.
-            if reach < math.inf and not self.numbers[changes.argmax()].given:
+            if reach < math.inf and not relative[changes.argmax()]:
                 continue
             shown = [
                 f"{one.name} {change:+.2g} %"
-                if one.given
-                else f"{one.name} {change / 100:+.2g} {one.unit}"
-                for one, change in zip(self.numbers, changes.tolist(), strict=True)
+                if in_parts
+                else f"{one.name} {change / 100 * (abs(one.given) or 1.0):+.2g} {one.unit}"
+                for one, change, in_parts in zip(
+                    self.numbers, changes.tolist(), relative, strict=True
+                )
                 if abs(change) >= LEAST_SHOWN
             ]
             how, known = "not", "what was measured stays, to first order"
             if reach < math.inf:
                 how, known = "hardly", f"known to ±{100 * reach:.3g} times that"
             found.append(f"{how} determined: {', '.join(shown)}: {known}")
+        found += [
+            f"{name}: fell to almost 0, and may not be less: its interval tells only how large it "
+            "may be"
+            for name in self.fallen
+        ]
+        found += [
+            f"{column.name}: jumps by more than half a turn from one value to the next: angles are "
+            "compared without whole turns taken off; if these were, put them back (numpy.unwrap)"
+            for column, values in zip(self.measured.columns, self.measured.values.T, strict=True)
+            if column.vector == "Theta"
+            and (np.abs(np.diff(values[np.isfinite(values)])) > math.pi).any()
+        ]
         found += [
             f"{one.name}: successive residuals are alike (autocorrelation "
             f"{one.autocorrelation:.2g}): the model misses something, or the errors of measurement "
@@ -138,32 +160,64 @@ class Fitted:
         return found
 
 
-def determined(
-    jacobian: Array, residuals: Array, quantile: float
-) -> tuple[Array, list[Loose], float]:
+class Determined(NamedTuple):
+    """What a linear model of the residuals tells of its numbers.
+
+    Attributes:
+        errors: The standard errors, shape (p,), infinite where a number is not determined.
+        halves: Half the widths of the 95 % intervals, shape (p,).
+        loose: The combinations that are not or hardly determined.
+        decrement: The length of the Gauss-Newton step that remains, in standard errors.
+        freedoms: How many residuals of each column are left over, shape (m,).
+    """
+
+    errors: Array
+    halves: Array
+    loose: list[Loose]
+    decrement: float
+    freedoms: Array
+
+
+def determined(jacobian: Array, residuals: Array, columns: Array) -> Determined:
     """Return what is known of numbers from the singular value decomposition J = U S V'.
 
-    The covariance is (J'J)⁻¹ = V S⁻² V', in the directions with S > 0.
+    The covariance is (J'J)⁻¹ = V S⁻² V', in the directions with S > 0. A column of n values has
+    n - Σu² degrees of freedom, with its rows u of U. A variance is a sum of parts q_c, one from
+    each column with ν_c degrees of freedom, so its t quantile has (Σ q_c)²/Σ(q_c²/ν_c) of them.
 
     Args:
         jacobian: The derivatives of the residuals by the numbers, each in parts of its size, shape
             (n, p) with n >= p.
         residuals: In standard deviations of the measurement, shape (n,).
-        quantile: Half the width of the 95 % interval, in standard errors.
+        columns: The column of each residual, counted from 0, shape (n,).
 
-    Returns:
-        The standard errors, shape (p,), infinite where a number is not determined; the combinations
-        that are not or hardly determined; and the length of the Gauss-Newton step that remains, in
-        standard errors.
+    Source: F. E. Satterthwaite, Biometrics Bull. 2 (1946) 110-114.
     """
+    from scipy.special import stdtrit
+
     U, s, Vt = np.linalg.svd(jacobian, full_matrices=False)
     kept = s > RANK * s[0]
-    variances = ((Vt[kept] / s[kept, None]) ** 2).sum(axis=0)
+    place = columns == np.arange(columns.max() + 1)[:, None]
+    freedoms = place.sum(axis=1) - place @ (U[:, kept] ** 2).sum(axis=1)
+
+    def reach(parts: Array) -> Array:
+        total = parts.sum(axis=0)
+        freedom = total**2 / (parts**2 / freedoms[:, None]).sum(axis=0)
+        found: Array = stdtrit(freedom, BELOW) * np.sqrt(total)
+        return found
+
+    inverse = U[:, kept] / s[kept]
+    parts = place @ (inverse @ Vt[kept]) ** 2
     unknown = (np.abs(Vt[~kept]) > IN_NULL_SPACE).any(axis=0)
-    loose = []
-    for size, row, known in zip(s, Vt, kept, strict=True):
-        reach = quantile / size if known else math.inf
-        if reach > WIDE:
-            loose.append((row / row[np.abs(row).argmax()], reach * np.abs(row).max()))
+    errors = np.where(unknown, math.inf, np.sqrt(parts.sum(axis=0)))
+    with np.errstate(all="ignore"):
+        halves = np.where(unknown, math.inf, reach(parts))
+    reaches = np.full(len(s), math.inf)
+    reaches[kept] = reach(place @ inverse**2)
+    loose = [
+        (row / row[np.abs(row).argmax()], far * float(np.abs(row).max()))
+        for far, row in zip(reaches.tolist(), Vt, strict=True)
+        if far > WIDE
+    ]
     decrement = float(np.linalg.norm(U[:, kept].T @ residuals))
-    return np.where(unknown, math.inf, np.sqrt(variances)), loose, decrement
+    return Determined(errors, halves, loose, decrement, freedoms)

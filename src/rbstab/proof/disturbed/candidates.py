@@ -1,0 +1,148 @@
+"""The numbers of a claim that is worth a proof: the best ones at some samples of Θ.
+
+Nothing here is a proof. At samples of Θ, and for given ε and α, the largest loads follow from
+eigenvalues. With t as a factor on all loads and β_i = αℓτ_i/(t w̄_i)², Σ τ_i = 1, the matrix of the
+proof is definite if t² Σ w̄_i²/τ_i H_i'H_i < αℓQ, where Q is that of -(V' + αV) over (1, x, ν), and
+H_i its rows of w_i.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from rbstab.mechanics.numbers import Array
+from rbstab.mechanics.quaternion import angles
+from rbstab.proof.disturbed.forms import Forms
+from rbstab.proof.disturbed.invariant import Claim
+from rbstab.proof.disturbed.matrices import Matrices
+
+SAMPLES = 600
+"""Of Θ in S, and so many on its border."""
+
+CROSS, RATES, SPLITS = np.geomspace(0.03, 0.9, 8), np.geomspace(0.3, 2.0, 6), (0.0, 1.5, -1.5)
+"""What is tried first: ε as a share of the largest with V > 0, α as a multiple of ε, and ln τ1/τ2."""
+
+STEPS = 120
+"""Of the search for better numbers."""
+
+OF_LEVEL, OF_WEIGHT = 0.8, 0.6
+"""The powers of t in the shares of ℓ and of Σ βw̄²/αℓ that are left to the proof, out of 2."""
+
+DIGITS = 5
+"""Significant digits of the numbers of a claim."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """The best numbers at the samples.
+
+    Args:
+        factor: The largest factor t on the loads; 0 if there is none.
+        cross: ε, 1/s.
+        rate: α, 1/s.
+        shares: τ of each load.
+        level: The least V on the border, J.
+    """
+
+    factor: float
+    cross: float = 0.0
+    rate: float = 0.0
+    shares: tuple[float, ...] = ()
+    level: float = 0.0
+
+    def claim(self, tilt: Fraction, sizes: Sequence[Fraction], factor: float = 1.0) -> Claim:
+        """Return the claim for loads times a factor, with a margin for each condition."""
+        used = factor / self.factor
+        level = self.level * used**OF_LEVEL
+        whole = self.rate * level * used**OF_WEIGHT
+        loads = tuple(_short(float(size) * factor) for size in sizes)
+        weights = (whole * t / float(w) ** 2 for t, w in zip(self.shares, loads, strict=True))
+        return Claim(
+            tilt,
+            loads,
+            tuple(map(_short, weights)),
+            _short(self.cross),
+            _short(self.rate),
+            _short(level),
+        )
+
+
+def _short(x: float) -> Fraction:
+    return Fraction(f"{x:.{DIGITS}g}")
+
+
+def best_candidate(forms: Forms, tilt: float, sizes: Sequence[float]) -> Candidate:
+    """Return the numbers with which the largest loads are allowed at samples of Θ.
+
+    Args:
+        forms: V and V'.
+        tilt: ρ, rad.
+        sizes: w̄ of each load, N m or N.
+    """
+    # Imported late: it takes a while.
+    from scipy.optimize import minimize
+
+    samples = _Samples(forms, tilt, sizes)
+    splits = SPLITS if len(sizes) > 1 else (0.0,)
+    starts = [
+        np.log([share * samples.most, share * samples.most * rate, np.exp(split)])
+        for share in CROSS
+        for rate in RATES
+        for split in splits
+    ]
+    first = max(starts, key=lambda x: samples.best(x).factor)
+    if samples.best(first).factor == 0.0:
+        return Candidate(0.0)
+    free = 1 + len(sizes)
+    found = minimize(
+        lambda x: -samples.best(np.append(x, first[free:])).factor,
+        first[:free],
+        method="Nelder-Mead",
+        options={"maxiter": STEPS},
+    )
+    return samples.best(np.append(found.x, first[free:]))
+
+
+class _Samples:
+    """V and V' at samples of Θ, the last of them on the border."""
+
+    def __init__(self, forms: Forms, tilt: float, sizes: Sequence[float]) -> None:
+        rng = np.random.default_rng(0)
+        axes = rng.normal(size=(3, 2 * SAMPLES))
+        axes /= np.linalg.norm(axes, axis=0)
+        half = 0.5 * tilt * np.append(rng.random(SAMPLES) ** (1 / 3), np.ones(SAMPLES))
+        Theta, _ = angles(np.cos(half), np.sin(half) * axes)
+        found = Matrices([*forms.values, *forms.rates]).at(Theta)
+        self.V0, self.V1, self.W0, self.W1 = (np.moveaxis(M, -1, 0) for M in found)
+        self.sizes, self.still = np.array(sizes), slice(0, forms.still)
+        border, still = slice(SAMPLES, None), self.still
+        V0, V1 = (V[border, still, still] for V in (self.V0, self.V1))
+        ratio = np.abs(np.linalg.eigvals(np.linalg.solve(V0, V1))).max()
+        self.most = 1.0 / ratio if np.isfinite(ratio) and ratio > 0 else 1.0
+
+    def best(self, x: Array) -> Candidate:
+        """Return the largest factor for ln ε, ln α and ln τ1/τ2."""
+        cross, rate, split = np.exp(np.clip(x, -40.0, 40.0)).tolist()
+        shares = np.array([1.0] if len(self.sizes) == 1 else [split, 1.0])
+        shares = shares / shares.sum()
+        V, W = self.V0 + cross * self.V1, self.W0 + cross * self.W1
+        still = self.still
+        heights = _least(V[:, still, still])
+        level = float(heights[SAMPLES:].min())
+        Q = -(W + rate * V)[heights <= level]
+        H = Q[:, still.stop :, still] * np.repeat(self.sizes / np.sqrt(shares), 3)[:, None]
+        Q = Q[:, still, still]
+        if not level > 0 or not np.all(np.linalg.eigvalsh(Q)[:, 0] > 0):
+            return Candidate(0.0)
+        needed = np.linalg.eigvalsh(H @ np.linalg.solve(Q, np.swapaxes(H, 1, 2)))[:, -1].max()
+        factor = float(np.sqrt(rate * level / needed))
+        return Candidate(factor, cross, rate, tuple(shares.tolist()), level)
+
+
+def _least(V: Array) -> Array:
+    """Return the least z'Vz with z = (1, x, ν) of each matrix; -inf where there is none."""
+    block, side = V[:, 1:, 1:], V[:, 1:, :1]
+    least = V[:, 0, 0] - (side * np.linalg.solve(block, side))[:, :, 0].sum(axis=1)
+    return np.where(np.linalg.eigvalsh(block)[:, 0] > 0, least, -np.inf)

@@ -20,6 +20,7 @@ from rbstab_cli.output.files import check_target, stdout_to_file
 from rbstab_cli.output.progress import compiling, working
 from rbstab_cli.printing import print_json, say
 from rbstab_cli.work.stability.along import checked_along, locus_of
+from rbstab_cli.work.stability.bound import asked_bound, proved_bound
 from rbstab_cli.work.stability.printed import Found, data_of, print_found
 from rbstab_cli.work.stability.within import checked_tolerances, proved_within
 
@@ -31,6 +32,9 @@ def stability(
     withins: tuple[str, ...],
     largest: tuple[str, ...],
     time_limit: float | None,
+    bounds: tuple[str, ...],
+    tilt: str | None,
+    largest_bound: bool,
     changes: tuple[str, ...],
     allow_python: bool,
     results: Path,
@@ -45,6 +49,7 @@ def stability(
     loaded = load_configs(configs, changes, allow_python=allow_python)
     tolerances = checked_tolerances(loaded, withins, largest)
     loci = checked_along(loaded.values(), alongs)
+    asked = asked_bound(bounds, tilt, largest=largest_bound)
     enclose = Enclose.NOTHING if search_only else Enclose.UNTIL_PROVED
     every = []
     for path, config in loaded.items():
@@ -59,6 +64,7 @@ def stability(
                 largest,
                 time_limit,
             )
+        bound = None if asked is None else proved_bound(path.name, config, asked)
         problem = problem_of(config)
         with working(f"{path.name}: rest states"):
             proof = _proof(config, problem, results, search_only=search_only)
@@ -68,7 +74,8 @@ def stability(
             run = None if no_run else _run(config, problem, stored, proof, enclose)
             motion = None if search_only else _convergence(config, problem, proof, run)
         points = [locus_of(config, along) for along in loci]
-        every.append(Found(path, config, stability_of(problem, proof, motion), run, points, within))
+        stable = stability_of(problem, proof, motion)
+        every.append(Found(path, config, stable, run, points, within, bound))
     with stdout_to_file(output, force=force):
         if as_json:
             print_json([data_of(found) for found in every])

@@ -22,13 +22,17 @@ SAMPLES = 600
 """Of Θ in S, and so many on its border."""
 
 CROSS, RATES, SPLITS = np.geomspace(0.03, 0.9, 8), np.geomspace(0.3, 2.0, 6), (0.0, 1.5, -1.5)
-"""What is tried first: ε as a share of the largest with V > 0, α as a multiple of ε, and ln τ1/τ2."""
+"""Tried first: ε as a share of the largest with V > 0, α as a multiple of ε, and ln τ1/τ2."""
 
 STEPS = 120
 """Of the search for better numbers."""
 
 OF_LEVEL, OF_WEIGHT = 0.8, 0.6
-"""The powers of t in the shares of ℓ and of Σ βw̄²/αℓ that are left to the proof, out of 2."""
+"""Loads that are a share q of the largest leave a margin of q²; these powers of it go to ℓ and to
+Σ βw̄²/αℓ."""
+
+LEAST_USED = 0.85
+"""For smaller loads the margins grow no more: a higher ℓ holds for more starts."""
 
 DIGITS = 5
 """Significant digits of the numbers of a claim."""
@@ -52,16 +56,21 @@ class Candidate:
     shares: tuple[float, ...] = ()
     level: float = 0.0
 
-    def claim(self, tilt: Fraction, sizes: Sequence[Fraction], factor: float = 1.0) -> Claim:
-        """Return the claim for loads times a factor, with a margin for each condition."""
-        used = factor / self.factor
+    def claim(self, tilt: Fraction, sizes: Sequence[Fraction], used: float) -> Claim:
+        """Return a claim that leaves a margin to each condition.
+
+        Args:
+            tilt: ρ, rad.
+            sizes: w̄ of each load.
+            used: These as a share of the largest, below 1.
+        """
+        used = max(used, LEAST_USED)
         level = self.level * used**OF_LEVEL
         whole = self.rate * level * used**OF_WEIGHT
-        loads = tuple(_short(float(size) * factor) for size in sizes)
-        weights = (whole * t / float(w) ** 2 for t, w in zip(self.shares, loads, strict=True))
+        weights = (whole * t / float(w) ** 2 for t, w in zip(self.shares, sizes, strict=True))
         return Claim(
             tilt,
-            loads,
+            tuple(sizes),
             tuple(map(_short, weights)),
             _short(self.cross),
             _short(self.rate),
@@ -84,7 +93,10 @@ def best_candidate(forms: Forms, tilt: float, sizes: Sequence[float]) -> Candida
     # Imported late: it takes a while.
     from scipy.optimize import minimize
 
-    samples = _Samples(forms, tilt, sizes)
+    try:
+        samples = _Samples(forms, tilt, sizes)
+    except np.linalg.LinAlgError:  # nothing resists a rotation
+        return Candidate(0.0)
     splits = SPLITS if len(sizes) > 1 else (0.0,)
     starts = [
         np.log([share * samples.most, share * samples.most * rate, np.exp(split)])

@@ -27,7 +27,7 @@ from rbstab.mechanics.attitude import rate_matrix_inverse, rotation
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
 from rbstab.proof.exact.atoms import VAR, Atom, Monomial, monomial
-from rbstab.proof.exact.expr import Expr, atom, expr, numbers, summed, variables
+from rbstab.proof.exact.expr import Expr, atom, expr, summed, variables
 from rbstab.proof.exact.matrices import inverse_of_definite
 from rbstab.proof.exact.rewriting import derivative, quadratic_in, spread, substituted
 from rbstab.systems.system import System
@@ -58,11 +58,19 @@ class Load(NamedTuple):
     point: tuple[float, ...] = (0.0, 0.0, 0.0)
 
     def acting(self, w: Array) -> Element:
-        """Return the input with the load w: a ball |w| <= w̄ is the same in all frames."""
-        given = {"name": self.kind, "direction": w, "amplitude": expr(1), "signal": Constant()}
+        """Return the input of a load w: a ball |w| <= w̄ is the same in all frames."""
         if self.kind == "couple":
-            return BodyCoupleInput(**given)
-        return BodyForceInput(point=numbers(np.array(self.point)), **given)
+            return BodyCoupleInput(name=self.kind, direction=w, amplitude=1.0, signal=Constant())
+        point = np.array(self.point, dtype=object)
+        return BodyForceInput(
+            name=self.kind, direction=w, amplitude=1.0, signal=Constant(), point=point
+        )
+
+
+def driven(system: System, loads: Sequence[Load], w: Array) -> System:
+    """Return a system with the loads w on it, three entries for each load."""
+    inputs = [load.acting(w[3 * k : 3 * k + 3]) for k, load in enumerate(loads)]
+    return replace(system, elements=(*system.elements, *inputs))
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,11 +81,13 @@ class Forms:
         values: Those of V0 and V1.
         rates: Those of V0' and V1'.
         still: The number of entries of (1, x, u); three for each load follow.
+        rest: The state at rest: Z, or that of the held body, and own states; in doubles.
     """
 
     values: tuple[Rows, Rows]
     rates: tuple[Rows, Rows]
     still: int
+    rest: Array
 
     def value(self, cross: Fraction) -> Rows:
         """Return the matrix of V over (1, x, u), with ε = cross."""
@@ -121,13 +131,12 @@ def forms_of(system: System, loads: Sequence[Load]) -> Forms:
     stored = stored - _least(_placed(stored, places), x)
     motion = system.motion(y)
     kinetic = expr(system.body.kinetic_energy(motion.Omega, motion.V))
-    at_rest = rest[positions] + system.anchor[: len(positions)]  # X* = E* + X_a at Θ = 0
-    p = [*(rate_matrix_inverse(y[THETA]) @ y[THETA]), *(y[positions] - at_rest)]
+    rest[positions] = rest[positions] + system.anchor[: len(positions)]  # X* = E* + X_a at Θ = 0
+    p = [*(rate_matrix_inverse(y[THETA]) @ y[THETA]), *(y - rest)[positions]]
     momentum = (derivative(kinetic, {k: expr(1)}) for k in velocities)
     cross = summed(expr(a) * b for a, b in zip(p, momentum, strict=True))
-    inputs = [load.acting(variables(every[n + 3 * k :][:3])) for k, load in enumerate(loads)]
-    driven = replace(system, elements=(*system.elements, *inputs))
-    rates = dict(enumerate(map(expr, driven.rates(y).tolist())))
+    rates = driven(system, loads, variables(every[n:])).rates(y).tolist()
+    by_time = dict(enumerate(map(expr, rates)))
     z = [*x, *velocities, *every[n:]]
 
     def matrix(e: Expr) -> Rows:
@@ -135,8 +144,9 @@ def forms_of(system: System, loads: Sequence[Load]) -> Forms:
 
     return Forms(
         (matrix(kinetic + stored), matrix(cross)),
-        (matrix(derivative(kinetic + stored, rates)), matrix(derivative(cross, rates))),
+        (matrix(derivative(kinetic + stored, by_time)), matrix(derivative(cross, by_time))),
         1 + len(x) + len(velocities),
+        np.array([float(expr(e)._number()) for e in rest]),
     )
 
 

@@ -11,6 +11,7 @@ So K is compact, does not touch the border of S, and V' < 0 where V = ℓ and ea
 motion leaves K. All are statements on definite matrices, which hold for all x, ν and w at once.
 """
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -23,13 +24,16 @@ from rbstab.proof.disturbed.matrices import Matrices
 from rbstab.proof.enclosures.intervals import constant
 from rbstab.proof.exact.expr import expr, variables
 
+LARGEST = Fraction(math.pi / 2)
+"""The double below π/2."""
+
 BATCH = 1024
 """Boxes that are examined at once."""
 
 LIMIT = 100_000
 """Boxes at which a proof ends: some minute."""
 
-NARROWEST = 2.0**-10
+NARROWEST = 2.0**-9
 """A box that is narrower than this, relative to ρ, is not halved."""
 
 
@@ -76,7 +80,12 @@ def prove(forms: Forms, claim: Claim, limit: int = LIMIT) -> Outcome:
         forms: V and V'.
         claim: The numbers.
         limit: The number of boxes at which it ends.
+
+    Raises:
+        ValueError: A number of the claim is not above zero, or ρ is not below π/2.
     """
+    if not (min(claim.level, claim.rate, claim.tilt, *claim.weights) > 0 and claim.tilt < LARGEST):
+        raise ValueError(f"no claim: {claim}")
     matrices = Matrices([*_matrices(forms, claim), _within(claim.tilt)])
     end = np.full(3, constant(claim.tilt)[1, 0])
     pending, examined = one_box(Box(-end, end)), 0
@@ -84,7 +93,7 @@ def prove(forms: Forms, claim: Claim, limit: int = LIMIT) -> Outcome:
         boxes, pending = pending[slice(BATCH)], pending[slice(BATCH, None)]
         left = boxes[~_settled(matrices, boxes)]
         examined += boxes.count
-        narrow = (left.hi - left.lo).max(axis=0, initial=np.inf) < NARROWEST * end[0]
+        narrow = (left.hi - left.lo).max(axis=0) < NARROWEST * end[0]
         if left.count and (narrow.any() or examined > limit):
             k = int(narrow.argmax())
             return Outcome(False, examined, tuple((0.5 * (left.lo + left.hi)[:, k]).tolist()))

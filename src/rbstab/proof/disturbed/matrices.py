@@ -29,7 +29,7 @@ CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """Symmetric matrices over boxes: middle + Σ u_k slope_k, |u_k| <= 1, with errors in its entries.
+    """Symmetric matrices over boxes: middle + Σ u_k slope_k, |u_k| <= 1, and errors of entries.
 
     Args:
         middle: Shape (n, n, boxes).

@@ -125,6 +125,7 @@ class Matrices:
         found = np.array([values.coefficients(k)[0, 0] for k in range(self._count)])
         return [self._symmetric(found, k) for k in range(len(self._sizes))]
 
+    @np.errstate(all="ignore")  # what has no bound is not definite
     def over(self, boxes: Boxes) -> list[Family]:
         """Return the matrices over boxes."""
         lo, hi = boxes

@@ -40,8 +40,8 @@ LINES = [line for line in PAGE.splitlines() if PATH.search(line)]
 def test_each_theorem_has_its_hypotheses():
     assert len(CHECKED_BY) >= 30
     numbers = re.findall(r"^(?:## |\*\*)Theorem (\d+)", PAGE, re.MULTILINE)
-    assert [int(one) for one in numbers] == list(range(1, 16))
-    assert len(re.findall(r"^\*\*Statement\.\*\*", PAGE, re.MULTILINE)) == 14
+    assert [int(one) for one in numbers] == list(range(1, 17))
+    assert len(re.findall(r"^\*\*Statement\.\*\*", PAGE, re.MULTILINE)) == 15
 
 
 @pytest.mark.parametrize("cell", CHECKED_BY)
@@ -64,11 +64,11 @@ def test_theorems_that_code_names_are_on_the_page():
         for path in files
         for number in re.findall(r"[Tt]heorem (\d+)", path.read_text(encoding="utf-8"))
     }
-    assert named <= set(range(1, 16))
+    assert named <= set(range(1, 17))
 
 
 def test_the_page_is_short():
-    assert len(PAGE.split()) <= 6_000
+    assert len(PAGE.split()) <= 6_600
     assert len(IN_FULL.split()) <= 12_000
 
 

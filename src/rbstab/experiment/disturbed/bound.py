@@ -46,6 +46,7 @@ class Bound:
         claim: The numbers of the proof; None if it is not proved.
         start: V at the start of the config, J, computed; None if it is not proved.
         largest: The largest loads, if they were asked for.
+        without_inputs: Whether the config has inputs, which are left out.
     """
 
     loads: tuple[Load, ...]
@@ -56,6 +57,7 @@ class Bound:
     claim: Claim | None = None
     start: float | None = None
     largest: Largest | None = None
+    without_inputs: bool = False
 
     @property
     def proved(self) -> bool:
@@ -65,7 +67,8 @@ class Bound:
     @property
     def statements(self) -> list[str]:
         """Sentences, the answer first."""
-        what = f"keeps the tilt of this body below {decimal_text(self.tilt)} rad for ever"
+        body = "this body without its inputs" if self.without_inputs else "this body"
+        what = f"keeps the tilt of {body} below {decimal_text(self.tilt)} rad for ever"
         any_load = f"Any disturbance {names_of(self.loads, self.sizes)}"
         if self.claim is None:
             return [f"{any_load} {what}: not decided, as {self.why}.", *self._largest_sentences]

@@ -38,6 +38,9 @@ STEP = 0.3
 
 MOST_STEPS = 6000
 
+MOST = 1e6
+"""No factor above it is tried."""
+
 LARGEST = 4.0
 """The largest factor that is tried, on that of the linear system."""
 
@@ -76,6 +79,8 @@ def smallest_breaking(
     worst = along / np.where(lengths > 0, lengths, 1.0) * np.array(sizes)[:, None]
     gains = h * np.einsum("tdki,tdki->d", along, worst)
     inputs = worst[::-1].reshape(steps, DIRECTIONS, count)
+    if gains.max() * MOST < tilt:  # nothing but round-off
+        return None
     first = tilt / gains.max()
     runs = _Runs(_of_many(rates, n + count), rest, h, tilt)
     factors = first * np.linspace(0.75, LARGEST, 4 * FACTORS)

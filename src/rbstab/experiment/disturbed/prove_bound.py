@@ -6,8 +6,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from rbstab.analysis.configuration import configurations
-from rbstab.config.build import problem_of, system_of
+from rbstab.analysis.configuration import configurations, without_inputs
+from rbstab.config.build import problem_of, supplies_power, system_of
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import of_users, without_code
 from rbstab.experiment.answers.state_words import angles
@@ -43,6 +43,8 @@ def prove_bound(
 ) -> Bound:
     """Prove that loads below bounds keep the tilt of a body below another, for ever.
 
+    Inputs of the config are left out: they are loads too.
+
     Args:
         config: The config; the result does not depend on its initial state, but for `start`.
         given: The bounds on the magnitudes of loads, N m or N.
@@ -50,13 +52,15 @@ def prove_bound(
         largest: Whether to look for the largest loads, and the smallest that break the bound.
     """
     bound = Bound(tuple(given), tuple(given.values()), tilt)
+    bound = replace(bound, without_inputs=supplies_power(config))
     user = next(iter(of_users(config)), None)
     try:
         if user is not None:
             raise NoFormsError(f"{user} is code of a user")
         if config.desired is not None and any(config.desired.orientation):
             raise NoFormsError(OFF_DESIRED)
-        forms = forms_of(system_of(without_code(config), numbers), bound.loads)
+        exact = without_inputs(system_of(without_code(config), numbers))
+        forms = forms_of(exact, bound.loads)
     except NoFormsError as error:
         return replace(bound, why=str(error))
     with np.errstate(all="ignore"):
@@ -65,7 +69,8 @@ def prove_bound(
         if bound.claim is not None:
             bound = replace(bound, start=_value_at_start(config, forms, bound.claim.cross))
         if largest:
-            bound = replace(bound, largest=found.largest(system_of(config), bound.proved))
+            system = without_inputs(system_of(config))
+            bound = replace(bound, largest=found.largest(system, given=bound.proved))
     return bound
 
 
@@ -99,7 +104,7 @@ class _Attempts:
             return replace(bound, why=why, boxes=end.boxes)
         return replace(bound, boxes=end.boxes, claim=claim)
 
-    def largest(self, system: System, given: bool) -> Largest:
+    def largest(self, system: System, *, given: bool) -> Largest:
         """Return the largest loads; `given` says whether those without a factor are proved."""
         low, high, tried = 1.0 if given else 0.0, self.candidate.factor, False
         factor = FIRST * high
@@ -121,7 +126,7 @@ class _Attempts:
 
 
 def _value_at_start(config: Config, forms: Forms, cross: Fraction) -> float:
-    """Return V at the start of a config, J, to round-off."""
+    """Return V at the start of a config, J, without digits that are round-off."""
     problem = problem_of(config)
     at_rest = configurations(problem.system).system
     held = at_rest.coordinates.holds_contact
@@ -131,4 +136,4 @@ def _value_at_start(config: Config, forms: Forms, cross: Fraction) -> float:
     tied, moving = ([], []) if held else ([motion.E - rest.E], [motion.F])
     z = np.concatenate([[1.0], *tied, own - own_rest, motion.Omega, *moving])
     V = Matrices([forms.value(cross)]).at(motion.Theta[:, None])[0][..., 0]
-    return float(z @ V @ z)
+    return round(float(z @ V @ z), 9) + 0.0

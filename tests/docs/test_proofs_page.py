@@ -94,3 +94,20 @@ def test_the_levels_of_all_bodies_are_what_is_printed(level, name, tmp_path):
     printed = printed_by(tmp_path, "stability", config, *within, "--no-run")
     (found,) = re.findall(r"every motion with v\(0\) < ([\d.]+) J converges, proved", printed)
     assert int(float(found)) == int(level)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    "row",
+    rows("tilt [rad]", "case 1: proved, found to break [N m]", "case 2"),
+    ids=lambda row: row[0],
+)
+def test_the_largest_couples_are_what_is_printed(row, tmp_path):
+    tilt, *cases = row
+    asked = ("--bound", "couple=100", "--within-tilt", tilt, "--largest", "--no-run")
+    for name, couples in zip(("case1_permanent", "case2_visco_elastic"), cases, strict=True):
+        config = str(ROOT / "configs" / "paper" / f"{name}.yaml")
+        printed = printed_by(tmp_path, "stability", config, *asked)
+        proved, broken = couples.split(", ")
+        assert f"Largest disturbance: couple up to {proved} N m, proved" in printed
+        assert f"couple up to {broken} N m was found to break it" in printed

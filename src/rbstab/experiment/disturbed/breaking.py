@@ -6,7 +6,6 @@ of the body, times factors. This is computed, and proves nothing.
 """
 
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,14 +20,14 @@ from rbstab.mechanics.states import THETA
 from rbstab.proof.disturbed.forms import Load, driven
 from rbstab.systems.system import System
 
-DIRECTIONS = 64
-"""n that are tried, evenly spread."""
+DIRECTIONS = 100
+"""Random n."""
 
-FACTORS = 12
-"""On the loads, tried at once."""
+FACTORS = np.linspace(0.75, 4.0, 24)
+"""On the loads of the linear system, tried at once; then as many between two of them."""
 
-ROUNDS = 3
-"""In each, the next factors lie between the last that broke and the one before."""
+MOST = 1e6
+"""No factor above it is tried."""
 
 SETTLED = 4.0
 """The loads act for so many time constants of the slowest mode."""
@@ -37,12 +36,6 @@ STEP = 0.3
 """The length of a step of Runge and Kutta, in time constants of the fastest mode."""
 
 MOST_STEPS = 6000
-
-MOST = 1e6
-"""No factor above it is tried."""
-
-LARGEST = 4.0
-"""The largest factor that is tried, on that of the linear system."""
 
 
 def smallest_breaking(
@@ -70,38 +63,27 @@ def smallest_breaking(
     A, B = matrix[:, :n], matrix[:, n:]
     values = np.linalg.eigvals(A)
     h = STEP / np.abs(values).max()
-    steps = int(np.ceil(SETTLED / -values.real.max() / h)) if values.real.max() < 0 else MOST_STEPS
-    if steps >= MOST_STEPS:
+    slowest = -values.real.max()
+    if not slowest * h * MOST_STEPS > SETTLED:
         return None
-    response = _impulses(A, B, h, steps)
-    along = np.einsum("di,tij->tdj", _directions(), response).reshape(steps, DIRECTIONS, -1, 3)
+    steps = int(SETTLED / slowest / h)
+    directions = np.random.default_rng(0).normal(size=(DIRECTIONS, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    along = (directions @ _impulses(A, B, h, steps)).reshape(steps, DIRECTIONS, -1, 3)
     lengths = np.linalg.norm(along, axis=3, keepdims=True)
     worst = along / np.where(lengths > 0, lengths, 1.0) * np.array(sizes)[:, None]
-    gains = h * np.einsum("tdki,tdki->d", along, worst)
-    inputs = worst[::-1].reshape(steps, DIRECTIONS, count)
+    gains = h * (along * worst).sum(axis=(0, 2, 3))
     if gains.max() * MOST < tilt:  # nothing but round-off
         return None
-    first = tilt / gains.max()
-    runs = _Runs(_of_many(rates, n + count), rest, h, tilt)
-    factors = first * np.linspace(0.75, LARGEST, 4 * FACTORS)
-    chosen, found = np.argsort(-gains)[: DIRECTIONS // 2], None
-    for _ in range(ROUNDS):
-        broke = runs.break_at(inputs[:, chosen], factors)
-        if not broke.any():
-            break
-        k = int(broke.any(axis=0).argmax())
-        found, low = float(factors[k]), float(factors[max(k - 1, 0)])
-        chosen = chosen[broke[:, k]]
-        factors = np.linspace(low, found, FACTORS + 1)[1:]
+    inputs = worst[::-1].reshape(steps, DIRECTIONS, count)
+    evaluate, factors, found = _of_many(rates, n + count), FACTORS * (tilt / gains.max()), None
+    for _ in range(2):
+        broke = _largest_tilts(evaluate, rest, inputs, factors, h) > tilt
+        if broke.any():
+            k = int(broke.argmax())
+            found = float(factors[k])
+            factors = np.linspace(factors[max(k - 1, 0)], found, len(FACTORS))
     return found
-
-
-def _directions() -> Array:
-    """Return unit vectors on half of a sphere, by the golden angle, shape (directions, 3)."""
-    k = np.arange(DIRECTIONS)
-    z, turn = (k + 0.5) / DIRECTIONS, k * np.pi * (3.0 - np.sqrt(5.0))
-    r = np.sqrt(1.0 - z * z)
-    return np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1)
 
 
 def _impulses(A: Array, B: Array, h: float, steps: int) -> Array:
@@ -126,38 +108,19 @@ def _of_many(rates: Callable[[Array], Array], size: int) -> Callable[[Array], Ar
     return lambda y: np.array([np.broadcast_to(f, y.shape[1:]) for f in evaluate(list(y))])
 
 
-class _Runs(NamedTuple):
-    """Motions from rest, of many members at once.
-
-    Attributes:
-        rates: Of states and loads, shape (states and loads, members).
-        rest: The state at rest.
-        h: The length of a step, s.
-        tilt: rad.
-    """
-
-    rates: Callable[[Array], Array]
-    rest: Array
-    h: float
-    tilt: float
-
-    @np.errstate(all="ignore")  # a member may leave the range of the angles
-    def break_at(self, inputs: Array, factors: Array) -> Array:
-        """Return whether loads (steps, inputs, entries) times factors lead beyond the tilt.
-
-        Returns:
-            Shape (inputs, factors).
-        """
-        h, count = self.h, inputs.shape[1] * len(factors)
-        y, beyond = np.repeat(self.rest[:, None], count, axis=1), np.zeros(count, dtype=bool)
-        for w in inputs:
-            u = np.einsum("mi,f->imf", w, factors).reshape(-1, count)
-            k1 = self._at(y, u)
-            k2 = self._at(y + 0.5 * h * k1, u)
-            k3 = self._at(y + 0.5 * h * k2, u)
-            y = y + h / 6.0 * (k1 + 2.0 * (k2 + k3) + self._at(y + h * k3, u))
-            beyond |= tilt_of(y[THETA].T, np.zeros(3)) > self.tilt
-        return beyond.reshape(-1, len(factors))
-
-    def _at(self, y: Array, u: Array) -> Array:
-        return self.rates(np.concatenate([y, u]))
+@np.errstate(all="ignore")  # a member may leave the range of the angles
+def _largest_tilts(
+    rates: Callable[[Array], Array], rest: Array, inputs: Array, factors: Array, h: float
+) -> Array:
+    """Return the largest tilt from rest for each factor on inputs (steps, inputs, entries)."""
+    y = np.repeat(rest[:, None], inputs.shape[1] * len(factors), axis=1)
+    largest = np.zeros(y.shape[1])
+    for w in inputs:
+        u = np.einsum("mi,f->imf", w, factors).reshape(w.shape[1], -1)
+        k1 = rates(np.concatenate([y, u]))
+        k2 = rates(np.concatenate([y + 0.5 * h * k1, u]))
+        k3 = rates(np.concatenate([y + 0.5 * h * k2, u]))
+        k4 = rates(np.concatenate([y + h * k3, u]))
+        y = y + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
+        largest = np.fmax(largest, tilt_of(y[THETA].T, np.zeros(3)))
+    return np.asarray(largest.reshape(-1, len(factors)).max(axis=0))

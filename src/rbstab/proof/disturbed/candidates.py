@@ -1,14 +1,14 @@
 """The numbers of a claim that is worth a proof: the best ones at some samples of Θ.
 
 Nothing here is a proof. At samples of Θ, and for given ε and α, the largest loads follow from
-eigenvalues. With t as a factor on all loads and β_i = αℓτ_i/(t w̄_i)², Σ τ_i = 1, the matrix of the
-proof is definite if t² Σ w̄_i²/τ_i H_i'H_i < αℓQ, where Q is that of -(V' + αV) over (1, x, ν), and
-H_i its rows of w_i.
+eigenvalues. With a factor t on n loads and β_i = αℓ/n(t w̄_i)², the matrix of the proof is definite
+if t² Σ n w̄_i² H_i'H_i < αℓQ, where Q is that of -(V' + αV) over (1, x, u), and H_i its rows of w_i.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 
@@ -21,8 +21,8 @@ from rbstab.proof.disturbed.matrices import Matrices
 SAMPLES = 600
 """Of Θ in S, and so many on its border."""
 
-CROSS, RATES, SPLITS = np.geomspace(0.03, 0.9, 8), np.geomspace(0.3, 2.0, 6), (0.0, 1.5, -1.5)
-"""Tried first: ε as a share of the largest with V > 0, α as a multiple of ε, and ln τ1/τ2."""
+CROSS, RATES = np.geomspace(0.03, 0.9, 8), np.geomspace(0.3, 2.0, 6)
+"""Tried first: ε as a share of the largest with V > 0, and α as a multiple of ε."""
 
 STEPS = 120
 """Of the search for better numbers."""
@@ -46,14 +46,12 @@ class Candidate:
         factor: The largest factor t on the loads; 0 if there is none.
         cross: ε, 1/s.
         rate: α, 1/s.
-        shares: τ of each load.
         level: The least V on the border, J.
     """
 
     factor: float
     cross: float = 0.0
     rate: float = 0.0
-    shares: tuple[float, ...] = ()
     level: float = 0.0
 
     def claim(self, tilt: Fraction, sizes: Sequence[Fraction], used: float) -> Claim:
@@ -66,16 +64,10 @@ class Candidate:
         """
         used = max(used, LEAST_USED)
         level = self.level * used**OF_LEVEL
-        whole = self.rate * level * used**OF_WEIGHT
-        weights = (whole * t / float(w) ** 2 for t, w in zip(self.shares, sizes, strict=True))
-        return Claim(
-            tilt,
-            tuple(sizes),
-            tuple(map(_short, weights)),
-            _short(self.cross),
-            _short(self.rate),
-            _short(level),
-        )
+        each = self.rate * level * used**OF_WEIGHT / len(sizes)
+        weights = tuple(_short(each / float(w) ** 2) for w in sizes)
+        numbers = map(_short, (self.cross, self.rate, level))
+        return Claim(tilt, tuple(sizes), weights, *numbers)
 
 
 def _short(x: float) -> Fraction:
@@ -97,24 +89,16 @@ def best_candidate(forms: Forms, tilt: float, sizes: Sequence[float]) -> Candida
         samples = _Samples(forms, tilt, sizes)
     except np.linalg.LinAlgError:  # nothing resists a rotation
         return Candidate(0.0)
-    splits = SPLITS if len(sizes) > 1 else (0.0,)
-    starts = [
-        np.log([share * samples.most, share * samples.most * rate, np.exp(split)])
-        for share in CROSS
-        for rate in RATES
-        for split in splits
-    ]
+    shares = np.log(list(product(CROSS, RATES))).cumsum(axis=1)
+    starts = shares + np.log(samples.most)
     first = max(starts, key=lambda x: samples.best(x).factor)
-    if samples.best(first).factor == 0.0:
-        return Candidate(0.0)
-    free = 1 + len(sizes)
     found = minimize(
-        lambda x: -samples.best(np.append(x, first[free:])).factor,
-        first[:free],
+        lambda x: -samples.best(x).factor,
+        first,
         method="Nelder-Mead",
         options={"maxiter": STEPS},
     )
-    return samples.best(np.append(found.x, first[free:]))
+    return samples.best(found.x)
 
 
 class _Samples:
@@ -135,22 +119,19 @@ class _Samples:
         self.most = 1.0 / ratio if np.isfinite(ratio) and ratio > 0 else 1.0
 
     def best(self, x: Array) -> Candidate:
-        """Return the largest factor for ln ε, ln α and ln τ1/τ2."""
-        cross, rate, split = np.exp(np.clip(x, -40.0, 40.0)).tolist()
-        shares = np.array([1.0] if len(self.sizes) == 1 else [split, 1.0])
-        shares = shares / shares.sum()
+        """Return the largest factor for ln ε and ln α."""
+        cross, rate = np.exp(np.clip(x, -40.0, 40.0)).tolist()
         V, W = self.V0 + cross * self.V1, self.W0 + cross * self.W1
-        still = self.still
+        still, count = self.still, len(self.sizes)
         heights = _least(V[:, still, still])
         level = float(heights[SAMPLES:].min())
         Q = -(W + rate * V)[heights <= level]
-        H = Q[:, still.stop :, still] * np.repeat(self.sizes / np.sqrt(shares), 3)[:, None]
+        H = Q[:, still.stop :, still] * np.repeat(self.sizes * np.sqrt(count), 3)[:, None]
         Q = Q[:, still, still]
         if not level > 0 or not np.all(np.linalg.eigvalsh(Q)[:, 0] > 0):
             return Candidate(0.0)
         needed = np.linalg.eigvalsh(H @ np.linalg.solve(Q, np.swapaxes(H, 1, 2)))[:, -1].max()
-        factor = float(np.sqrt(rate * level / needed))
-        return Candidate(factor, cross, rate, tuple(shares.tolist()), level)
+        return Candidate(float(np.sqrt(rate * level / needed)), cross, rate, level)
 
 
 def _least(V: Array) -> Array:

@@ -1,6 +1,7 @@
 """Protects that matrices are called positive definite only if they are, for all Θ of a box."""
 
 from fractions import Fraction
+from itertools import product
 
 import numpy as np
 import pytest
@@ -52,10 +53,11 @@ def test_errors_of_entries_count():
         assert Family(middle, slopes, error).definite().tolist() == [expected]
 
 
-def test_all_corners_count():
+@pytest.mark.parametrize("signs", product((-1.0, 1.0), repeat=3))
+def test_all_corners_count(signs):
     """1 + Σ s_k u_k is positive for all |u_k| <= 1 if and only if Σ |s_k| < 1."""
-    for s, expected in (((0.4, -0.3, 0.2), True), ((0.4, -0.3, 0.31), False)):
-        slopes = np.array(s).reshape(3, 1, 1, 1)
+    for s, expected in (((0.4, 0.3, 0.2), True), ((0.4, 0.3, 0.31), False)):
+        slopes = (np.array(s) * signs).reshape(3, 1, 1, 1)
         assert Family(np.ones((1, 1, 1)), slopes, np.zeros((1, 1, 1))).definite() == [expected]
 
 

@@ -53,7 +53,7 @@ def test_errors_of_entries_count():
         assert Family(middle, slopes, error).definite().tolist() == [expected]
 
 
-@pytest.mark.parametrize("signs", product((-1.0, 1.0), repeat=3))
+@pytest.mark.parametrize("signs", list(product((-1.0, 1.0), repeat=3)))
 def test_all_corners_count(signs):
     """1 + Σ s_k u_k is positive for all |u_k| <= 1 if and only if Σ |s_k| < 1."""
     for s, expected in (((0.4, 0.3, 0.2), True), ((0.4, 0.3, 0.31), False)):

@@ -25,7 +25,9 @@ def test_the_answer_is_said_in_numbers_that_are_not_better_than_proved(bound):
     assert bound.proved
     first, second = bound.statements
     head = "Any disturbance couple up to 100 N m keeps the tilt of this body below 0.5 rad for ever"
-    assert first.startswith(f"{head}, from rest and from every start with less tilt and V < ")
+    assert first.startswith(
+        f"{head}, from rest at Θ = 0, and from every start with less tilt and V < "
+    )
     level = float(first.partition("V < ")[2].split()[0])
     assert 30 < level <= float(bound.claim.level)
     assert ": proved (" in first

@@ -92,7 +92,7 @@ REASONS = {
             },
             HELD,
         ),
-        "gust is an input",
+        "gust supplies power",
     ),
 }
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.disturbed import Held, forms_of_config, random_held, tied_config
+from support.disturbed_balls import proves
 
 from rbstab.mechanics.quaternion import angles
 from rbstab.proof.disturbed.candidates import best_candidate
@@ -46,6 +47,16 @@ def test_a_tied_body_is_proved():
     forms, claim = claim_of(tied_config("visco-elastic"), "0.5", 0.9)
     assert claim.sizes[0] > 95
     assert prove(forms, claim).proved
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("config", [CASE_1, random_held(2)], ids=["case 1", "random"])
+def test_formulas_by_hand_in_balls_prove_the_same_claim_and_no_larger_one(config):
+    forms, claim = claim_of(config, "0.5", 0.85)
+    assert prove(forms, claim).proved
+    assert proves(Held(config), claim)[0]
+    larger = replace(claim, sizes=(claim.sizes[0] * Fraction(13, 10),))
+    assert not proves(Held(config), larger, 300)[0]
 
 
 def starts_on(held, claim, rng, count):

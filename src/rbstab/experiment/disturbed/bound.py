@@ -74,7 +74,7 @@ class Bound:
             return [f"{any_load} {what}: not decided, as {self.why}.", *self._largest_sentences]
         c, level, share = self.claim, float(self.claim.level), float(self._forced)
         return [
-            f"{any_load} {what}, from rest and from every start with less tilt and "
+            f"{any_load} {what}, from rest at Θ = 0, and from every start with less tilt and "
             f"V < {rounded_down(level)} J: proved ({grouped(self.boxes)} boxes). "
             f"V = v + {decimal_text(c.cross)} p'∂T/∂ν ({DOCUMENTED}); at the start of this config "
             f"it is {number(self.start or 0.0, LEVEL_DIGITS)} J.",

@@ -14,7 +14,7 @@ from support.disturbed import Held, forms_of_config, random_held, tied_config
 from support.disturbed_balls import proves
 
 from rbstab.mechanics.quaternion import angles
-from rbstab.proof.disturbed.candidates import best_candidate
+from rbstab.proof.disturbed.candidates import Samples
 from rbstab.proof.disturbed.invariant import Claim, prove
 
 FEW = 2000
@@ -26,7 +26,7 @@ CASE_1 = tied_config("permanent")
 def claim_of(config, tilt, share):
     """Return the claim for a share of the largest couple of the samples, and the forms."""
     forms = forms_of_config(config)
-    found = best_candidate(forms, float(tilt), [1.0])
+    found = Samples(forms, float(tilt), [1.0]).candidate()
     size = Fraction(f"{share * found.factor:.4g}")
     return forms, found.claim(Fraction(tilt), [size], share)
 
@@ -36,7 +36,7 @@ def claim_of(config, tilt, share):
 def test_couples_that_are_known_to_be_safe_are_proved(tilt, couple):
     """The couples were found by another program, for |Θ| in place of the tilt."""
     forms = forms_of_config(CASE_1)
-    found = best_candidate(forms, float(tilt), [1.0])
+    found = Samples(forms, float(tilt), [1.0]).candidate()
     assert found.factor > couple
     claim = found.claim(Fraction(tilt), [Fraction(couple)], couple / found.factor)
     assert prove(forms, claim).proved

@@ -14,7 +14,7 @@ from rbstab.experiment.answers.state_words import angles
 from rbstab.experiment.disturbed.bound import Bound, Largest, Sizes, names_of
 from rbstab.experiment.disturbed.breaking import smallest_breaking
 from rbstab.files.counts import grouped
-from rbstab.proof.disturbed.candidates import best_candidate
+from rbstab.proof.disturbed.candidates import Samples
 from rbstab.proof.disturbed.forms import Forms, Load, NoFormsError, forms_of
 from rbstab.proof.disturbed.invariant import prove
 from rbstab.proof.disturbed.matrices import Matrices
@@ -80,7 +80,8 @@ class _Attempts:
     def __init__(self, bound: Bound, forms: Forms) -> None:
         self.bound, self.forms = bound, forms
         sizes = [float(size) for size in bound.sizes]
-        self.candidate = best_candidate(forms, float(bound.tilt), sizes)
+        self.samples = Samples(forms, float(bound.tilt), sizes)
+        self.candidate = self.samples.candidate()
 
     def sizes(self, factor: float) -> Sizes:
         """Return the loads times a factor."""
@@ -88,8 +89,8 @@ class _Attempts:
             return self.bound.sizes
         return tuple(Fraction(f"{float(size) * factor:.{DIGITS}g}") for size in self.bound.sizes)
 
-    def of(self, factor: float) -> Bound:
-        """Return the bound for loads times a factor."""
+    def of(self, factor: float, *, again: bool = True) -> Bound:
+        """Return the bound for loads times a factor; where a proof fails is one more sample."""
         most, sizes = self.candidate.factor, self.sizes(factor)
         bound = replace(self.bound, sizes=sizes)
         if most == 0.0:
@@ -99,6 +100,10 @@ class _Attempts:
             return replace(bound, why=f"the best V allows a {names}, or less")
         claim = self.candidate.claim(bound.tilt, sizes, factor / most)
         end = prove(self.forms, claim)
+        if end.where is not None and again:
+            self.samples.add(end.where)
+            self.candidate = self.samples.candidate()
+            return self.of(factor, again=False)
         if end.where is not None:
             why = f"{grouped(end.boxes)} boxes leave it open near Θ = {angles(end.where)} rad"
             return replace(bound, why=why, boxes=end.boxes)

@@ -18,7 +18,7 @@ from rbstab.proof.disturbed.forms import Forms
 from rbstab.proof.disturbed.invariant import Claim
 from rbstab.proof.disturbed.matrices import Matrices
 
-SAMPLES = 600
+SAMPLES = 1500
 """Of Θ in S, and so many on its border."""
 
 CROSS, RATES = np.geomspace(0.03, 0.9, 8), np.geomspace(0.3, 2.0, 6)
@@ -74,35 +74,14 @@ def _short(x: float) -> Fraction:
     return Fraction(f"{x:.{DIGITS}g}")
 
 
-def best_candidate(forms: Forms, tilt: float, sizes: Sequence[float]) -> Candidate:
-    """Return the numbers with which the largest loads are allowed at samples of Θ.
+class Samples:
+    """V and V' at samples of Θ, the last of them on the border.
 
     Args:
         forms: V and V'.
         tilt: ρ, rad.
         sizes: w̄ of each load, N m or N.
     """
-    # Imported late: it takes a while.
-    from scipy.optimize import minimize
-
-    try:
-        samples = _Samples(forms, tilt, sizes)
-    except np.linalg.LinAlgError:  # nothing resists a rotation
-        return Candidate(0.0)
-    shares = np.log(list(product(CROSS, RATES))).cumsum(axis=1)
-    starts = shares + np.log(samples.most)
-    first = max(starts, key=lambda x: samples.best(x).factor)
-    found = minimize(
-        lambda x: -samples.best(x).factor,
-        first,
-        method="Nelder-Mead",
-        options={"maxiter": STEPS},
-    )
-    return samples.best(found.x)
-
-
-class _Samples:
-    """V and V' at samples of Θ, the last of them on the border."""
 
     def __init__(self, forms: Forms, tilt: float, sizes: Sequence[float]) -> None:
         rng = np.random.default_rng(0)
@@ -110,21 +89,43 @@ class _Samples:
         axes /= np.linalg.norm(axes, axis=0)
         half = 0.5 * tilt * np.append(rng.random(SAMPLES) ** (1 / 3), np.ones(SAMPLES))
         Theta, _ = angles(np.cos(half), np.sin(half) * axes)
-        found = Matrices([*forms.values, *forms.rates]).at(Theta)
-        self.V0, self.V1, self.W0, self.W1 = (np.moveaxis(M, -1, 0) for M in found)
         self.sizes, self.still = np.array(sizes), slice(0, forms.still)
-        border, still = slice(SAMPLES, None), self.still
-        V0, V1 = (V[border, still, still] for V in (self.V0, self.V1))
-        ratio = np.abs(np.linalg.eigvals(np.linalg.solve(V0, V1))).max()
-        self.most = 1.0 / ratio if np.isfinite(ratio) and ratio > 0 else 1.0
+        self._matrices = Matrices([*forms.values, *forms.rates])
+        self._at = self._matrices.at(Theta)
+
+    def add(self, Theta: Sequence[float]) -> None:
+        """Add a sample that is not on the border."""
+        new = self._matrices.at(np.array(Theta)[:, None])
+        self._at = [np.append(a, b, axis=2) for a, b in zip(new, self._at, strict=True)]
+
+    def candidate(self) -> Candidate:
+        """Return the numbers with which the largest loads are allowed."""
+        # Imported late: it takes a while.
+        from scipy.optimize import minimize
+
+        V0, V1 = (V[self.still, self.still, -SAMPLES:].T for V in self._at[:2])
+        try:
+            most = 1.0 / np.abs(np.linalg.eigvals(np.linalg.solve(V0, V1))).max()
+        except np.linalg.LinAlgError:  # nothing resists a rotation
+            return Candidate(0.0)
+        starts = np.log(list(product(most * CROSS, RATES))).cumsum(axis=1)
+        first = max(starts, key=lambda x: self.best(x).factor)
+        found = minimize(
+            lambda x: -self.best(x).factor,
+            first,
+            method="Nelder-Mead",
+            options={"maxiter": STEPS},
+        )
+        return self.best(found.x)
 
     def best(self, x: Array) -> Candidate:
         """Return the largest factor for ln ε and ln α."""
         cross, rate = np.exp(np.clip(x, -40.0, 40.0)).tolist()
-        V, W = self.V0 + cross * self.V1, self.W0 + cross * self.W1
+        V0, V1, W0, W1 = (M.T for M in self._at)
+        V, W = V0 + cross * V1, W0 + cross * W1
         still, count = self.still, len(self.sizes)
         heights = _least(V[:, still, still])
-        level = float(heights[SAMPLES:].min())
+        level = float(heights[-SAMPLES:].min())
         Q = -(W + rate * V)[heights <= level]
         H = Q[:, still.stop :, still] * np.repeat(self.sizes * np.sqrt(count), 3)[:, None]
         Q = Q[:, still, still]

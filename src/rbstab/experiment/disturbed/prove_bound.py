@@ -35,7 +35,7 @@ DIGITS = 4
 
 OFF_DESIRED = "the desired attitude is not Θ = 0, from where the tilt is counted"
 
-NO_CANDIDATE = "no V of this form falls wherever the tilt is that large and no load acts"
+NO_CANDIDATE = "no V of this form was found that falls up to that tilt if nothing disturbs the body"
 
 
 def prove_bound(
@@ -97,7 +97,7 @@ class _Attempts:
             return replace(bound, why=NO_CANDIDATE)
         if factor >= most:
             names = names_of(bound.loads, self.sizes(most))
-            return replace(bound, why=f"the best V allows a {names}, or less")
+            return replace(bound, why=f"the best V that was found allows a {names}")
         claim = self.candidate.claim(bound.tilt, sizes, factor / most)
         end = prove(self.forms, claim)
         if end.where is not None and again:

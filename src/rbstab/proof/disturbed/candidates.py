@@ -136,7 +136,7 @@ class Samples:
 
 
 def _least(V: Array) -> Array:
-    """Return the least z'Vz with z = (1, x, ν) of each matrix; -inf where there is none."""
+    """Return the least z'Vz with z = (1, x, u) of each matrix; -inf where there is none."""
     block, side = V[:, 1:, 1:], V[:, 1:, :1]
     least = V[:, 0, 0] - (side * np.linalg.solve(block, side))[:, :, 0].sum(axis=1)
     return np.where(np.linalg.eigvalsh(block)[:, 0] > 0, least, -np.inf)

@@ -3,12 +3,12 @@
 Let S = {|θ_i| <= ρ, tilt <= ρ} with ρ < π/2. On its border the tilt is ρ: |θ_i| <= tilt for the
 angles of eq. 5. Let K = {Θ in S, V <= ℓ}. With numbers α > 0 and β_i > 0 the proof shows that
 
-    V > ℓ for all x and ν                                        where the tilt is ρ,
-    V is positive definite in (x, ν), and
-    V' + α(V - ℓ) - Σ β_i(|w_i|² - w̄_i²) < 0 for all x, ν, w     where V <= ℓ is possible.
+    V > ℓ for all x and u                                        where the tilt is ρ,
+    V is positive definite in (x, u), and
+    V' + α(V - ℓ) - Σ β_i(|w_i|² - w̄_i²) < 0 for all x, u, w     where V <= ℓ is possible.
 
 So K is compact, does not touch the border of S, and V' < 0 where V = ℓ and each |w_i| <= w̄_i: no
-motion leaves K. All are statements on definite matrices, which hold for all x, ν and w at once.
+motion leaves K. All are statements on definite matrices, which hold for all x, u and w at once.
 """
 
 import math

@@ -66,7 +66,7 @@ def test_v_falls_as_fast_as_it_is_said(bound):
         assert np.all(held.value(angles, Omega, cross) <= allowed + 1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.heavy
 def test_too_large_a_couple_is_not_decided_and_the_largest_is_bracketed():
     found = prove_bound(CASE_1, {COUPLE: Fraction(150)}, HALF, largest=True)
     assert not found.proved

@@ -158,7 +158,8 @@ def test_couples_that_break_the_bound_are_never_proved(config):
 
 @pytest.mark.slow
 def test_few_boxes_are_enough_for_a_right_claim():
-    assert prove(*claim_of(CASE_1, "0.5", 0.9), FEW).proved
+    forms, claim = claim_of(CASE_1, "0.5", 0.9)
+    assert prove(forms, claim, FEW).proved
 
 
 WRONG: dict[str, Any] = {

@@ -14,6 +14,8 @@ from rbstab.experiment.disturbed.prove_bound import prove_bound
 from rbstab.proof.disturbed.forms import Load
 from rbstab_cli.output.progress import working
 
+LEAST, MOST = 1e-9, 1e9
+
 
 class Asked(NamedTuple):
     """What --bound and its options ask: bounds on loads, one on the tilt, rad, and the largest."""
@@ -49,18 +51,19 @@ def _load(text: str) -> tuple[Load, Fraction]:
     bound = _number(size)
     places = tuple(map(_number, point.split(","))) if at else (Fraction(0),) * 3
     known = kind in UNITS and not (at and kind == "couple")
-    if not known or bound is None or bound <= 0 or len(places) != 3 or None in places:
+    if not known or bound is None or float(bound) < LEAST or len(places) != 3 or None in places:
         raise click.UsageError(
-            f"--bound {text}: expected couple=N m or force=N, above 0, such as couple=100; a force "
-            "acts at the centre of gravity, or at a point of the body, m: force=50@0.1,0,0.4"
+            f"--bound {text}: expected couple=N m or force=N, from {LEAST:g} to {MOST:g}, such as "
+            "couple=100; a force acts at the centre of gravity, or at a point of the body, m: "
+            "force=50@0.1,0,0.4"
         )
     return Load(kind, tuple(float(place or 0) for place in places)), bound
 
 
 def _number(text: str) -> Fraction | None:
-    """Return a decimal number exactly; None if it is none."""
+    """Return a decimal number exactly; None if it is none, or too large."""
     with suppress(ValueError, OverflowError):
-        if math.isfinite(float(text)) and "_" not in text:
+        if abs(float(text)) <= MOST and "_" not in text:
             return Fraction(text.strip())
     return None
 

@@ -102,8 +102,9 @@ class _Attempts:
         end = prove(self.forms, claim)
         if end.where is not None and again:
             self.samples.add(end.where)
-            self.candidate = self.samples.candidate()
-            return self.of(factor, again=False)
+            before, self.candidate = self.candidate, self.samples.candidate()
+            if self.candidate != before:
+                return self.of(factor, again=False)
         if end.where is not None:
             why = f"{grouped(end.boxes)} boxes leave it open near Θ = {angles(end.where)} rad"
             return replace(bound, why=why, boxes=end.boxes)

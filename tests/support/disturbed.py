@@ -8,7 +8,7 @@ import rbstab
 from rbstab.config.build import system_of
 from rbstab.proof.disturbed.forms import Load, forms_of
 from rbstab.proof.exact.expr import numbers
-from support.config_elements import TIE, UPRIGHT
+from support.config_elements import HELD, RANGE, STRUT, TIE, UPRIGHT, config_data
 from support.paper_runs import paper_config
 
 COUPLE, FORCE = Load("couple"), Load("force", (0.1, 0.2, 0.4))
@@ -30,6 +30,15 @@ def full_config():
     # All forces at rest act along one line through the centre.
     level = {"point": [0.0, 0.0, 0.3], "anchor": [0.0, 0.0, 0.2]}
     data["elements"] = {"tie": {**TIE, **level, "K_c": [900.0, 1100.0, 2000.0]}, "up": UPRIGHT}
+    return rbstab.load_config(data)
+
+
+def sprung_config():
+    """Return a held body with a damped spring, a barrier and an attitude spring."""
+    # At Θ = 0 the spring pulls along the line from the held point through the centre.
+    strut = STRUT | {"point": [0.0, 0.0, 0.3], "anchor": [0.0, 0.0, 1.4]}
+    data = config_data({"strut": strut, "range": RANGE, "up": UPRIGHT}, HELD)
+    data["body"]["contact_point"] = [0.0, 0.0, -0.42]
     return rbstab.load_config(data)
 
 

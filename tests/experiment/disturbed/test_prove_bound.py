@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.config_elements import HELD, config_data
-from support.disturbed import COUPLE, FORCE, Held, full_config, tied_config
+from support.disturbed import COUPLE, FORCE, Held, full_config, sprung_config, tied_config
 
 import rbstab
 from rbstab.experiment.disturbed.prove_bound import prove_bound
@@ -89,6 +89,11 @@ def test_a_body_of_many_parts_is_proved_under_a_couple_and_a_force():
     assert (
         "couple up to 30 N m with any force up to 20 N at [0.1, 0.2, 0.4] m" in found.statements[0]
     )
+
+
+@pytest.mark.slow
+def test_springs_of_a_held_body_are_proved():
+    assert prove_bound(sprung_config(), {COUPLE: Fraction(20)}, HALF).proved
 
 
 GUST: dict[str, Any] = {

@@ -5,7 +5,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from support.config_elements import BAND, HELD, STRUT, config_data, guard
-from support.disturbed import COUPLE, FORCE, forms_of_config, full_config, tied_config
+from support.disturbed import (
+    COUPLE,
+    FORCE,
+    forms_of_config,
+    full_config,
+    sprung_config,
+    tied_config,
+)
 
 import rbstab
 from rbstab.analysis.configuration import configurations
@@ -20,6 +27,7 @@ CONFIGS = {
     "tied": tied_config("visco-elastic"),
     "embedded": tied_config("embedded"),
     "all": full_config(),
+    "springs": sprung_config(),
 }
 CROSS, RATE = Fraction(7, 5), Fraction(9, 4)
 

@@ -26,7 +26,7 @@ from rbstab.mechanics import contact
 from rbstab.mechanics.attitude import rate_matrix_inverse, rotation
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
-from rbstab.proof.exact.atoms import VAR, Atom, Monomial, monomial
+from rbstab.proof.exact.atoms import LET, VAR, Atom, Monomial, monomial
 from rbstab.proof.exact.expr import Expr, atom, expr, summed, variables
 from rbstab.proof.exact.matrices import inverse_of_definite
 from rbstab.proof.exact.rewriting import derivative, quadratic_in, spread, substituted
@@ -162,7 +162,10 @@ def _places(system: System, y: Array) -> dict[Atom, Expr]:
 
 def _placed(e: Expr, places: dict[Atom, Expr]) -> Expr:
     """Return an expression of other variables, multiplied out, so that terms cancel."""
-    return spread(substituted(e, places))
+    e = substituted(e, places)
+    while any(a.kind == LET and p > 0 for m in e.terms for a, p in m):
+        e = spread(e)
+    return e
 
 
 def _why_not(element: Element) -> str | None:
@@ -179,13 +182,15 @@ def _why_not(element: Element) -> str | None:
 
 def _rest(stored: Expr, x: Sequence[int]) -> Array:
     """Return x* where the stored energy is least at Θ = 0."""
+    if not x:
+        return np.array([])
     parts = quadratic_in(substituted(stored, AT_ZERO), x)
     if parts.rest.constant is None or any(b.constant is None for b in parts.b):
         raise NoFormsError(NOT_QUADRATIC)
-    inverse = inverse_of_definite(parts.H) if x else []
+    inverse = inverse_of_definite(parts.H)
     if inverse is None:
         raise NoFormsError("nothing holds the position, or an own state")
-    return -np.array(inverse, dtype=object).reshape(len(x), len(x)) @ np.array(parts.b)
+    return -np.array(inverse, dtype=object) @ np.array(parts.b)
 
 
 def _least(stored: Expr, x: Sequence[int]) -> Expr:
@@ -194,10 +199,9 @@ def _least(stored: Expr, x: Sequence[int]) -> Expr:
     slopes = [substituted(derivative(stored, {k: expr(1)}), at_rest).constant for k in range(3)]
     if any(slopes):
         raise NoFormsError("the body does not rest at Θ = 0, from where the tilt is counted")
-    least = substituted(stored, at_rest)
-    if least.constant is None or None in slopes:
+    if None in slopes:
         raise NoFormsError("it is not known whether the body rests at Θ = 0")
-    return least
+    return substituted(stored, at_rest)
 
 
 def _matrix(e: Expr, numbers: Sequence[int]) -> Rows:

@@ -76,7 +76,7 @@ def smallest_breaking(
     if gains.max() * MOST < tilt:  # nothing but round-off
         return None
     inputs = worst[::-1].reshape(steps, DIRECTIONS, count)
-    evaluate, factors, found = _of_many(rates, n + count), FACTORS * (tilt / gains.max()), None
+    evaluate, factors, found = rates_of_many(rates, n + count), FACTORS * (tilt / gains.max()), None
     for _ in range(2):
         broke = _largest_tilts(evaluate, rest, inputs, factors, h) > tilt
         if broke.any():
@@ -99,7 +99,7 @@ def _impulses(A: Array, B: Array, h: float, steps: int) -> Array:
     return np.array(found)
 
 
-def _of_many(rates: Callable[[Array], Array], size: int) -> Callable[[Array], Array]:
+def rates_of_many(rates: Callable[[Array], Array], size: int) -> Callable[[Array], Array]:
     """Return the rates as a function of many states, shape (size, members)."""
     trace = Trace()
     x = np.array([trace.input(varies=True) for _ in range(size)], dtype=object)

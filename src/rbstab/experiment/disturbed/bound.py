@@ -124,6 +124,7 @@ class Bound:
             "level": None if claim is None else float(claim.level),
             "cross": None if claim is None else float(claim.cross),
             "rate": None if claim is None else float(claim.rate),
+            "weights": _by_kind(self.loads, None if claim is None else claim.weights),
             "forced": None if claim is None else float(self._forced),
             "start": self.start,
             "why": self.why,
@@ -139,6 +140,7 @@ class Bound:
 
 
 def _by_kind(loads: Sequence[Load], sizes: Sequence[Any] | None) -> dict[str, float | None]:
+    """Return numbers of loads by their kinds."""
     pairs = zip(loads, sizes or (), strict=bool(sizes))
     return dict.fromkeys(UNITS, None) | {load.kind: float(size) for load, size in pairs}
 

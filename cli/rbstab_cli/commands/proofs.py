@@ -9,8 +9,13 @@ from rbstab_cli.options import FILE, PATH, declare, flag, output, repeatable, re
     "stability",
     "rbstab stability experiment.yaml --within controller=±20%",
     "stability.stability:stability",
-    needs={"--figure": "--along"},
-    excludes={"--search-only": ("--within", "--largest-within")},
+    excludes={"--search-only": ("--within", "--largest-within", "--bound")},
+    needs={
+        "--figure": "--along",
+        "--bound": "--within-tilt",
+        "--within-tilt": "--bound",
+        "--largest": "--bound",
+    },
 )
 @takes("configs")
 @flag("--search-only", help="Search for rest states without a proof.")
@@ -50,6 +55,20 @@ from rbstab_cli.options import FILE, PATH, declare, flag, output, repeatable, re
     help="Wall time for the proof of --within, and for each --largest-within or --along; what is "
     "proved by then is printed.  [default: 60, or 600 for tolerances of the initial state]",
 )
+@repeatable(
+    "--bound",
+    "bounds",
+    metavar="KIND=SIZE",
+    help="Prove that any disturbance up to SIZE keeps the tilt below that of --within-tilt for "
+    "ever: couple=100, N m; force=50, N, at the centre of gravity, or force=50@0.1,0,0.4 at a "
+    "point of the body, m. Repeatable: a couple and a force together.",
+)
+@click.option("--within-tilt", "tilt", metavar="RAD", help="The tilt of --bound, rad, below π/2.")
+@flag(
+    "--largest",
+    "largest_bound",
+    help="Find the largest SIZE of --bound that is proved, and the smallest that breaks it.",
+)
 @takes("set", "allow_python")
 @results_folder("proofs are stored in DIR/proofs and read from there", "--results")
 @flag("--no-run", help="Leave out the run and its certificate.")
@@ -76,6 +95,10 @@ def stability() -> None:
     In `along`, `intervals` count rest states, and say whether that is proved for each value;
     `turns` are folds and pitchforks, computed; `branches` are curves of rest states, stable where
     `index` is 0.
+
+    `bound` is what --bound proves: `proved` and `why` not, `couple`, `force`, `tilt`, and the
+    `level` below which V must start; with --largest, `largest` has what is `proved`, and what was
+    `found_to_break` it.
     """
 
 

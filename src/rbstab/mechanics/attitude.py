@@ -91,6 +91,21 @@ def rate_matrix(Theta: Array) -> Array:
     return np.array([[a, -b, 0.0], [s3, c3, 0.0], [-s2 * a, s2 * b, 1.0]])
 
 
+def rate_matrix_inverse(Theta: Array) -> Array:
+    """Return B⁻¹(Θ), with Ω = B⁻¹(Θ) Θ̇; it is singular, but finite, where cos θ2 = 0.
+
+    Its columns are the axes of θ1, θ2 and θ3 in body coordinates.
+
+    Args:
+        Theta: Θ, shape (3,), rad.
+
+    Returns:
+        B⁻¹, shape (3, 3), dimensionless, from angle rates to body rates.
+    """
+    (_, s2, s3), (_, c2, c3) = sin(Theta), cos(Theta)
+    return np.array([[c2 * c3, s3, 0.0], [-c2 * s3, c3, 0.0], [s2, 0.0, 1.0]])
+
+
 def is_upright(Theta: Array) -> Array:
     """Return whether |θ2| < π/2: then Euler angles, shape (3,) or (3, m), rad, are regular.
 

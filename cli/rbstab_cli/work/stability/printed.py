@@ -12,6 +12,7 @@ from rbstab.config.schema import Config
 from rbstab.experiment.answers.motors import motor_answers
 from rbstab.experiment.answers.rounded import number, vector
 from rbstab.experiment.answers.words import run_words
+from rbstab.experiment.disturbed.bound import Bound
 from rbstab.experiment.stability import Stability, kind_of
 from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
 from rbstab.files.names import printable
@@ -47,7 +48,8 @@ MAX_BOXES = 10
 class Found(NamedTuple):
     """A config, its stability, its run (None with --no-run), and its root loci.
 
-    within is what is proved within tolerances; None if there are none.
+    within is what is proved within tolerances, and bound what is proved of disturbances; None if
+    that was not asked for.
     """
 
     path: Path
@@ -56,6 +58,7 @@ class Found(NamedTuple):
     run: Result | None
     loci: list[Locus]
     within: Within | None
+    bound: Bound | None
 
 
 def data_of(found: Found) -> dict[str, Any]:
@@ -74,6 +77,7 @@ def data_of(found: Found) -> dict[str, Any]:
         "statements": stability.statements,
         "within": None if found.within is None else found.within.as_data(),
         "motors": [motor.as_data() for motor in motor_answers(found.config)],
+        "bound": None if found.bound is None else found.bound.as_data(),
         "start": stability.start,
         "inside": stability.inside,
         "convergence": None if stability.convergence is None else stability.convergence.as_data(),
@@ -120,7 +124,8 @@ def print_found(found: Found) -> None:
     stability, run = found.stability, found.run
     click.echo(f"{found.path}: {printable(found.config.title)}\n")
     within = [] if found.within is None else found.within.statements
-    for statement in [*within, *stability.statements]:
+    bound = [] if found.bound is None else found.bound.statements
+    for statement in [*within, *bound, *stability.statements]:
         click.echo(f"  {statement}")
     for motor in motor_answers(found.config):
         click.echo(f"  {motor}.")

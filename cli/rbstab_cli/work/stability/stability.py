@@ -22,6 +22,7 @@ from rbstab_cli.output.files import check_target, figure_form, stdout_to_file, w
 from rbstab_cli.output.progress import compiling, working
 from rbstab_cli.printing import print_json, say
 from rbstab_cli.work.stability.along import checked_along, locus_of
+from rbstab_cli.work.stability.bound import asked_bound, proved_bound
 from rbstab_cli.work.stability.printed import Found, data_of, print_found
 from rbstab_cli.work.stability.within import (
     SECONDS_OF_BODIES,
@@ -39,6 +40,9 @@ def stability(
     withins: tuple[str, ...],
     largest: tuple[str, ...],
     time_limit: float | None,
+    bounds: tuple[str, ...],
+    tilt: str | None,
+    largest_bound: bool,
     changes: tuple[str, ...],
     allow_python: bool,
     results: Path,
@@ -55,6 +59,7 @@ def stability(
     tolerances = checked_tolerances(loaded, withins, largest)
     loci = checked_along(loaded.values(), alongs)
     limit = 0.0 if search_only else time_limit or SECONDS_OF_BODIES
+    asked = asked_bound(bounds, tilt, largest=largest_bound)
     enclose = Enclose.NOTHING if search_only else Enclose.UNTIL_PROVED
     every = []
     for path, config in loaded.items():
@@ -69,6 +74,7 @@ def stability(
                 largest,
                 time_limit,
             )
+        bound = None if asked is None else proved_bound(path.name, config, asked)
         problem = problem_of(config)
         with working(f"{path.name}: rest states"):
             proof = _proof(config, problem, results, search_only=search_only)
@@ -79,7 +85,8 @@ def stability(
             motion = None if search_only else _convergence(config, problem, proof, run)
         with working(f"{path.name}: --along"):
             along = [locus_of(config, one, late_after(limit)) for one in loci]
-        every.append(Found(path, config, stability_of(problem, proof, motion), run, along, within))
+        stable = stability_of(problem, proof, motion)
+        every.append(Found(path, config, stable, run, along, within, bound))
     if figure and form:
         drawn = branch_figure((one.axis, one.states) for found in every for one in found.loci)
         write_file(figure, figure_bytes(drawn, form), force=force)

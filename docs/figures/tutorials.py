@@ -33,8 +33,13 @@ def save_configs(page: str) -> None:
 
 
 def take(result: str, figure: str, name: str) -> None:
-    """Draw one figure of a report, and keep it with 64 colours and half of its dots."""
+    """Draw one figure of a report, and keep it."""
     run("plot", result, "--figure", figure, "-o", "figure.png", "--force")
+    keep(name)
+
+
+def keep(name: str) -> None:
+    """Keep the drawn figure with 64 colours and half of its dots."""
     drawn = Image.open("figure.png").convert("RGB").reduce(2)
     drawn.quantize(64).save(PICTURES / name, optimize=True)
 
@@ -48,6 +53,10 @@ def main() -> None:
         run("sweep", "stiffness.yaml", "-q", "--no-prove")
         take("results/stiffness", "sweep-1-first", "tutorial_outcome.png")
         take("results/stiffness", "sweep-1-map", "tutorial_map.png")
+        save_configs("tutorial_limits.md")
+        along = ("--along", "controller.K_r[0]=1:10:10", "--figure", "figure.png", "--force")
+        run("stability", "forearm.yaml", "--no-run", *along)
+        keep("tutorial_branches.png")
 
 
 if __name__ == "__main__":

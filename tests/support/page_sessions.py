@@ -43,6 +43,7 @@ FROM_NOTHING = (
     "docs/own_elements.md",
     "docs/tutorial_first.md",
     "docs/tutorial_limb.md",
+    "docs/tutorial_limits.md",
     "docs/tutorial_python.md",
     "docs/tutorial_stable.md",
     "docs/tutorial_sweep.md",

@@ -129,7 +129,7 @@ def test_a_proof_that_came_after_the_run_is_used():
     result, proof = rbstab.simulate(config), prove(config)
     found = answer_of(with_later_proof(result, config, proof), config, proof)
     assert {answer.sureness for answer in found.answers.values()} == {Sureness.PROVED}
-    assert found == answer_of(rbstab.simulate(config, proof=proof), proof=proof)
+    assert found == answer_of(rbstab.simulate(config, proof=proof), config, proof)
     without = answer_of(with_later_proof(result, None, proof), None, proof)
     assert without.answers == answer_of(result, proof=proof).answers
 

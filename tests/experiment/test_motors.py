@@ -95,6 +95,20 @@ def test_the_region_of_a_limited_body_ends_at_the_lowest_energy_of_a_face():
     assert lowest < 0.9 * level_of(prove(rbstab.load_config(PAPER)))
 
 
+@pytest.mark.parametrize("far", [1e7, 1e10])
+def test_a_limit_that_is_far_above_all_forces_changes_nothing(far):
+    proof = prove(paper({"limit": {"H": [far] * 3, "N": [far] * 3}}))
+    lowest = lowest_on_faces(H=np.inf, N=np.inf)
+    assert lowest * (1 - 1e-6) < level_of(proof) < lowest * (1 + 1e-9)
+    assert proof.region.level == pytest.approx(lowest, rel=1e-6)
+
+
+def test_a_motor_without_stiffness_may_have_any_lag():
+    (answer, _) = motor_answers(paper({"lag": 40}, "controller.K_t=[0, 0, 0]"))
+    assert answer.passive
+    assert answer.sentence == "K is 0, so its lag may be any: passive, proved"
+
+
 def test_a_passive_lag_keeps_the_region_and_the_checker_confirms_it():
     config = paper({"lag": 0.03})
     proof = prove(config)
@@ -147,6 +161,8 @@ def test_ties_have_motors_too(actuators):
     ("actuators", "passive", "said"),
     [
         ({"lag": 0.0426}, True, "its lag is below 0.04268 s"),
+        # 140/3280 s: with fewer digits it would be below the lag.
+        ({"lag": 0.042682}, True, "its lag is below 0.0426829 s"),
         ({"lag": 0.0427}, False, "not passive, nothing is proved. The body is stable by the eig"),
         ({"lag": 0.0844}, False, "The body is stable by the eigenvalues at rest"),
         ({"lag": 0.0846}, False, "The body is unstable by the eigenvalues at rest"),

@@ -77,7 +77,7 @@ def _answers(config: Config) -> Iterator[MotorAnswer]:
 
 
 def _border(bound: float, lag: float) -> str:
-    """Return the longest lag rounded down, with so many digits that it is not below a shorter one."""
+    """Return the longest lag rounded down, with enough digits to be above a shorter lag."""
     texts = [rounded_down(bound, digits) for digits in range(4, 18)]
     return next((text for text in texts if float(text) > lag), texts[0])
 

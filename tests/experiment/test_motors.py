@@ -109,32 +109,34 @@ def test_a_motor_without_stiffness_may_have_any_lag():
     assert answer.sentence == "K is 0, so its lag may be any: passive, proved"
 
 
-def test_a_body_with_a_limit_and_a_stop_rests_where_the_couple_of_its_weight_is_the_limited_one():
-    """sat(60 θ1) = m g l sin θ1 has five solutions. A stop at 0.3 rad leaves none about θ2."""
-    arm, moment, M = 0.25, 12 * 9.81 * 0.25, 20.0
-    config = rbstab.load_config(
-        {
-            "schema_version": 2,
-            "body": {"mass": 12, "inertia": [0.3, 0.3, 0.1], "contact_point": [0, 0, -arm]},
-            "gravity": [0, 0, -9.81],
-            "controller": {
-                "variant": "permanent",
-                "K_r": [60, 60, 30],
-                "L_r": [6, 6, 3],
-                "actuators": {"limit": {"N": [M, M, M]}},
-            },
-            "elements": {
-                "end": {"kind": "guard", "method": "stop", "angle": 0.3, "restitution": 0.5}
-            },
-            "integration": {"duration": 0.1},
-        }
-    )
-    proof = prove(config)
+def test_a_body_with_limits_and_a_stop_rests_where_its_limited_couples_balance_its_weight():
+    """Five times about θ1; a stop at 0.3 rad leaves no others about θ2."""
+    weight, arm = 12 * 9.81, 0.25
+    limits, gains = {"H": [5, 5, 5], "N": [20, 20, 20]}, {"K_t": [40] * 3, "L_t": [8] * 3}
+    gains |= {"K_r": [60, 60, 30], "L_r": [6, 6, 3], "actuators": {"limit": limits}}
+    stop = {"kind": "guard", "method": "stop", "angle": 0.3, "restitution": 0.5}
+    config = {
+        "schema_version": 2,
+        "body": {"mass": 12, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, -arm]},
+        "gravity": [0, 0, -9.81],
+        "controller": {"variant": "permanent", **gains},
+        "elements": {"end": stop},
+        "integration": {"duration": 0.1},
+    }
+    proof = prove(rbstab.load_config(config))
     assert proof.proved
+
+    def limited(told, limit):
+        return told / np.sqrt(1 + (told / limit) ** 2)
+
     x = np.linspace(-np.pi, np.pi, 100_000)
-    couple = 60 * x / np.sqrt(1 + (60 * x / M) ** 2) - moment * np.sin(x)
+    # G moves by arm·sin θ1 to the side, and by arm·(1 - cos θ1) down.
+    side, down = arm * np.sin(x), arm * (1 - np.cos(x))
+    falls = (limited(40 * down, 5) - weight) * side
+    couple = limited(60 * x, 20) + limited(40 * side, 5) * arm * np.cos(x) + falls
     expected = x[:-1][couple[1:] * couple[:-1] < 0]
     found = np.array([state.orientation for state in proof.states])
+    assert len(expected) == 5
     assert np.sort(found[:, 0]) == pytest.approx(expected, abs=1e-4)
     assert np.abs(found[:, 1:]).max() < 1e-9
 

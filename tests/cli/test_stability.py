@@ -151,6 +151,17 @@ def test_the_gain_from_which_on_a_leg_stands_is_named(tmp_path):
     assert f"{locus['stable'][:1].upper()}{locus['stable'][1:]}." == sentence
 
 
+def test_short_ranges_keep_their_ends_apart_and_one_value_is_called_so(tmp_path):
+    config = tmp_path / "leg.yaml"
+    config.write_text(yaml.safe_dump(held_leg((10, 10, 5))))
+    short = ("--no-run", "--results", str(tmp_path / "results"), "--along")
+    done = success("stability", str(config), *short, "controller.K_r[0]=10:10.000001:2")
+    assert "10 to 10.000001 " in done.stdout
+    done = success("stability", str(config), *short, "controller.K_r[0]=10:10:2")
+    assert "not decided: there is one value alone" in done.stdout
+    assert "does not change" not in done.stdout
+
+
 def test_rest_states_are_counted_along_a_number(tmp_path):
     """K θ = m g l sin θ: three rest states below K = m g l = 6.38631, and one above."""
     config, figure = tmp_path / "leg.yaml", tmp_path / "branches.csv"

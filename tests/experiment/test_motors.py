@@ -95,6 +95,52 @@ def test_the_region_of_a_limited_body_ends_at_the_lowest_energy_of_a_face():
     assert lowest < 0.9 * level_of(prove(rbstab.load_config(PAPER)))
 
 
+@pytest.mark.parametrize("far", [1e7, 1e10])
+def test_a_limit_that_is_far_above_all_forces_changes_nothing(far):
+    proof = prove(paper({"limit": {"H": [far] * 3, "N": [far] * 3}}))
+    lowest = lowest_on_faces(H=np.inf, N=np.inf)
+    assert lowest * (1 - 1e-6) < level_of(proof) < lowest * (1 + 1e-9)
+    assert proof.region.level == pytest.approx(lowest, rel=1e-6)
+
+
+def test_a_motor_without_stiffness_may_have_any_lag():
+    (answer, _) = motor_answers(paper({"lag": 40}, "controller.K_t=[0, 0, 0]"))
+    assert answer.passive
+    assert answer.sentence == "K is 0, so its lag may be any: passive, proved"
+
+
+def test_a_body_with_limits_and_a_stop_rests_where_its_limited_couples_balance_its_weight():
+    """Five times about θ1; a stop at 0.3 rad leaves no others about θ2."""
+    weight, arm = 12 * 9.81, 0.25
+    limits, gains = {"H": [5, 5, 5], "N": [20, 20, 20]}, {"K_t": [40] * 3, "L_t": [8] * 3}
+    gains |= {"K_r": [60, 60, 30], "L_r": [6, 6, 3], "actuators": {"limit": limits}}
+    stop = {"kind": "guard", "method": "stop", "angle": 0.3, "restitution": 0.5}
+    config = {
+        "schema_version": 2,
+        "body": {"mass": 12, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, -arm]},
+        "gravity": [0, 0, -9.81],
+        "controller": {"variant": "permanent", **gains},
+        "elements": {"end": stop},
+        "integration": {"duration": 0.1},
+    }
+    proof = prove(rbstab.load_config(config))
+    assert proof.proved
+
+    def limited(told, limit):
+        return told / np.sqrt(1 + (told / limit) ** 2)
+
+    x = np.linspace(-np.pi, np.pi, 100_000)
+    # G moves by arm·sin θ1 to the side, and by arm·(1 - cos θ1) down.
+    side, down = arm * np.sin(x), arm * (1 - np.cos(x))
+    falls = (limited(40 * down, 5) - weight) * side
+    couple = limited(60 * x, 20) + limited(40 * side, 5) * arm * np.cos(x) + falls
+    expected = x[:-1][couple[1:] * couple[:-1] < 0]
+    found = np.array([state.orientation for state in proof.states])
+    assert len(expected) == 5
+    assert np.sort(found[:, 0]) == pytest.approx(expected, abs=1e-4)
+    assert np.abs(found[:, 1:]).max() < 1e-9
+
+
 def test_a_passive_lag_keeps_the_region_and_the_checker_confirms_it():
     config = paper({"lag": 0.03})
     proof = prove(config)
@@ -147,6 +193,8 @@ def test_ties_have_motors_too(actuators):
     ("actuators", "passive", "said"),
     [
         ({"lag": 0.0426}, True, "its lag is below 0.04268 s"),
+        # 140/3280 s: with fewer digits it would be below the lag.
+        ({"lag": 0.042682}, True, "its lag is below 0.0426829 s"),
         ({"lag": 0.0427}, False, "not passive, nothing is proved. The body is stable by the eig"),
         ({"lag": 0.0844}, False, "The body is stable by the eigenvalues at rest"),
         ({"lag": 0.0846}, False, "The body is unstable by the eigenvalues at rest"),

@@ -15,6 +15,7 @@ from rbstab.config.load import load_config
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_build, without_code
 from rbstab.experiment.answers.reasons import NOT_DAMPED
+from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.stored_proof.data import STOPPED, SUPPLIES, TOO_FEW
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof, no_proof
@@ -185,7 +186,8 @@ def _body_proof(identity: str, body: "Body", *, search_only: bool, brief: bool) 
 
 def _too_few(rest: "RestStates", most: int) -> str:
     """Return how a search ended that needs far more boxes than any proof tries."""
-    share = f"{grouped(rest.examined)} of them decide {100 * rest.covered:.2g} % of the range"
+    covered = rounded_down(100 * rest.covered, 3)
+    share = f"{grouped(rest.examined)} of them decide {covered} % of the range"
     return f"{TOO_FEW}: {share}; at this rate, the {grouped(most)} of the longest proof are too few"
 
 

@@ -32,6 +32,7 @@ from rbstab.proof.exact.rewriting import (
 )
 from rbstab.proof.passive.passive import first_jump
 from rbstab.proof.passive.statements import own_numbers
+from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
 
@@ -117,11 +118,14 @@ def energy_of(system: System, exact_system: ExactSystem) -> Energy:
 
     Raises:
         NoMinimumError: Nothing holds the position, or an own state.
+        NoReducedEnergy: The angle of a stop is no number.
         TypeError: Code of a user branches on a value, or takes no such numbers.
     """
     total, size, end = stored_energy(system, exact_system)
     found = eliminated(total, range(3, size))
     stop = None if end is None else end.constant
+    if end is not None and stop is None:
+        raise NoReducedEnergy(NoEnergyReason.STOP_VARIES)
     closed = _poles(found.U) | ({1} if stop is not None else set())
     return replace(found, stop=stop, closed=frozenset(closed))
 

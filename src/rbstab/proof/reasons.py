@@ -50,7 +50,7 @@ class NoEnergyReason(Enum):
     CODE = "the code of a user is not made of formulas that a proof can follow"
     NOT_QUADRATIC = "the energy is not a quadratic function of X and D with constant stiffness"
     DIVISOR = "a divisor may be zero for some body"
-    STOP_VARIES = "the angle of a stop has a tolerance"
+    STOP_VARIES = "the angle of a stop varies"
     HELD_ALONG = "a stop, or a force that jumps, may hold the body at rest"
     NO_LENGTH_OF_SOME = "a spring of some body may have no length at some attitude"
 

@@ -179,11 +179,7 @@ def _print_states(locus: Locus) -> None:
         numbers = (locus.axis.text, "rest states", "stable")
         table = Table(*numbers, "sure", numbers=numbers)
         for low, high, count, stable, proved in states.intervals:
-            # What is proved for an interval holds for a part of it.
-            inside = (
-                rounded_up(Decimal(repr(low)), DIGITS),
-                rounded_down(Decimal(repr(high)), DIGITS),
-            )
+            inside = _inside(low, high)
             sure = "proved for each value" if proved else "seen; there may be others"
             table.add(" to ".join(inside), str(count), str(stable), sure)
         table.print()
@@ -195,8 +191,17 @@ def _print_states(locus: Locus) -> None:
     click.echo()
 
 
+def _inside(low: float, high: float) -> tuple[str, str]:
+    """Return the ends of a part of an interval: what is proved for the whole holds for it."""
+    ends = Decimal(repr(low)), Decimal(repr(high))
+    texts = [(rounded_up(ends[0], n), rounded_down(ends[1], n)) for n in range(DIGITS, 18)]
+    # A short interval needs more digits.
+    return next((both for both in texts if float(both[0]) < float(both[1])), texts[-1])
+
+
 def _has_no_effect(points: list[LocusPoint]) -> bool:
-    """Whether all points have the same eigenvalues, bit for bit."""
+    """Whether points of several values have the same eigenvalues, bit for bit."""
     systems = [point.linearisation for point in points]
     values = {None if one is None else one.eigenvalues.tobytes() for one in systems}
-    return len(points) > 1 and len(values) == 1 and None not in values
+    several = len({point.parameter for point in points}) > 1
+    return several and len(values) == 1 and None not in values

@@ -47,7 +47,9 @@ def states_along(config: Config, parameter: Parameter, is_late: Callable[[], boo
     low, high = min(values), max(values)
     entries = entries_at(config, parameter.key)
     if not entries or low == high:
-        return AlongStates(why="its numbers are in no proof, or there is one value alone")
+        return AlongStates(
+            why="there is one value alone" if entries else "its numbers are in no proof"
+        )
     sizes = (one.value if parameter.scales else parameter.read.factor for one in entries)
     start, end, *factors = (Fraction(repr(number)) for number in (low, high, *sizes))
     tolerances = [

@@ -1,5 +1,6 @@
 """Whether the motors of a config are passive, and what is known of those that are not."""
 
+import math
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -64,12 +65,21 @@ def _answers(config: Config) -> Iterator[MotorAnswer]:
         if isinstance(motor, Lagged):
             passive = passive and is_positive_definite(motor.left)
             bound = longest_lag(*(matrix.astype(float) for matrix in motor.matrices))
-            than = f"{rounded_down(bound, 4)} s, the least eigenvalue of K⁻¹L"
-            said = f"its lag is below {than}: passive, proved"
+            least = f"{_border(bound, float(motor.lag))} s, the least eigenvalue of K⁻¹L"
+            border = (
+                f"its lag is below {least}" if bound < math.inf else "K is 0, so its lag may be any"
+            )
+            said = f"{border}: passive, proved"
             if not passive:
                 known, stable = _by_eigenvalues(config)
-                said = f"its lag is not below {than}: not passive, nothing is proved. {stable}"
+                said = f"its lag is not below {least}: not passive, nothing is proved. {stable}"
         yield MotorAnswer(name, passive, bound, known, said)
+
+
+def _border(bound: float, lag: float) -> str:
+    """Return the longest lag rounded down, with enough digits to be above a shorter lag."""
+    texts = [rounded_down(bound, digits) for digits in range(4, 18)]
+    return next((text for text in texts if float(text) > lag), texts[0])
 
 
 def _by_eigenvalues(config: Config) -> tuple[Sureness, str]:

@@ -144,7 +144,10 @@ def prove_within(
     )
 
 
-MOTORS = "no proof within tolerances takes motors with a lag, or a hard limit, into account"
+MOTORS = (
+    "no proof within tolerances, or along a parameter, takes motors with a lag, or a hard limit, "
+    "into account"
+)
 
 
 def why_not_all(config: Config, tolerances: Sequence[Tolerance]) -> str:

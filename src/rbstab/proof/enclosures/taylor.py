@@ -74,7 +74,8 @@ class Values:
         """
         compiled, at = self.compiled, about.values[k]
         inner, outer = np.abs(at).max(axis=1), np.abs(over).max(axis=1)
-        spread = np.zeros(np.broadcast_shapes(outer.shape, inner.shape))
+        # A function of a number, as on the face of a stop, has one column for all boxes.
+        spread = np.zeros(np.broadcast_shapes(outer.shape, inner.shape, about.smooth.shape))
         for i, terms in enumerate(compiled.expanded(k)):
             for j, top, factor, b in terms:
                 if b not in powers:

@@ -49,6 +49,9 @@ def factored() -> Iterator[None]:
         _most_products.reset(token)
 
 
+SMALL_EXCESS = 1e-4
+"""If all coefficients of x are below it, √(1 + x) - 1 is a quotient."""
+
 _atoms: WeakValueDictionary[tuple[str, Any, Any], Atom] = WeakValueDictionary()
 """The atoms in memory, so that equal ones are one."""
 
@@ -290,8 +293,15 @@ class Expr:
         return self.function(STEP, smooth)
 
 
-# One function has sharper bounds than a quotient of two.
-root_excess.register(Expr, lambda x: (1 + x).sqrt() - 1)
+@root_excess.register(Expr)
+def _root_excess(x: Any) -> Expr:
+    """Return √(1 + x) - 1: one function has sharper bounds than a quotient of two.
+
+    But where x is small the difference has few digits, as of a limit that is far above all forces.
+    """
+    root = (1 + x).sqrt()
+    small = all(abs(c) < SMALL_EXCESS for c in x.terms.values())
+    return x / (1 + root) if small else root - 1
 
 
 def expr(x: Any) -> Expr:

@@ -100,6 +100,7 @@ def test_a_limit_that_is_far_above_all_forces_changes_nothing(far):
     proof = prove(paper({"limit": {"H": [far] * 3, "N": [far] * 3}}))
     lowest = lowest_on_faces(H=np.inf, N=np.inf)
     assert lowest * (1 - 1e-6) < level_of(proof) < lowest * (1 + 1e-9)
+    assert proof.region is not None
     assert proof.region.level == pytest.approx(lowest, rel=1e-6)
 
 
@@ -112,14 +113,14 @@ def test_a_motor_without_stiffness_may_have_any_lag():
 def test_a_body_with_limits_and_a_stop_rests_where_its_limited_couples_balance_its_weight():
     """Five times about θ1; a stop at 0.3 rad leaves no others about θ2."""
     weight, arm = 12 * 9.81, 0.25
-    limits, gains = {"H": [5, 5, 5], "N": [20, 20, 20]}, {"K_t": [40] * 3, "L_t": [8] * 3}
-    gains |= {"K_r": [60, 60, 30], "L_r": [6, 6, 3], "actuators": {"limit": limits}}
+    limits = {"H": [5, 5, 5], "N": [20, 20, 20]}
+    gains = {"K_t": [40] * 3, "L_t": [8] * 3, "K_r": [60, 60, 30], "L_r": [6, 6, 3]}
     stop = {"kind": "guard", "method": "stop", "angle": 0.3, "restitution": 0.5}
     config = {
         "schema_version": 2,
         "body": {"mass": 12, "inertia": [0.29, 0.34, 0.13], "contact_point": [0, 0, -arm]},
         "gravity": [0, 0, -9.81],
-        "controller": {"variant": "permanent", **gains},
+        "controller": {"variant": "permanent", "actuators": {"limit": limits}, **gains},
         "elements": {"end": stop},
         "integration": {"duration": 0.1},
     }

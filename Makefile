@@ -49,7 +49,7 @@ test: $(READY)  ## run the tests before each commit: all but the heavy and the l
 	$(BIN)/python -m pytest $(BY_FILE) -m 'not heavy and not long$(AND_BROWSERLESS)'
 	@$(SAY_BROWSERLESS)
 
-test-quick: $(READY)  ## run the tests for daily use, in less than 3 minutes: the quick ones, four fifths of all
+test-quick: $(READY)  ## run the tests for daily use, in less than a minute: the quick ones, half of all
 	$(BIN)/python -m pytest $(BY_FILE) -m 'not slow and not heavy and not long$(AND_BROWSERLESS)'
 	@$(SAY_BROWSERLESS)
 

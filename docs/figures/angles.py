@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from elements import STYLE, Point, arrow, dot, path, text
+from elements import Point, arrow, dot, path, text, whole
 
 from rbstab.mechanics.attitude import rotation
 
@@ -94,13 +94,7 @@ def panel(number: int) -> str:
 def drawing() -> str:
     """Return the whole SVG file."""
     content = "".join(panel(number) for number in range(3))
-    content = content.replace("/><", "/>\n<").replace("</text><", "</text>\n<")
-    card = f'<rect class="card" x="1" y="1" width="{WIDTH - 2}" height="{HEIGHT - 2}" rx="8"/>'
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" '
-        f'height="{HEIGHT}" role="img">\n<title>{TITLE}</title>\n<style>{STYLE}</style>\n'
-        f"{card}\n{content}\n</svg>\n"
-    )
+    return whole(content, WIDTH, HEIGHT, TITLE)
 
 
 if __name__ == "__main__":

@@ -409,6 +409,17 @@ FIGURES: dict[str, tuple[str, Callable[[], str]]] = {
 }
 
 
+def whole(content: str, width: int, height: int, title: str) -> str:
+    """Return the whole SVG file of a drawing on a card."""
+    content = content.replace("/><", "/>\n<").replace("</text><", "</text>\n<")
+    card = f'<rect class="card" x="1" y="1" width="{width - 2}" height="{height - 2}" rx="8"/>'
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" '
+        f'height="{height}" role="img">\n<title>{title}</title>\n<style>{STYLE}</style>\n'
+        f"{card}\n{content}\n</svg>\n"
+    )
+
+
 def drawing(title: str, content: str) -> str:
     """Return a whole SVG file, on a card of its own: it reads on pages of any colour."""
     card = f'<rect class="card" x="1" y="1" width="{WIDTH - 2}" height="{HEIGHT - 2}" rx="8"/>'

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from elements import STYLE, along, arrow, box, coil, damper, dot, ground, path, text
+from elements import along, arrow, box, coil, damper, dot, ground, path, text, whole
 
 PICTURE = Path(__file__).parents[1] / "pictures" / "system.svg"
 WIDTH, HEIGHT = 760, 400
@@ -106,13 +106,7 @@ def frame() -> str:
 def drawing() -> str:
     """Return the whole SVG file."""
     content = frame() + body() + stabilizers() + connector()
-    content = content.replace("/><", "/>\n<").replace("</text><", "</text>\n<")
-    card = f'<rect class="card" x="1" y="1" width="{WIDTH - 2}" height="{HEIGHT - 2}" rx="8"/>'
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" '
-        f'height="{HEIGHT}" role="img">\n<title>{TITLE}</title>\n<style>{STYLE}</style>\n'
-        f"{card}\n{content}\n</svg>\n"
-    )
+    return whole(content, WIDTH, HEIGHT, TITLE)
 
 
 if __name__ == "__main__":

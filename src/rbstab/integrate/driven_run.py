@@ -39,6 +39,14 @@ class DrivenRun(Run):
         super().add_sample(t, y)
         self.driver.add_sample(y, so_far)
 
+    def add_samples(self, times: list[float], states: Array) -> None:
+        """Keep samples, and the switches before them."""
+        before = len(self.samples)
+        super().add_samples(times, states)
+        if self.driver.records:
+            for _, y in self.samples[before:]:
+                self.driver.add_sample(y)
+
     def begin(self) -> None:
         """Begin the motion, which may touch its stop."""
         self.go_on(self.driver.begin(self.t, self.y))

@@ -106,6 +106,12 @@ class Run:
         self.systems.append(self.system)
         self.deadline.samples = len(self.samples)
 
+    def add_samples(self, times: list[float], states: Array) -> None:
+        """Keep samples of one smooth piece of the motion, as `add_sample` does."""
+        self.samples += zip(times, states, strict=False)
+        self.systems += [self.system] * (len(self.samples) - len(self.systems))
+        self.deadline.samples = len(self.samples)
+
     def keep_end(self) -> None:
         """Keep the end of a step, or the state to which the last one has jumped."""
         self.ends.add(self.t, self.y, self.system)

@@ -45,6 +45,20 @@ def test_v_at_the_start_is_that_of_the_equations(bound):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("angle", "speed", "is_inside"),
+    # Beyond the tilt V is low only far away; within it a fast body has a high V.
+    [(0.05, 0.0, True), (0.05, 20.0, False), (0.6, 0.0, False)],
+)
+def test_whether_a_start_is_one_of_those_is_said(angle, speed, is_inside):
+    start = {"orientation": [angle, 0, 0], "angular_velocity": [speed, 0, 0]}
+    config = rbstab.load_config(CASE_1.plain() | {"initial": start})
+    found = prove_bound(config, {COUPLE: Fraction(100)}, HALF)
+    assert found.as_data()["start_inside"] is is_inside
+    assert ("is one of these starts" in found.statements[0]) is is_inside
+
+
+@pytest.mark.slow
 def test_v_falls_as_fast_as_it_is_said(bound):
     """V(t) <= e^(-αt)V(0) + ℓ(1 - f + f s²) under couples below a share s of the bound."""
     held, c = Held(CASE_1), bound.claim

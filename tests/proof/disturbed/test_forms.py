@@ -100,7 +100,7 @@ REASONS = {
             },
             HELD,
         ),
-        "gust supplies power",
+        "the element gust supplies power",
     ),
 }
 

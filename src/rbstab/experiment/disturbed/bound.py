@@ -45,6 +45,7 @@ class Bound:
         boxes: The number of boxes of the proof.
         claim: The numbers of the proof; None if it is not proved.
         start: V at the start of the config, J, computed; None if it is not proved.
+        is_inside: Whether what is proved is about this start, computed.
         largest: The largest loads, if they were asked for.
         without_inputs: Whether the config has inputs, which are left out.
     """
@@ -56,6 +57,7 @@ class Bound:
     boxes: int = 0
     claim: Claim | None = None
     start: float | None = None
+    is_inside: bool = False
     largest: Largest | None = None
     without_inputs: bool = False
 
@@ -76,8 +78,9 @@ class Bound:
         return [
             f"{any_load} {what}, from rest at Θ = 0, and from every start with less tilt and "
             f"V < {rounded_down(level)} J: proved ({grouped(self.boxes)} boxes). "
-            f"V = v + {decimal_text(c.cross)} p'∂T/∂ν ({DOCUMENTED}); at the start of this config "
-            f"it is {number(self.start or 0.0, LEVEL_DIGITS)} J.",
+            f"V = v + {decimal_text(c.cross)} p'∂T/∂ν ({DOCUMENTED}). The start of this config, "
+            f"with V = {number(self.start or 0.0, LEVEL_DIGITS)} J, is "
+            f"{'one of these starts' if self.is_inside else 'not one of these starts'} (computed).",
             f"From these starts, V(t) <= e^(-{decimal_text(c.rate)} t) V(0) + "
             f"{rounded_up((1 - share) * level)} + {rounded_up(share * level)} s² J under a "
             f"disturbance that stays below a share s of that: proved.",
@@ -127,6 +130,7 @@ class Bound:
             "weights": _by_kind(self.loads, None if claim is None else claim.weights),
             "forced": None if claim is None else float(self._forced),
             "start": self.start,
+            "start_inside": None if claim is None else self.is_inside,
             "why": self.why,
             "boxes": self.boxes,
             "largest": None

@@ -14,9 +14,10 @@ from rbstab.experiment.answers.state_words import angles
 from rbstab.experiment.disturbed.bound import Bound, Largest, Sizes, names_of
 from rbstab.experiment.disturbed.breaking import smallest_breaking
 from rbstab.files.counts import grouped
+from rbstab.mechanics.attitude import tilt as tilt_of
 from rbstab.proof.disturbed.candidates import Samples
 from rbstab.proof.disturbed.forms import Forms, Load, NoFormsError, forms_of
-from rbstab.proof.disturbed.invariant import prove
+from rbstab.proof.disturbed.invariant import Claim, prove
 from rbstab.proof.disturbed.matrices import Matrices
 from rbstab.proof.exact.expr import numbers
 from rbstab.systems.system import System
@@ -29,6 +30,9 @@ NEAR = 0.01
 
 LEAST = 0.1
 """Loads that are smaller than this share of what the samples allow are not tried."""
+
+ROUND_OFF = 1e-9
+"""A smaller V, as a share of the level, is round-off."""
 
 DIGITS = 4
 """Significant digits of loads that are tried."""
@@ -67,7 +71,8 @@ def prove_bound(
         found = _Attempts(bound, forms)
         bound = found.of(1.0)
         if bound.claim is not None:
-            bound = replace(bound, start=_value_at_start(config, forms, bound.claim.cross))
+            start, is_inside = _start(config, forms, bound.claim)
+            bound = replace(bound, start=start, is_inside=is_inside)
         if largest:
             system = without_inputs(system_of(config))
             bound = replace(bound, largest=found.largest(system, given=bound.proved))
@@ -131,8 +136,8 @@ class _Attempts:
         )
 
 
-def _value_at_start(config: Config, forms: Forms, cross: Fraction) -> float:
-    """Return V at the start of a config, J, without digits that are round-off."""
+def _start(config: Config, forms: Forms, claim: Claim) -> tuple[float, bool]:
+    """Return V at the start of a config, J, and whether the claim is about this start; computed."""
     problem = problem_of(config)
     at_rest = configurations(problem.system).system
     held = at_rest.coordinates.holds_contact
@@ -141,5 +146,8 @@ def _value_at_start(config: Config, forms: Forms, cross: Fraction) -> float:
     own = problem.start[problem.system.coordinates.size :]
     tied, moving = ([], []) if held else ([motion.E - rest.E], [motion.F])
     z = np.concatenate([[1.0], *tied, own - own_rest, motion.Omega, *moving])
-    V = Matrices([forms.value(cross)]).at(motion.Theta[:, None])[0][..., 0]
-    return round(float(z @ V @ z), 9) + 0.0
+    V = Matrices([forms.value(claim.cross)]).at(motion.Theta[:, None])[0][..., 0]
+    value, level = float(z @ V @ z), float(claim.level)
+    if abs(value) < ROUND_OFF * level:
+        value = 0.0
+    return value, value < level and float(tilt_of(motion.Theta, np.zeros(3))) < float(claim.tilt)

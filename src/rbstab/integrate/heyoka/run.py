@@ -152,8 +152,7 @@ class HeyokaRun(DrivenRun):
             callback=self._after_smooth_step,
         )
         self.steps += steps
-        for t, y in zip(wanted, found[1:], strict=False):
-            self.add_sample(t, y)
+        self.add_samples(wanted, found[1:])
         if outcome == NOT_FINITE:
             raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
         return self._event_of(outcome, integrator.last_h)

@@ -291,6 +291,11 @@ class Driver:
         counts = () if self.connector is None else tuple(self.connector.record.counts)
         return SoFar(self.phase.system, counts)
 
+    @property
+    def records(self) -> bool:
+        """Whether it stores something of samples."""
+        return self.impacts is not None or self.connector is not None
+
     def add_sample(self, y: Array, so_far: SoFar | None = None) -> None:
         """Store what has happened so far as that of a sample.
 

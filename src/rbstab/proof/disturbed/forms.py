@@ -173,7 +173,7 @@ def _why_not(element: Element) -> str | None:
     if element.from_user:
         return f"{element.name} is code of a user"
     if element.supplies:
-        return f"{element.name} supplies power"
+        return f"the element {element.name} supplies power"
     switches = element.mode_count or element.slides or element.holds or element.timed
     if switches or not element.smooth:
         return f"the force of {element.name} is not one smooth formula"

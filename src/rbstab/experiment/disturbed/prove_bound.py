@@ -150,4 +150,5 @@ def _start(config: Config, forms: Forms, claim: Claim) -> tuple[float, bool]:
     value, level = float(z @ V @ z), float(claim.level)
     if abs(value) < ROUND_OFF * level:
         value = 0.0
-    return value, value < level and float(tilt_of(motion.Theta, np.zeros(3))) < float(claim.tilt)
+    (tilt,) = tilt_of(motion.Theta[np.newaxis], np.zeros(3)).tolist()
+    return value, value < level and tilt < float(claim.tilt)

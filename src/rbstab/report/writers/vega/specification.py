@@ -5,6 +5,7 @@ A specification has all data. The page sets its signals: `ink`, `paper` and `gri
 """
 
 import json
+from textwrap import wrap
 
 from rbstab.report.model.figure import Axis, Cells, Figure, Shares
 from rbstab.report.writers.decimate import decimate
@@ -20,6 +21,9 @@ INK = {"ink": "#1c2024", "paper": "#ffffff", "grid": "#e4e8ec"}
 
 ONE_ROW, SEVERAL_ROWS = 240, 170
 """The height of a panel in pixels, where panels are in one row and in several."""
+
+LONGEST_TITLE = 40
+"""Characters in a line of the title of an axis."""
 
 AROUND = 75
 """Pixels beside a panel for its axis."""
@@ -130,8 +134,9 @@ def _axis(axis: Axis, domain: tuple[float, float]) -> JSON:
             "grid": False,
             "ticks": False,
         }
-    title = axis.text or None
-    return {"scale": scale, "title": title, "axis": look}
+    # One line as it is, several as a list: a long title would run into the other axis.
+    lines = wrap(axis.text, LONGEST_TITLE)
+    return {"scale": scale, "title": lines if len(lines) > 1 else axis.text or None, "axis": look}
 
 
 def _map(figure: Figure, number: int, cells: Cells) -> list[JSON]:

@@ -100,12 +100,14 @@ def idle_holds(system: System) -> tuple[int, ...]:
 
     Compiled equations leave out all forces that would hold an axis.
     """
-    return () if holds_axes(system) else tuple(slide_modes(system)[1].tolist())
+    if not slides(system) or holds_axes(system):
+        return ()
+    return tuple(slide_modes(system)[1].tolist())
 
 
 def holds_axes(system: System) -> bool:
     """Return whether an axis of a system is held on its surface."""
-    return bool(held_axes(system).any())
+    return slides(system) and bool(held_axes(system).any())
 
 
 def at_start(system: System, y: Array, time: float = 0.0) -> System:

@@ -20,6 +20,8 @@ def test_one_code_serves_all_modes():
         tuple(phases.of(modes).audited_rates(y).tolist())
         for modes in itertools.product((0.0, 1.0), repeat=4)
     }
+    for modes in itertools.product((0.0, 1.0), repeat=4):
+        phases.of(modes).margins(y, 0.0)
     # That of the event functions, and that of the rates.
     assert _code.cache_info().misses == 2
     # Slack lines have no force, whether they are beyond the toe or not: three modes for each.

@@ -162,10 +162,10 @@ class HeyokaRun(DrivenRun):
         if self.problem.project:
             body, anchor = self.system.body, self.system.anchor
             self._state[BODY] = projected_state(body, anchor, self._state[BODY])
-        self.t, self.y = integrator.time, self._state.copy()
-        self.keep_end()
+        self.t, self.y = t, y = integrator.time, self._state.copy()
+        self.ends.add(t, y, self.system)
         if self.progress is not None:
-            self.progress(self.t)
+            self.progress(t)
         if self.deadline.recording_time:
             self.deadline.samples = bisect_right(self.times, self.t)
         return not self.deadline.expired()

@@ -12,7 +12,7 @@ import copy
 import math
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -53,17 +53,26 @@ class StraightLine:
     ) -> None:
         self._equations, self._system, self._timed = equations, system, timed
         self._size = system.audited_size if size is None else size
-        self._code = _prepared(equations, system, self._size, timed)
-        self._by_kind = {} if self._code is None else self._code.evaluations()
+
+    @cached_property
+    def _code(self) -> "_Code | None":
+        """The code, made when a value is first asked for: heyoka's runs often ask for none."""
+        return _prepared(self._equations, self._system, self._size, self._timed)
+
+    @cached_property
+    def _by_kind(self) -> dict[str, Evaluate]:
+        """The code for each kind of number."""
+        return {} if self._code is None else self._code.evaluations()
 
     def in_modes_of(self, system: System) -> "StraightLine":
         """Return the same equations of a system that differs from this one in its modes alone."""
         if idle_holds(system) != idle_holds(self._system):
             return StraightLine(self._equations, system, self._size, timed=self._timed)
+        code = self._code
         other = copy.copy(self)
         other._system = system
-        if self._code is not None:
-            other._by_kind = self._code.evaluations(modes_of(system))
+        if code is not None:
+            other._by_kind = code.evaluations(modes_of(system))
         return other
 
     def __call__(self, x: Array, t: complex = 0.0) -> Array:

@@ -6,7 +6,7 @@ positive as long as the mode is the right one; where it falls to zero, the mode 
 
 import math
 import operator
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -62,7 +62,6 @@ class Phase:
         rests: Whether the body rests against its stop.
         rate_places: The states that are the rates of event functions whose signs are exact
             (`systems.modes.rate_places`).
-        alone: The modes that switch alone: nothing else follows (`systems.filippov.alone`).
     """
 
     def __init__(
@@ -82,8 +81,12 @@ class Phase:
         self._guards = guards or event_functions(system)
         stop = stop_of(system)
         self.rests = stop is not None and bool(stop.mode.any())
-        self.alone = alone(system)
         self._on_stop = StraightLine(laid_on_stop, system) if self.rests else None
+
+    @cached_property
+    def alone(self) -> frozenset[int]:
+        """The modes that switch alone: nothing else follows (`systems.filippov.alone`)."""
+        return alone(self.system)
 
     def on_stop(self, y: Array) -> Array:
         """Return an audited state laid on the stop, if the body `rests`; else the state."""

@@ -17,7 +17,7 @@ CASE = "configs/paper/case2_visco_elastic.yaml"
 ROUNDS = {"heyoka": 60, "scipy": 4}
 MEMBERS = 512
 MEMBER_ROUNDS = 4
-MEMBERS_ONE_BY_ONE = 128
+MEMBERS_UNBATCHED = 128
 
 POINT, ANCHOR = [0.15, 0.10, -0.30], [0.15, 0.30, -0.50]
 LENGTH = 0.28
@@ -58,14 +58,14 @@ def _measure_members() -> None:
     """Measure the same in batches."""
     weak: list[Any] = [None, *SMOOTH.values()]
     engines = [_members(element) for element in weak]
-    actions = [partial(one.compute, 0, MEMBERS) for one in engines]
+    actions = [partial(batched.compute, 0, MEMBERS) for batched in engines]
     bare, *others = least_by_turns(MEMBER_ROUNDS, *actions)
     for kind, seconds in zip(SMOOTH, others, strict=True):
         line(f"batches: one more {kind} beside the case, ratio", seconds / bare, "", "")
     for kind, element in SWITCHING.items():
-        one_by_one = _members(element)
-        (seconds,) = least_by_turns(1, partial(one_by_one.compute, 0, MEMBERS_ONE_BY_ONE))
-        line(f"members one by one, with a {kind}", MEMBERS_ONE_BY_ONE / seconds, "1/s", "")
+        unbatched = _members(element)
+        (seconds,) = least_by_turns(1, partial(unbatched.compute, 0, MEMBERS_UNBATCHED))
+        line(f"members one by one, with a {kind}", MEMBERS_UNBATCHED / seconds, "1/s", "")
 
 
 def _data(element: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -47,7 +47,7 @@ def measure_equations(problem: Problem) -> None:
     """Measure one evaluation of the rates, by numpy and by the code that the scipy engine uses."""
     state = problem.audited_start()
 
-    def seconds_of_one(rates: Callable[[Array], Array]) -> float:
+    def seconds_to_evaluate(rates: Callable[[Array], Array]) -> float:
         begin = time.perf_counter()
         for _ in range(EVALUATIONS):
             rates(state)
@@ -62,8 +62,8 @@ def measure_equations(problem: Problem) -> None:
     by_code = audited_rates_of(problem.system)
     numpy_time, code_time, making = by_turns(
         7,
-        lambda: seconds_of_one(problem.system.audited_rates),
-        lambda: seconds_of_one(by_code),
+        lambda: seconds_to_evaluate(problem.system.audited_rates),
+        lambda: seconds_to_evaluate(by_code),
         seconds_to_make,
     )
     line("equations by numpy, one evaluation", 1e6 * numpy_time, "us", "")

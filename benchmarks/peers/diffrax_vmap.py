@@ -5,9 +5,9 @@ from functools import cache
 from typing import Any
 
 if __name__ == "__main__":
-    from serve import use_one_core
+    from serve import pin_to_core
 
-    use_one_core()
+    pin_to_core()
 
 import diffrax
 import jax

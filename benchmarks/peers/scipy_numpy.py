@@ -6,9 +6,9 @@ from functools import partial
 from typing import Any
 
 if __name__ == "__main__":
-    from serve import use_one_core
+    from serve import pin_to_core
 
-    use_one_core()
+    pin_to_core()
 
 import numpy as np
 from equations import make_rates

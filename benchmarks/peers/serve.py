@@ -26,7 +26,7 @@ Prepare = Callable[[float, int], Integrate]
 """Prepares a setting (a tolerance, or a number of steps) and a number of members; not timed."""
 
 
-def use_one_core() -> None:
+def pin_to_core() -> None:
     """Keep this process and its threads on one core. Call it before importing the peer."""
     os.environ["XLA_FLAGS"] = "--xla_cpu_multi_thread_eigen=false intra_op_parallelism_threads=1"
     for name in ("OMP", "OPENBLAS", "MKL", "NUMBA"):
@@ -42,7 +42,7 @@ def serve(peer: Callable[[Problem], Prepare], packages: tuple[str, ...]) -> None
         peer: Builds and compiles what all settings share.
         packages: The packages whose versions are reported.
     """
-    answers = _own_stdout()
+    answers = _driver_pipe()
     prepare = peer(json.loads(sys.stdin.readline()))
     _answer(answers, {"versions": [f"{name} {version(name)}" for name in packages]})
     prepared: dict[tuple[float, int], Integrate] = {}
@@ -71,7 +71,7 @@ def _times(integrate: Integrate, states_file: str | None) -> dict[str, float]:
     return {"wall": wall, "processor": processor}
 
 
-def _own_stdout() -> TextIO:
+def _driver_pipe() -> TextIO:
     """Return the driver's pipe; what a library prints goes to standard error instead."""
     pipe = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)

@@ -53,7 +53,7 @@ class Command(click.Command):
         except click.NoSuchOption as error:
             _refuse_key(error.option_name, self, ctx)
             raise
-        for option, count in Counter(filter(_takes_one_value, given)).items():
+        for option, count in Counter(filter(_takes_single_value, given)).items():
             if count > 1:
                 ctx.fail(
                     f"{max(option.opts, key=len)} is given {count} times, and takes one value."
@@ -65,14 +65,14 @@ class Command(click.Command):
 
     def _refuse_together(self, ctx: click.Context) -> None:
         """Refuse options that need or exclude others."""
-        given = [_typed(one, ctx) for one in self.params if _is_given(one, ctx)]
+        given = [_typed(parameter, ctx) for parameter in self.params if _is_given(parameter, ctx)]
         for option in given:
             needed = self.needs.get(option)
             if needed is not None and needed not in given:
                 ctx.fail(f"{option} has no effect without {needed}")
             beside = {option, *self.alone.get(option, given)}
             others = self.excludes.get(option, ())
-            refused = [one for one in given if one in others or one not in beside]
+            refused = [other for other in given if other in others or other not in beside]
             if refused:
                 ctx.fail(f"{option} cannot be combined with {', '.join(refused)}")
 
@@ -91,7 +91,7 @@ class Command(click.Command):
             ctx.exit(code)
 
 
-def _takes_one_value(parameter: click.Parameter) -> bool:
+def _takes_single_value(parameter: click.Parameter) -> bool:
     return isinstance(parameter, click.Option) and not (
         parameter.multiple or parameter.is_flag or parameter.count
     )
@@ -111,11 +111,13 @@ def _typed(parameter: click.Parameter, ctx: click.Context) -> str:
 
 def _refuse_key(unknown: str, command: click.Command, ctx: click.Context) -> None:
     """Say how a key is changed whose name is used as an option: `--duration`."""
-    if not unknown.startswith("--") or not any(SET in one.opts for one in command.params):
+    if not unknown.startswith("--") or not any(
+        SET in parameter.opts for parameter in command.params
+    ):
         return
     # Imported late: the schema takes a while.
     from rbstab.config.errors import keys_named
-    from rbstab.config.known_keys import keys_of_variants
+    from rbstab.config.model_keys import keys_of_variants
 
     keys = keys_named(unknown.lstrip("-"), keys_of_variants())
     if keys:

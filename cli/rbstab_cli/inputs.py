@@ -37,15 +37,15 @@ def loaded(paths: Iterable[Path], load: Callable[[Path], T], wanted: str = "") -
         load: Loads a file.
         wanted: What the files are: `A_CONFIG` or `A_PLAN`; each loads what it is without it.
     """
-    found: dict[Path, T] = {}
+    contents: dict[Path, T] = {}
     problems: list[str] = []
     for path in paths:
         try:
-            found[path] = load(path)
+            contents[path] = load(path)
         except ConfigError as error:
             problems += _problem_lines(path, error, wanted)
     refuse(problems)
-    return found
+    return contents
 
 
 def refuse(problems: Iterable[str]) -> None:
@@ -75,7 +75,7 @@ def load_configs(
     return configs
 
 
-def load_one(path: Path, changes: Sequence[str], *, allow_python: bool) -> Config:
+def load_single_config(path: Path, changes: Sequence[str], *, allow_python: bool) -> Config:
     """Load a config, and print its errors or warnings."""
     return load_configs([path], changes, allow_python=allow_python)[path]
 
@@ -227,5 +227,5 @@ def _naming_example(path: Path, line: str) -> str:
         return line
     from rbstab.packaged.examples import names
 
-    found = [name for name in names() if name.rpartition("/")[2] == path.stem]
-    return line.replace(BEGIN, f"`rbstab examples {found[0]}` copies it") if found else line
+    examples = [name for name in names() if name.rpartition("/")[2] == path.stem]
+    return line.replace(BEGIN, f"`rbstab examples {examples[0]}` copies it") if examples else line

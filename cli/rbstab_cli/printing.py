@@ -99,13 +99,13 @@ def fits(table: Table, width: int) -> bool:
 
 def records(table: Table) -> list[Table]:
     """Return the rows of a table as tables of their own, with a line for each column."""
-    found = []
+    tables = []
     for cells, style in table.rows:
         record = Table(table.columns[0], cells[0], words=table.columns[:1])
         for name, cell in zip(table.columns[1:], cells[1:], strict=True):
             record.add(name, cell, style=style)
-        found.append(record)
-    return found
+        tables.append(record)
+    return tables
 
 
 def plain_lines(table: Table) -> list[str]:

@@ -55,13 +55,15 @@ class Registry(click.Group):
         if cmd_name not in COMMANDS:
             return None
         module = import_module(f"rbstab_cli.commands.{COMMANDS[cmd_name]}")
-        found = (one for one in vars(module).values() if isinstance(one, click.Command))
-        return next(one for one in found if one.name == cmd_name)
+        commands = (
+            command for command in vars(module).values() if isinstance(command, click.Command)
+        )
+        return next(command for command in commands if command.name == cmd_name)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of commands into the help."""
         commands = filter(None, (self.get_command(ctx, name) for name in COMMANDS))
-        rows = [(str(one.name), one.get_short_help_str(limit=200)) for one in commands]
+        rows = [(str(command.name), command.get_short_help_str(limit=200)) for command in commands]
         with formatter.section("Commands"):
             formatter.write_dl(rows)
 

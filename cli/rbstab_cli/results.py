@@ -46,7 +46,7 @@ def taken(named: Sequence[Path]) -> Taken:
     Args:
         named: What the user named.
     """
-    found: list[Path] = []
+    results: list[Path] = []
     in_folders: set[Path] = set()
     unfinished: set[Path] = set()
     paths = results_among(named)
@@ -54,24 +54,24 @@ def taken(named: Sequence[Path]) -> Taken:
         try:
             inside = results_in(path) if kind_of(path) is Kind.FOLDER else []
             without = set(filter(_is_unfinished, inside))
-            sweeps = [is_dir(one) for one in inside]
+            sweeps = [is_dir(result) for result in inside]
         except (StoreError, OSError):
             # Reading it says why.
-            found.append(path)
+            results.append(path)
             continue
         counts = ((sweeps.count(False), "run"), (sweeps.count(True), "sweep"))
         if inside:
             words = " and ".join(counted(count, word) for count, word in counts if count)
             hint(f"{path}: {words}")
-        found += inside or [path]
+        results += inside or [path]
         in_folders.update(inside)
         unfinished |= without
     # One that is named, too, is not left out.
     unfinished -= set(paths)
-    if unfinished and not unfinished.issuperset(found):
+    if unfinished and not unfinished.issuperset(results):
         say(_left_out("not finished", sorted(unfinished)))
-        found = [path for path in found if path not in unfinished]
-    return Taken(tuple(found), frozenset(in_folders.difference(paths)))
+        results = [path for path in results if path not in unfinished]
+    return Taken(tuple(results), frozenset(in_folders.difference(paths)))
 
 
 def results_among(paths: Sequence[Path]) -> tuple[Path, ...]:

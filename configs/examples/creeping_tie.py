@@ -16,28 +16,28 @@ class CreepingTie(Element):
     )
 
     # Own states: name, symbol, unit, meaning and size (3 by default). The statements get them as
-    # `own`, and `rates` returns their derivatives. `initial_state` in a config is D at the start.
+    # `states`, and `rates` returns their derivatives. `initial_state` in configs is D at the start.
     states = (OwnState("state", "D", "m", "the point between the springs, inertial"),)
 
-    def stretch(self, motion, own):
+    def stretch(self, motion, states):
         """The displacement of the point from its anchor, less D, m, inertial."""
-        return position(motion, self.point) - self.anchor - own
+        return position(motion, self.point) - self.anchor - states
 
-    def rates(self, motion, own):
+    def rates(self, motion, states):
         """The derivatives of D, m/s: its damper takes the difference of both springs."""
-        return (self.K_c @ self.stretch(motion, own) - self.K_d @ own) / self.L_d
+        return (self.K_c @ self.stretch(motion, states) - self.K_d @ states) / self.L_d
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         """Spring and damper pull at the point of the body."""
-        spring = self.K_c @ self.stretch(motion, own)
+        spring = self.K_c @ self.stretch(motion, states)
         return force_at(motion, self.point, -spring - self.L_c @ velocity(motion, self.point))
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         """The energy of both springs, J."""
-        stretch = self.stretch(motion, own)
-        return 0.5 * (stretch @ self.K_c @ stretch) + 0.5 * (own @ self.K_d @ own)
+        stretch = self.stretch(motion, states)
+        return 0.5 * (stretch @ self.K_c @ stretch) + 0.5 * (states @ self.K_d @ states)
 
-    def dissipated(self, motion, own):
+    def dissipated(self, motion, states):
         """The power of both dampers, W."""
-        F, rate = velocity(motion, self.point), self.rates(motion, own)
+        F, rate = velocity(motion, self.point), self.rates(motion, states)
         return F @ self.L_c @ F + rate @ (self.L_d * rate)

@@ -12,13 +12,13 @@ class CubicSpring(Element):
 
     # The statements take the motion of the body: Theta, Omega, X, V, A, B, E and F (all arrays of
     # numpy). They must not branch on a value: floats, complex numbers, symbols and balls pass.
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         """Force (N, inertial) and couple (N m, body coordinates) on the body."""
         return force_at_centre(-self.k * power(motion.X, 3))
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         """The energy ¼ Σ k x⁴, J: the force is minus its slope."""
         return 0.25 * (self.k @ power(motion.X, 4))
 
-    # An element that damps has a third statement, dissipated(self, motion, own): the power, W, that
-    # its wrench takes out of the motion.
+    # An element that damps has a third statement, dissipated(self, motion, states): the power, W,
+    # that its wrench takes out of the motion.

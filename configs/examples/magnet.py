@@ -18,12 +18,12 @@ class Magnet(Element):
         e = position(motion, self.point) - self.anchor
         return e, exp(-(e @ e) / (self.width * self.width))
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         """A force at the point: minus the slope of the energy."""
         e, share = self.near(motion)
         return force_at(motion, self.point, -2 * self.depth / (self.width * self.width) * share * e)
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         """The energy, J: zero far away."""
         _, share = self.near(motion)
         return -self.depth * share

@@ -22,35 +22,35 @@ class RubberCord(Element):
     )
     states = (OwnState("creep", "D", "m", "how much longer the slow part is", size=1),)
 
-    def relative_stretch(self, motion, own):
+    def relative_stretch(self, motion, states):
         """x/λ."""
         along = line(motion, self.point, self.anchor)
-        return (along.length - self.length - own[0]) / self.scale
+        return (along.length - self.length - states[0]) / self.scale
 
-    def tension(self, motion, own):
+    def tension(self, motion, states):
         """T, N. For x < 0 it pushes, with less than kλ; a real cord would be slack."""
-        s = self.relative_stretch(motion, own)
+        s = self.relative_stretch(motion, states)
         return self.stiffness * self.scale * (exp(s) - 1)
 
-    def rates(self, motion, own):
+    def rates(self, motion, states):
         """dD/dt, m/s."""
-        return (self.tension(motion, own) - self.slow_stiffness * own) / self.damping
+        return (self.tension(motion, states) - self.slow_stiffness * states) / self.damping
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         """The tension pulls at the point."""
         along = line(motion, self.point, self.anchor)
-        return force_at(motion, self.point, -self.tension(motion, own) * along.direction)
+        return force_at(motion, self.point, -self.tension(motion, states) * along.direction)
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         """The energy of both springs, J.
 
         Proofs need it to be convex in D. Its second derivative is k exp(x/λ) + K.
         """
-        s = self.relative_stretch(motion, own)
+        s = self.relative_stretch(motion, states)
         spring = self.stiffness * self.scale**2 * (exp(s) - s - 1)
-        return spring + 0.5 * self.slow_stiffness * own[0] ** 2
+        return spring + 0.5 * self.slow_stiffness * states[0] ** 2
 
-    def dissipated(self, motion, own):
+    def dissipated(self, motion, states):
         """c (dD/dt)², W."""
-        (rate,) = self.rates(motion, own)
+        (rate,) = self.rates(motion, states)
         return self.damping * rate**2

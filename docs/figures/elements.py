@@ -369,12 +369,12 @@ def stop() -> str:
 
 def energies(element: Element, angles: np.ndarray, axis: int) -> np.ndarray:
     """Return the energy that an element stores at angles Θ about one axis."""
-    body, found = Body(1.0, np.eye(3), np.zeros(3)), []
+    body, stored = Body(1.0, np.eye(3), np.zeros(3)), []
     for angle in angles:
         Z = np.zeros(12)
         Z[axis] = angle
-        found.append(element.stored(motion_from_centre(body, np.zeros(3), Z), NO_STATE))
-    return np.array(found)
+        stored.append(element.stored(motion_from_centre(body, np.zeros(3), Z), NO_STATE))
+    return np.array(stored)
 
 
 def plot(x: np.ndarray, y: np.ndarray, name: str, ticks: list[str], label: str) -> str:

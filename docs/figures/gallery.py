@@ -68,7 +68,7 @@ def filled(page: str) -> str:
     """Return the page with its sections written anew."""
     return re.sub(
         r"(<!-- configs of (\w+) -->\n).*?(<!-- end -->)",
-        lambda found: "\n".join([found[1], *map(section, configs(found[2])), found[3]]),
+        lambda match: "\n".join([match[1], *map(section, configs(match[2])), match[3]]),
         page,
         flags=re.DOTALL,
     )

@@ -53,8 +53,8 @@ def signal_values(signal: dict[str, Any], times: np.ndarray) -> np.ndarray:
     def value(t: float) -> float:
         schedule, system = problem.schedule, problem.system
         system = system if schedule is None else schedule.system_at(system, t)
-        found: Any = system.elements[-1]
-        return float(found.signal.value(t))
+        input_element: Any = system.elements[-1]
+        return float(input_element.signal.value(t))
 
     return np.array([value(t) for t in times.tolist()])
 

@@ -118,19 +118,19 @@ def mark_trust(panel: Axes, result: rbstab.Result) -> None:
 
 def trust() -> Figure:
     """Draw two runs whose starts differ in one last digit, and their difference."""
-    one, other = neighbours()
+    first, second = neighbours()
     figure, panels = new_figure(1, 3, (9.2, 3.1), width_ratios=(1.15, 1, 1))
     left, middle, right = panels
-    t = one["time"]
+    t = first["time"]
     for name, label, colour in (
         ("contact_velocity", "F (m/s)", BLUE),
         ("orientation", "Θ (rad)", ORANGE),
     ):
-        apart = np.abs(one[name] - other[name]).max(axis=1)
+        apart = np.abs(first[name] - second[name]).max(axis=1)
         left.semilogy(t[apart > 0], apart[apart > 0], color=colour, label=label)
     left.set(ylabel="difference of the two runs", title="One last digit grows to everything")
     left.legend(loc="center right")
-    for result, line, label in ((one, "-", "Ω₁(0) = 16"), (other, "--", "16.000000000000004")):
+    for result, line, label in ((first, "-", "Ω₁(0) = 16"), (second, "--", "16.000000000000004")):
         colour = BLUE if line == "-" else ORANGE
         used = (t >= 0.19) & (t <= 0.31)
         F = result["contact_velocity"][used, 1]
@@ -141,7 +141,7 @@ def trust() -> Figure:
     right.set(ylabel="Θ₁, Θ₂, Θ₃ (rad)", title="The slow motion does not")
     for panel in panels:
         panel.set_xlabel("t (s)")
-        mark_trust(panel, one)
+        mark_trust(panel, first)
     middle.set_xlim(0.19, 0.31)
     return figure
 

@@ -153,16 +153,16 @@ def measured_rates(result: rbstab.Result) -> tuple[float, float, float]:
 def neighbours() -> tuple[rbstab.Result, rbstab.Result]:
     """Return two runs on s = E whose starts differ in one last digit, K_s = 20000 N."""
     options = ("controller.stick_energy=0", *span(0.6, 1201))
-    one, other = (run("position_exact_20000", *options, begin) for begin in STARTS[:2])
-    return one, other
+    first, second = (run("position_exact_20000", *options, begin) for begin in STARTS[:2])
+    return first, second
 
 
 def error_growth() -> float:
     """Return the growth of the logarithm of their difference per switch, up to `trusted_until`."""
-    one, other = neighbours()
-    apart = np.abs(one["contact_velocity"] - other["contact_velocity"]).max(axis=1)
-    used = np.flatnonzero((one["time"] <= one["trusted_until"]) & (apart > 0))
-    switches = one["switch_count"][used[-1]].sum()
+    first, second = neighbours()
+    apart = np.abs(first["contact_velocity"] - second["contact_velocity"]).max(axis=1)
+    used = np.flatnonzero((first["time"] <= first["trusted_until"]) & (apart > 0))
+    switches = first["switch_count"][used[-1]].sum()
     return float(np.log(apart[used[-1]] / apart[used[0]]) / switches)
 
 

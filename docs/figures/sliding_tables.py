@@ -58,9 +58,9 @@ def rate_table() -> Table:
     """Return the rates of the chatter, as ranges over the starts."""
     table = [("growth of", "predicted", "measured")]
     measured = zip(*(measured_rates(chattering(2000, start)) for start in STARTS), strict=True)
-    for (name, (low, high)), found in zip(predicted_rates().items(), measured, strict=True):
+    for (name, (low, high)), rates in zip(predicted_rates().items(), measured, strict=True):
         predicted = f"{low:.2f}" if low == high else f"{low:.2f} to {high:.2f}"
-        seen = f"~ {min(found, key=abs):.2f} to {max(found, key=abs):.2f}"
+        seen = f"~ {min(rates, key=abs):.2f} to {max(rates, key=abs):.2f}"
         table.append((f"{name} (1/s)", predicted, seen))
     return [*table, ("an error (per switch)", "-", f"{error_growth():.2f}")]
 
@@ -71,8 +71,10 @@ def event_table() -> Table:
     for K_s in (20000, 2000):
         result = run(f"slope_exact_{K_s}", "integration.engine=heyoka", *span(0.2, 41))
         events = list(_columns(result, "transition_time", "transition_axis", "transition_kind"))
-        known = {event[:2] for event in events}
-        crossings = [e for e in _columns(result, "switch_time", "switch_axis") if e not in known]
+        transitions = {event[:2] for event in events}
+        crossings = [
+            e for e in _columns(result, "switch_time", "switch_axis") if e not in transitions
+        ]
         events = sorted(events + [(*crossing, "cross") for crossing in crossings])
         table += [(str(K_s), f"{t:.10f}", str(axis), what) for t, axis, what in events]
     return table
@@ -84,12 +86,12 @@ def _columns(result: rbstab.Result, *names: str) -> Iterator[tuple]:
 
 def trust_table() -> Table:
     """Return the differences of two runs whose starts differ in one last digit, K_s = 20000 N."""
-    one, other = neighbours()
-    trusted = one["time"] <= one["trusted_until"]
+    first, second = neighbours()
+    trusted = first["time"] <= first["trusted_until"]
     table = [("largest difference", "up to trusted_until", "up to 0.6 s", "largest value")]
     for name, unit in (("F", "m/s"), ("E", "m"), ("Θ", "rad"), ("e", "J")):
         array = WORDS[name]
-        apart, largest = np.abs(one[array] - other[array]), np.abs(one[array]).max()
+        apart, largest = np.abs(first[array] - second[array]), np.abs(first[array]).max()
         cells = f"{apart[trusted].max():.0e}", f"{float(f'{apart.max():.1g}'):g}", f"{largest:.4g}"
         table.append((f"{name} ({unit})", *cells))
     return table

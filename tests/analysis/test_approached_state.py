@@ -17,8 +17,8 @@ NO_OWN_STATES = np.zeros(0)
 def zero_from(system, q):
     at_rest = configurations(system)
     q = np.asarray(q, dtype=float)
-    own = q[at_rest.pose_size :]
-    return lyapunov_zero(system, at_rest.motion(q), own, nearest_rest_state(system))
+    states = q[at_rest.pose_size :]
+    return lyapunov_zero(system, at_rest.motion(q), states, nearest_rest_state(system))
 
 
 @pytest.mark.parametrize("side", [1, -1])

@@ -22,9 +22,9 @@ def certified(system, *, engine="scipy", rtol=1e-10, duration=0.4, samples=21):
     """Return the verdicts of the checks by name, and the record, of a short random run."""
     rng = np.random.default_rng(5)
     motion = motion_from_centre(system.body, system.anchor, 0.3 * random_Z(rng))
-    own = np.zeros(system.size - system.coordinates.size)
+    states = np.zeros(system.size - system.coordinates.size)
     times = np.linspace(0, duration, samples)
-    given = problem(system, system.start(motion, own), times, rtol=rtol, atol=rtol)
+    given = problem(system, system.start(motion, states), times, rtol=rtol, atol=rtol)
     record = record_of(given, solve(engine, given), rest_state_of(given))
     return {check.check: check.verdict for check in record.checks}, record
 
@@ -44,7 +44,7 @@ def verdict(record):
     return overall(record.checks)
 
 
-def found(record, name, column="value"):
+def value_of(record, name, column="value"):
     (check,) = [check for check in record.checks if check.check == name]
     return getattr(check, column)
 
@@ -55,7 +55,7 @@ def test_the_margin_of_the_damping_is_its_smallest_eigenvalue():
     matrices = [system.elements[1].L_t, system.elements[2].L_r]
     matrices += [system.elements[3].L_c, system.elements[3].L_d]
     expected = min(np.linalg.eigvalsh(matrix)[0] for matrix in matrices)
-    assert found(record, "damping") == pytest.approx(expected, rel=1e-12)
+    assert value_of(record, "damping") == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize(("method", "factor"), [("wrench", -1), ("stored", 2), ("dissipated", 0.5)])
@@ -63,9 +63,11 @@ def test_an_element_that_says_what_it_does_not_do_is_caught(method, factor):
     """It pushes where it should pull, or reports twice its energy, or half of its dissipation."""
     right = getattr(ViscoElasticConnector, method)
 
-    def wrong(self, motion, own):
-        found = right(self, motion, own)
-        return Wrench(*(factor * x for x in found)) if method == "wrench" else factor * found
+    def wrong(self, motion, states):
+        statement = right(self, motion, states)
+        return (
+            Wrench(*(factor * x for x in statement)) if method == "wrench" else factor * statement
+        )
 
     kind: Any = type("Wrong", (ViscoElasticConnector,), {method: wrong})
     system = system_of("visco-elastic")
@@ -86,15 +88,15 @@ def test_a_coarse_integration_is_not_blamed_on_the_argument(rtol, bound):
 class Pushing(RotationalStabilizer):
     """A stabilizer that adds energy and reports it: all formulas are right, and v rises."""
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         return (
             super()
-            .wrench(motion, own)
+            .wrench(motion, states)
             ._replace(couple=-(motion.B.T @ (self.K_r @ motion.Theta)) + self.L_r @ motion.Omega)
         )
 
-    def dissipated(self, motion, own):
-        return -super().dissipated(motion, own)
+    def dissipated(self, motion, states):
+        return -super().dissipated(motion, states)
 
 
 def test_a_rise_of_v_is_caught_where_it_is_steepest():
@@ -112,5 +114,5 @@ def test_a_rise_of_v_is_caught_where_it_is_steepest():
         int(np.diff(v).argmax()),
         energy_scale(v, record.variables["energy_round_off"].data),
     )
-    assert found(record, "decrease", "when") == times[steepest]
-    assert found(record, "decrease") == pytest.approx((v[steepest + 1] - v[steepest]) / scale)
+    assert value_of(record, "decrease", "when") == times[steepest]
+    assert value_of(record, "decrease") == pytest.approx((v[steepest + 1] - v[steepest]) / scale)

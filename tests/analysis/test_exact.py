@@ -82,9 +82,9 @@ def test_the_rank_tells_definite_matrices_without_round_off(matrix, rank):
 
 
 def test_doubles_of_a_config_mean_decimals():
-    found = decimals(np.array([[0.4, 1e-300], [-0.1, 12300.0]]))
+    fractions = decimals(np.array([[0.4, 1e-300], [-0.1, 12300.0]]))
     expected = [[Fraction(2, 5), Fraction(1, 10**300)], [Fraction(-1, 10), Fraction(12300)]]
-    assert found.tolist() == expected
+    assert fractions.tolist() == expected
     # A double is not the decimal, but it is the nearest one to it.
-    assert Fraction(0.4) != found[0, 0]
-    assert float(found[0, 0]) == 0.4
+    assert Fraction(0.4) != fractions[0, 0]
+    assert float(fractions[0, 0]) == 0.4

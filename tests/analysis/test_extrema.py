@@ -19,15 +19,15 @@ def oscillation(rate, order, t):
 def steps_of(times, function=oscillation, rates=RATES, parts=8):
     """Return the steps between some times of m members, shape (m, n), with equal quantities."""
     members = [part_of(line, function, rates, parts) for line in np.atleast_2d(times)]
-    sizes = np.array([len(one.begin) for one in members])
+    sizes = np.array([len(part.begin) for part in members])
     first = np.cumsum(sizes) - sizes
 
     def derivatives(quantity, step):
-        found = np.empty((2, 2, len(step)))
-        for number, one in enumerate(members):
+        values = np.empty((2, 2, len(step)))
+        for number, part in enumerate(members):
             of = (step >= first[number]) & (step < first[number] + sizes[number])
-            found[..., of] = one.derivatives(quantity[of], step[of] - first[number])
-        return found
+            values[..., of] = part.derivatives(quantity[of], step[of] - first[number])
+        return values
 
     def divide(step):
         member = int(np.searchsorted(first, step, side="right")) - 1
@@ -35,9 +35,9 @@ def steps_of(times, function=oscillation, rates=RATES, parts=8):
 
     return Steps(
         first,
-        np.concatenate([one.begin for one in members]),
-        np.concatenate([one.length for one in members]),
-        np.concatenate([one.table for one in members], axis=-1),
+        np.concatenate([part.begin for part in members]),
+        np.concatenate([part.length for part in members]),
+        np.concatenate([part.table for part in members], axis=-1),
         derivatives,
         divide,
     )
@@ -75,22 +75,22 @@ def true_extremum(rate, end):
 
 @pytest.mark.parametrize("count", [20, 47, 150, 1000])
 def test_extrema_are_those_of_the_closed_solution_within_their_errors(count):
-    found = farthest_from_zero(steps_of(np.linspace(0.0, 2.0, count + 1)))
+    extrema = farthest_from_zero(steps_of(np.linspace(0.0, 2.0, count + 1)))
     for row, rate in enumerate(RATES):
         value, time = true_extremum(rate, 2.0)
-        assert abs(found.value[row, 0] - value) <= found.error[row, 0] + 1e-14
-        assert found.error[row, 0] <= 1e-5 * abs(value)
-        assert found.time[row, 0] == pytest.approx(time, abs=1e-5)
+        assert abs(extrema.value[row, 0] - value) <= extrema.error[row, 0] + 1e-14
+        assert extrema.error[row, 0] <= 1e-5 * abs(value)
+        assert extrema.time[row, 0] == pytest.approx(time, abs=1e-5)
     if count >= 1000:
-        assert found.error.max() < 1e-8
+        assert extrema.error.max() < 1e-8
 
 
 def test_an_error_is_large_where_steps_are_too_long():
     """With 8 steps for 27 turns of the fastest one, and no shorter steps."""
     steps = steps_of(np.linspace(0.0, 2.0, 9), parts=0)
-    found = farthest_from_zero(steps)
+    extremum = farthest_from_zero(steps)
     value, _ = true_extremum(RATES[0], 2.0)
-    assert found.error[0, 0] > 1e-2 * abs(value)
+    assert extremum.error[0, 0] > 1e-2 * abs(value)
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.013, 0.021])
@@ -102,11 +102,11 @@ def test_two_turning_points_in_one_step_are_found(shift):
         return x(t + shift)
 
     times = np.array([-0.3, 0.0, 1.0])
-    found = farthest_from_zero(steps_of(times, cubic, [0.0], parts=0))
+    extremum = farthest_from_zero(steps_of(times, cubic, [0.0], parts=0))
     turns = np.polynomial.Polynomial([0.2, 1.0, -9.0, 9.0]).deriv().roots()
     t = np.array([*(turns - shift), *times])
     best = np.abs(cubic(0, 0, t[(t >= -0.3) & (t <= 1.0)])).max()
-    assert abs(found.value[0, 0]) == pytest.approx(best, rel=1e-12)
+    assert abs(extremum.value[0, 0]) == pytest.approx(best, rel=1e-12)
     # From below, the level lies between the two turns: only the second part is above it.
     inside = cubic(0, 0, turns[0] - shift) - 1e-3
     steps = steps_of(np.array([0.0, 0.55]), cubic, [0.0], parts=0)
@@ -122,16 +122,16 @@ def test_last_crossings_are_those_of_the_closed_solution(count, level):
     t = np.linspace(0.0, 4.0, 400_001)
     for row, rate in enumerate(RATES):
         above = np.flatnonzero(oscillation(rate, 0, t) >= level)
-        found = last_above(steps, row, np.array([level]))
+        crossing = last_above(steps, row, np.array([level]))
         if not len(above):
-            assert found.time[0] == 0.0
+            assert crossing.time[0] == 0.0
         elif above[-1] == len(t) - 1:
-            assert np.isnan(found.time[0])
+            assert np.isnan(crossing.time[0])
         else:
             last = above[-1]
             true = brentq(lambda x, r=rate: oscillation(r, 0, x) - level, t[last], t[last + 1])
-            assert abs(found.time[0] - true) <= found.error[0] + 1e-11
-            assert found.error[0] <= 1e-5 * true
+            assert abs(crossing.time[0] - true) <= crossing.error[0] + 1e-11
+            assert crossing.error[0] <= 1e-5 * true
 
 
 def test_levels_beside_a_maximum_are_decided():
@@ -184,5 +184,5 @@ def test_members_do_not_depend_on_each_other():
 def test_round_off_has_no_extremum_between_ends():
     """Its largest end is taken, whatever the signs of its rates."""
     noise = 1e-13 * np.random.default_rng(0).normal(size=(1, 50))
-    found = farthest_from_zero(sampled_steps(np.linspace(0.0, 1.0, 50), noise))
-    assert abs(found.value.item()) == np.abs(noise).max()
+    extremum = farthest_from_zero(sampled_steps(np.linspace(0.0, 1.0, 50), noise))
+    assert abs(extremum.value.item()) == np.abs(noise).max()

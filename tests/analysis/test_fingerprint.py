@@ -50,7 +50,7 @@ def test_a_changed_equation_changes_the_id(monkeypatch, element, method):
     before = proof_id(config)
     monkeypatch.setattr(element, method, scaled(getattr(element, method)))
     # A process computes it once for equal bodies: equations do not change while it runs.
-    monkeypatch.setattr("rbstab.experiment.stored_proof.identity._KNOWN_EQUATIONS", {})
+    monkeypatch.setattr("rbstab.experiment.stored_proof.identity._FINGERPRINTS", {})
     assert proof_id(config) != before
 
 
@@ -58,16 +58,16 @@ def test_a_rearranged_equation_does_not(monkeypatch):
     config = embedded()
     before = of(config)
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         """Return ½ Σ K_ij θ_i θ_j, in another order, with an identity of sine and cosine."""
         first = motion.Theta[0]
-        one = first.sin() * first.sin() + first.cos() * first.cos()
+        unity = first.sin() * first.sin() + first.cos() * first.cos()
         terms = [
             motion.Theta[j] * self.K_r[i, j] / 2 * motion.Theta[i]
             for j in range(3)
             for i in range(3)
         ]
-        return one * sum(terms)
+        return unity * sum(terms)
 
     monkeypatch.setattr(RotationalStabilizer, "stored", stored)
     assert of(config) == before
@@ -77,5 +77,5 @@ def test_a_rearranged_equation_does_not(monkeypatch):
     ("variant", "names"), [("permanent", ("manifold", "reduced")), ("free", ("Z", "W"))]
 )
 def test_equivalent_coordinates_have_the_same(variant, names):
-    one, two = (rbstab.load_config(paper_config(variant, coordinates=name)) for name in names)
-    assert proof_id(one) == proof_id(two)
+    first, second = (rbstab.load_config(paper_config(variant, coordinates=name)) for name in names)
+    assert proof_id(first) == proof_id(second)

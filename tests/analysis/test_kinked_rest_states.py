@@ -57,7 +57,7 @@ def test_a_mass_rests_where_the_force_of_its_tie_ends(case, surface):
     force = FORCES[case]
     rest = nearest_rest_state(problem(loaded(force, {"tie": tie(surface)})).system)
     x, stores = at_rest(force), surface == "position"
-    assert rest.found
+    assert rest.rests_in_range
     assert not stores or rest.on_kink == (case not in {"free", "just free"})
     np.testing.assert_allclose(rest.motion.X, x, atol=1e-9)
     np.testing.assert_allclose(rest.motion.Theta, 0.0, atol=1e-9)
@@ -75,7 +75,7 @@ def test_a_guard_of_constant_couple_holds_a_body_at_its_soft_angle(couple):
     config = data(elements, controller=controller, gravity=[0, 0, -9.81])
     config["body"]["contact_point"] = [-lever, 0, 0]
     rest = nearest_rest_state(problem(config).system)
-    assert rest.found
+    assert rest.rests_in_range
 
     def value(angle):
         # X = A(θ2) l from the held point: K_t acts on X less its value at θ2 = 0.
@@ -98,14 +98,14 @@ def test_a_tie_beside_a_stop():
     elements = {"grip": tie(point=(0.4, 0.0, 0.1)), "end": stop(0.5, angle)}
     system = problem(loaded((2.0, 1.0, -19.6), elements)).system
     rest = nearest_rest_state(system)
-    assert rest.found
-    found = configurations(system)
-    q = found.configuration(rest.motion, rest.own)
+    assert rest.rests_in_range
+    space = configurations(system)
+    q = space.configuration(rest.motion, rest.element_states)
     assert abs(q[1]) == angle
     bounds = [(None, None), (-angle, angle), *[(None, None)] * 4]
     options = {"xatol": 1e-9, "fatol": 1e-12, "maxiter": 2000, "maxfev": 2000}
     moved = np.clip(q + 0.01, [-9, -angle] + [-9] * 4, [9, angle] + [9] * 4)
-    low = minimize(found.energy, moved, method="Nelder-Mead", bounds=bounds, options=options)
+    low = minimize(space.energy, moved, method="Nelder-Mead", bounds=bounds, options=options)
     assert low.fun >= rest.energy - 1e-9
 
 

@@ -24,8 +24,8 @@ def at_rest(variant, seed):
     light = Gravity(0.1 * gravity.weight)
     system = replace(system, elements=(light, *system.elements[1:]))
     rest = nearest_rest_state(system)
-    assert rest.found
-    return system, rest, linearise(system, rest.motion, rest.own)
+    assert rest.rests_in_range
+    return system, rest, linearise(system, rest.motion, rest.element_states)
 
 
 def test_oscillators_in_closed_form():
@@ -38,33 +38,33 @@ def test_oscillators_in_closed_form():
         body, K_t=np.diag(K_t), L_t=np.diag(L_t), K_r=np.diag(K_r), L_r=np.diag(L_r)
     )
     rest = nearest_rest_state(system)
-    found = linearise(system, rest.motion, rest.own)
+    linear = linearise(system, rest.motion, rest.element_states)
     expected = []
     for inertia, damping, stiffness in [
         *zip([mass] * 3, L_t, K_t, strict=True),
         *zip(J, L_r, K_r, strict=True),
     ]:
         expected += list(np.roots([inertia, damping, stiffness]))
-    assert np.sort_complex(found.eigenvalues) == pytest.approx(np.sort_complex(expected), abs=1e-9)
+    assert np.sort_complex(linear.eigenvalues) == pytest.approx(np.sort_complex(expected), abs=1e-9)
     # The lightly damped first axis: ω = √(K/m), ζ = L / (2√(Km)), τ = 2m/L.
-    mode = int(np.argmin(np.abs(found.natural_frequencies - 5.0)))
-    assert found.damping_ratios[mode] == pytest.approx(4.0 / (2 * np.sqrt(50.0 * 2)))
-    assert found.time_constants[mode] == pytest.approx(2 * mass / 4.0)
-    assert found.growing == 0
+    mode = int(np.argmin(np.abs(linear.natural_frequencies - 5.0)))
+    assert linear.damping_ratios[mode] == pytest.approx(4.0 / (2 * np.sqrt(50.0 * 2)))
+    assert linear.time_constants[mode] == pytest.approx(2 * mass / 4.0)
+    assert linear.growing == 0
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_the_matrix_is_that_of_finite_differences(variant):
-    system, rest, found = at_rest(variant, 1)
+    system, rest, linear = at_rest(variant, 1)
     still = configurations(system).system
-    y = still.start(rest.motion, rest.own)
-    for k, column in enumerate(found.matrix.T):
+    y = still.start(rest.motion, rest.element_states)
+    for k, column in enumerate(linear.matrix.T):
         h = np.zeros(len(y))
         h[k] = 1e-5
         central = (still.rates(y + h) - still.rates(y - h)) / 2e-5
-        assert column == pytest.approx(central, rel=1e-5, abs=1e-5 * np.abs(found.matrix).max())
-    assert found.matrix @ found.modes == pytest.approx(
-        found.modes * found.eigenvalues, abs=1e-7 * np.abs(found.matrix).max()
+        assert column == pytest.approx(central, rel=1e-5, abs=1e-5 * np.abs(linear.matrix).max())
+    assert linear.matrix @ linear.modes == pytest.approx(
+        linear.modes * linear.eigenvalues, abs=1e-7 * np.abs(linear.matrix).max()
     )
 
 
@@ -75,13 +75,13 @@ def test_an_unstable_rest_state_is_told():
         body, ReducedCoordinates(), weight=(0, 0, -20.0), K_r=4.0 * np.eye(3), L_r=0.1 * np.eye(3)
     )
     upright = system.motion(np.zeros(6))
-    found = linearise(system, upright, np.zeros(0))
+    linear = linearise(system, upright, np.zeros(0))
     # About x and y: (J + m/4)θ̈ + 0.1θ̇ + (4 - 20 · 0.5)θ = 0.
     expected = max(np.roots([3.5, 0.1, -6.0]).real), max(np.roots([4.5, 0.1, -6.0]).real)
-    assert found.growing == 2
-    assert sorted(found.eigenvalues.real)[-2:] == pytest.approx(sorted(expected))
-    assert np.isinf(found.time_constants[:2]).all()
-    assert (found.damping_ratios[:2] < 0).all()
+    assert linear.growing == 2
+    assert sorted(linear.eigenvalues.real)[-2:] == pytest.approx(sorted(expected))
+    assert np.isinf(linear.time_constants[:2]).all()
+    assert (linear.damping_ratios[:2] < 0).all()
 
 
 @pytest.mark.parametrize(

@@ -31,10 +31,10 @@ class Pump(ViscoElasticConnector):
 class PumpWithoutBalls(Pump):
     """A pump that works only with numbers of numpy."""
 
-    def dissipated(self, motion, own):
+    def dissipated(self, motion, states):
         if motion.F.dtype == object:
             raise TypeError("not a number of numpy")
-        return super().dissipated(motion, own)
+        return super().dissipated(motion, states)
 
 
 @pytest.mark.parametrize(("kind", "verdict"), [(Pump, VIOLATED), (PumpWithoutBalls, UNKNOWN)])
@@ -43,10 +43,10 @@ def test_a_part_that_adds_a_little_energy_is_violated(kind, verdict):
     system = replace(system, elements=(*system.elements[:-1], kind(K_C, -1e-3 * np.eye(3))))
     fast, slow = ([*np.zeros(9), speed, 0.0, 0.0] for speed in (1.0, 0.5))
     run = evidence(system, [state_of(system, np.array(Z)) for Z in (fast, slow)])
-    found = check(run, "damping")
-    assert found.verdict is verdict
-    assert found.value == pytest.approx(-1e-3, rel=1e-5)
-    assert found.when == run.times[int(run.dissipation[:, -1].argmin())]
+    checked = check(run, "damping")
+    assert checked.verdict is verdict
+    assert checked.value == pytest.approx(-1e-3, rel=1e-5)
+    assert checked.when == run.times[int(run.dissipation[:, -1].argmin())]
 
 
 def test_a_run_is_no_better_than_its_worst_check():

@@ -33,9 +33,9 @@ def test_terms_that_cancel_do_not_violate_the_derivative(variant):
     system = stretched(variant)
     states = states_of(system)
     assert max(error_in_doubles(system, y) for y in states) > 1e-9
-    found = check(evidence(system, states), "derivative")
-    assert found.verdict is CONSISTENT
-    assert found.value <= found.bound == 1e-9
+    checked = check(evidence(system, states), "derivative")
+    assert checked.verdict is CONSISTENT
+    assert checked.value <= checked.bound == 1e-9
     run = evidence(system, states)
     wrong = check(replace(run, rate=run.rate * (1.0 + 1e-6)), "derivative")
     assert wrong.verdict is VIOLATED
@@ -49,8 +49,8 @@ def test_a_body_that_nothing_damps_is_consistent():
     system = bare_system(Body(2.0, inertia, np.array([0.3, 0.1, 0.2])))
     states = states_of(system)
     assert max(error_in_doubles(system, y) for y in states) > 0.1
-    found = check(evidence(system, states), "derivative")
-    assert found.verdict is CONSISTENT
+    checked = check(evidence(system, states), "derivative")
+    assert checked.verdict is CONSISTENT
     # No damping matrix of this system adds energy: all are zero.
     assert check(evidence(system, states), "damping").verdict is CONSISTENT
 
@@ -82,9 +82,9 @@ def lost_digits():
 
 
 def test_a_rate_that_has_lost_its_digits_is_unknown():
-    found = check(evidence(*lost_digits()), "derivative")
-    assert found.verdict is UNKNOWN
-    assert found.value > found.bound
+    checked = check(evidence(*lost_digits()), "derivative")
+    assert checked.verdict is UNKNOWN
+    assert checked.value > checked.bound
 
 
 @pytest.mark.parametrize(("error", "verdict"), [(1e-10, UNKNOWN), (1e-8, VIOLATED)])

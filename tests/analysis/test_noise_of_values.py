@@ -64,10 +64,10 @@ def test_a_rise_is_compared_with_the_residual(case, sign):
     value = run.value[0] + np.array([0.0, rise * run.scale])
     changed = replace(run, value=value, residual=np.array([0.0, sign * residual * run.scale]))
     assert check(changed, "audit").verdict is (VIOLATED if residual > 1e-8 else CONSISTENT)
-    found = check(changed, "decrease")
-    assert found.verdict is verdict
-    assert found.value == pytest.approx(max(rise, 0.0), rel=1e-6)
-    assert np.isnan(found.when) if rise < 0 else found.when == 0.0
+    checked = check(changed, "decrease")
+    assert checked.verdict is verdict
+    assert checked.value == pytest.approx(max(rise, 0.0), rel=1e-6)
+    assert np.isnan(checked.when) if rise < 0 else checked.when == 0.0
 
 
 @pytest.mark.parametrize(("share", "verdict"), [(1.0, CONSISTENT), (0.9, VIOLATED)])
@@ -75,9 +75,9 @@ def test_v_may_rise_by_what_is_supplied(share, verdict):
     run = settled()
     rise = 2.0 * run.scale
     risen = replace(run, value=np.array([0.0, rise]))
-    found = supplied(risen, np.array([0.0, share * rise]))
-    assert found.verdict is verdict
-    assert found.value == pytest.approx(2.0 * (1.0 - share), abs=1e-12)
+    checked = supplied(risen, np.array([0.0, share * rise]))
+    assert checked.verdict is verdict
+    assert checked.value == pytest.approx(2.0 * (1.0 - share), abs=1e-12)
     assert decrease(risen).verdict is VIOLATED
 
 
@@ -86,7 +86,7 @@ def test_v_may_rise_by_what_is_supplied(share, verdict):
     [([0.2, 0.5, 1.5], 0, np.nan), ([0.5], 1, 1.5), ([], 2, 0.5)],
 )
 def test_a_step_must_end_on_every_breakpoint(reached, missed, first):
-    (found,) = breakpoints(replace(settled(), breakpoints=[0.5, 1.5], reached=reached))
-    assert found.verdict is (VIOLATED if missed else CONSISTENT)
-    assert found.value == missed
-    assert found.when == pytest.approx(first, nan_ok=True)
+    (checked,) = breakpoints(replace(settled(), breakpoints=[0.5, 1.5], reached=reached))
+    assert checked.verdict is (VIOLATED if missed else CONSISTENT)
+    assert checked.value == missed
+    assert checked.when == pytest.approx(first, nan_ok=True)

@@ -43,8 +43,8 @@ def loaded(request, rng):
 
 def test_rest_state_does_not_move_and_is_a_minimum_of_the_stored_energy(loaded, rng):
     rest = nearest_rest_state(loaded)
-    assert rest.found
-    y = loaded.start(rest.motion, rest.own)
+    assert rest.rests_in_range
+    y = loaded.start(rest.motion, rest.element_states)
     # Forces of 100 N, the size of the weight, balance to 1e-10, the last Newton step.
     np.testing.assert_allclose(loaded.rates(y), 0, atol=1e-10)
     assert loaded.potential_energy(y) == pytest.approx(rest.energy, rel=1e-12)
@@ -60,7 +60,7 @@ def test_a_load_of_any_size_is_balanced(load):
     """A free body rests at X = G/k with the energy -G²/2k."""
     system = paper_system(CentreCoordinates(), weight=load * np.array([0.0, 0.0, -1.0]))
     rest = nearest_rest_state(system)
-    assert rest.found
+    assert rest.rests_in_range
     assert rest.is_accurate
     expected = [0.0, 0.0, -load / 3280]
     np.testing.assert_allclose(rest.motion.X, expected, rtol=0, atol=1e-12 * load / 3280)
@@ -80,9 +80,9 @@ def test_a_load_of_any_size_is_balanced(load):
 def test_a_rest_state_beyond_the_range_is_not_found(Theta, inside):
     system = paper_system(CentreCoordinates(), weight=(0.0, 0.0, 0.0))
     motion = motion_from_centre(system.body, system.anchor, np.array([*Theta, *(0.0,) * 9]))
-    assert RestState(motion, np.zeros(0), 0.0, gradient=0.0).found is inside
-    assert not RestState(motion, np.zeros(0), 0.0, 1.01 * GRADIENT_TOLERANCE).found
-    assert not RestState(motion, np.zeros(0), 0.0, np.nan).found
+    assert RestState(motion, np.zeros(0), 0.0, gradient=0.0).rests_in_range is inside
+    assert not RestState(motion, np.zeros(0), 0.0, 1.01 * GRADIENT_TOLERANCE).rests_in_range
+    assert not RestState(motion, np.zeros(0), 0.0, np.nan).rests_in_range
 
 
 def test_the_order_of_rest_states_does_not_depend_on_the_last_bits_of_their_energies(rng):
@@ -93,5 +93,5 @@ def test_the_order_of_rest_states_does_not_depend_on_the_last_bits_of_their_ener
         noise = 1 + 1e-14 * rng.uniform(-1, 1, 5)
         shifted = [np.array(place) + 1e-14 * rng.uniform(-1, 1, 3) for place in places]
         order = rng.permutation(5)
-        found = in_order(order, lambda k: (energies[k] * noise[k], shifted[k]))  # noqa: B023
-        assert list(found) == [0, 1, 2, 3, 4]
+        ordered = in_order(order, lambda k: (energies[k] * noise[k], shifted[k]))  # noqa: B023
+        assert list(ordered) == [0, 1, 2, 3, 4]

@@ -33,12 +33,12 @@ def system_of(data):
 def test_it_finds_what_is_proved():
     config = load_config(plain(BY_VARIANT["permanent"]))
     proof = prove(config)
-    found = searched_rest_states(problem_of(config).system)
+    searched = searched_rest_states(problem_of(config).system)
     assert proof.proved
-    assert len(found) == len(proof.states)
-    for one, other in zip(found, proof.states, strict=True):
-        np.testing.assert_allclose(one.state.motion.Theta, other.orientation, atol=1e-6)
-        assert one.index == other.index
+    assert len(searched) == len(proof.states)
+    for rest_state, other in zip(searched, proof.states, strict=True):
+        np.testing.assert_allclose(rest_state.state.motion.Theta, other.orientation, atol=1e-6)
+        assert rest_state.index == other.index
 
 
 @pytest.mark.parametrize("method", GUARDS)
@@ -49,10 +49,10 @@ def test_a_body_that_a_load_presses_against_a_guard(method):
     initial = {"orientation": [0, 0, 0]}
     elements = {"strut": STRUT, "range": guard}
     system = system_of(config_data(elements, gravity=gravity, initial=initial))
-    found = searched_minima(system)
+    minima = searched_minima(system)
     expected = nearest_rest_state(system)
-    assert found
-    nearest = min(found, key=lambda one: abs(one.state.energy - expected.energy))
+    assert minima
+    nearest = min(minima, key=lambda minimum: abs(minimum.state.energy - expected.energy))
     assert nearest.state.energy == pytest.approx(expected.energy, rel=1e-6)
     np.testing.assert_allclose(nearest.state.motion.Theta, expected.motion.Theta, atol=1e-4)
     assert abs(nearest.state.motion.Theta[1]) > 0.0049

@@ -91,5 +91,5 @@ def test_round_off_is_that_of_the_energies_and_of_the_forces():
 
     for stiffness in (1e4, 1e6, 1e8):
         rest = np.array([100.0 / stiffness, 0.0])
-        found = value_round_off(partial(energies, stiffness), rest)
-        assert 100.0 * np.finfo(float).eps < found < 1000.0 * np.finfo(float).eps
+        round_off = value_round_off(partial(energies, stiffness), rest)
+        assert 100.0 * np.finfo(float).eps < round_off < 1000.0 * np.finfo(float).eps

@@ -38,11 +38,11 @@ WINDING = [
 
 @pytest.mark.parametrize(("changes", "warned"), WINDING)
 def test_a_spring_that_hardly_acts_and_is_wound_up(changes, warned):
-    found = warnings_of(rbstab.load_config(TOP, changes))
-    assert len(found) == warned
+    warnings = warnings_of(rbstab.load_config(TOP, changes))
+    assert len(warnings) == warned
     if warned:
-        assert found[0].startswith("controller.K_r: the spin winds θ")
-        assert found[0].endswith("set K_r to 0 or leave it out")
+        assert warnings[0].startswith("controller.K_r: the spin winds θ")
+        assert warnings[0].endswith("set K_r to 0 or leave it out")
 
 
 # A body of 2 kg that is tied by K at its centre of mass: ω = √(K/2), in 3 s.
@@ -73,11 +73,13 @@ FAST = [
 
 @pytest.mark.parametrize(("changes", "expected"), FAST)
 def test_a_time_scale_that_makes_a_run_hopeless(changes, expected):
-    found = warnings_of(rbstab.load_config(TIED, changes))
-    assert len(found) == (expected is not None)
+    warnings = warnings_of(rbstab.load_config(TIED, changes))
+    assert len(warnings) == (expected is not None)
     if expected is not None:
         key, scale = expected
-        assert found[0].startswith(f"{key}: the fastest motion has a time scale of {scale:.2g} s")
+        assert warnings[0].startswith(
+            f"{key}: the fastest motion has a time scale of {scale:.2g} s"
+        )
 
 
 def test_a_time_constant_that_is_too_short_is_named():

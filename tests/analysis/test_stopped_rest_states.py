@@ -26,9 +26,9 @@ def system(angle, load=9.81, variant="permanent", elements=None):
     return problem(config).system
 
 
-def least(found, angle):
+def least(stopped, angle):
     """Return the configuration of least energy with |θ2| <= θ_e."""
-    at_rest = configurations(found)
+    at_rest = configurations(stopped)
     bounds = [(None, None)] * at_rest.size
     bounds[1] = (-angle, angle)
     options = {"ftol": 1e-15, "gtol": 1e-11, "maxiter": 5000}
@@ -42,12 +42,12 @@ def least(found, angle):
     ("variant", "angle"), [("permanent", 0.1), ("visco-elastic", 0.3), ("free", 1.5)]
 )
 def test_least_energy_inside_the_stop(variant, angle):
-    found = system(angle, variant=variant)
-    rest = nearest_rest_state(found)
-    assert rest.found
-    at_rest = configurations(found)
-    q = at_rest.configuration(rest.motion, rest.own)
-    np.testing.assert_allclose(q, least(found, angle), atol=3e-6)
+    stopped = system(angle, variant=variant)
+    rest = nearest_rest_state(stopped)
+    assert rest.rests_in_range
+    at_rest = configurations(stopped)
+    q = at_rest.configuration(rest.motion, rest.element_states)
+    np.testing.assert_allclose(q, least(stopped, angle), atol=3e-6)
     assert rest.energy == pytest.approx(float(at_rest.energy(q)), rel=1e-14)
     free = nearest_rest_state(system(None, variant=variant))
     if abs(free.motion.Theta[1]) < angle:
@@ -60,15 +60,15 @@ def test_least_energy_inside_the_stop(variant, angle):
 @pytest.mark.parametrize("side", [1, -1])
 def test_what_is_at_rest_against_a_stop_is_approached_and_does_not_turn(side):
     """θ2 is held there: its two eigenvalues are zero, and no other motion turns it."""
-    found = system(0.3, load=side * 12.0)
-    rest = nearest_rest_state(found)
+    stopped = system(0.3, load=side * 12.0)
+    rest = nearest_rest_state(stopped)
     assert rest.motion.Theta[1] == side * 0.3
-    y = configurations(found).state(np.array([0.1, side * 0.3, -0.1]))
-    zero = lyapunov_zero(found, found.motion(y), np.zeros(0), rest)
+    y = configurations(stopped).state(np.array([0.1, side * 0.3, -0.1]))
+    zero = lyapunov_zero(stopped, stopped.motion(y), np.zeros(0), rest)
     assert zero.rest is rest
     assert zero.approached
     assert zero.is_lowest
-    linear = linearise(found, rest.motion, rest.own)
+    linear = linearise(stopped, rest.motion, rest.element_states)
     moving = linear.eigenvalues != 0
     assert (moving.sum(), linear.growing) == (4, 0)
     modes = linear.modes[:, moving]
@@ -78,10 +78,10 @@ def test_what_is_at_rest_against_a_stop_is_approached_and_does_not_turn(side):
 
 def test_descent_does_not_end_at_a_stop_that_the_load_pulls_away_from():
     """A turned body touches one side; when it has turned back, its weight pulls it to the other."""
-    found = system(0.1)
-    at_rest = configurations(found)
+    stopped = system(0.1)
+    at_rest = configurations(stopped)
     rest = rest_state_below(at_rest, np.array([0.5576, -0.048, 2.0393]))
     assert rest is not None
-    q = at_rest.configuration(rest.motion, rest.own)
+    q = at_rest.configuration(rest.motion, rest.element_states)
     assert q[1] == 0.1
-    np.testing.assert_allclose(q, least(found, 0.1), atol=3e-6)
+    np.testing.assert_allclose(q, least(stopped, 0.1), atol=3e-6)

@@ -96,9 +96,9 @@ def test_a_cell_without_a_value_says_why_and_the_legend_too(opened, sweep):
         figure.name: ("no value: still moving, left the range",),
         "sweep-1-first": ("returns", "still moving", "left the range"),
     }
-    for name, own in words.items():
+    for name, entries in words.items():
         legend = page.locator(f"[id='figure.{name}'] .legend")
-        for word in own:
+        for word in entries:
             expect(legend.get_by_text(word, exact=True)).to_be_visible()
 
 
@@ -171,37 +171,37 @@ def downloaded(page, name):
     return list(csv.reader(StringIO(Path(waiting.value.path()).read_text(encoding="utf-8"))))
 
 
-def same(one, other):
+def same(entry, other):
     """Return whether two entries are the same text, or the same number in single precision."""
     try:
-        return bool(np.isclose(float(one), float(other), rtol=1e-5, atol=1e-12, equal_nan=True))
+        return bool(np.isclose(float(entry), float(other), rtol=1e-5, atol=1e-12, equal_nan=True))
     except ValueError:
-        return one == other
+        return entry == other
 
 
 @pytest.mark.parametrize("name", ["over-time", "maps", "counts"])
 def test_the_button_gives_the_data_of_any_figure(opened, name):
     report = plain_report()
     page = opened(report)
-    found = downloaded(page, name)
+    rows = downloaded(page, name)
     expected = list(csv.reader(StringIO(csv_of(figure_in(report, name)))))
-    assert found[0] == expected[0]
+    assert rows[0] == expected[0]
     # Points that a screen cannot show are not on a page, and traces come in another order.
-    missing = [row for row in found if not any(all(map(same, row, other)) for other in expected)]
+    missing = [row for row in rows if not any(all(map(same, row, other)) for other in expected)]
     assert missing == []
     kinds = {(row[0], row[3]) for row in expected}
-    assert {(row[0], row[3]) for row in found} == kinds
+    assert {(row[0], row[3]) for row in rows} == kinds
 
 
 def test_the_data_of_maps_is_whole(opened, sweep):
     page = opened(sweep)
     name = "sweep-1-map"
-    found = downloaded(page, name)
+    rows = downloaded(page, name)
     expected = list(csv.reader(StringIO(csv_of(figure_in(sweep, name)))))
-    assert len(found) == len(expected)
-    for one, other in zip(sorted(found), sorted(expected), strict=True):
-        assert one[:4] == other[:4]
-    cells = [row for row in found if row[0] == "settling time of v [s]" and row[8]]
+    assert len(rows) == len(expected)
+    for line, other in zip(sorted(rows), sorted(expected), strict=True):
+        assert line[:4] == other[:4]
+    cells = [row for row in rows if row[0] == "settling time of v [s]" and row[8]]
     values = {(float(row[4]), float(row[5])): float(row[8]) for row in cells}
     assert len(values) == 20
     assert values[-1, 10] == pytest.approx(2.1)

@@ -108,8 +108,8 @@ def test_the_slider_moves_all_bodies_and_the_cursors(page):
     def place():
         box.scroll_into_view_if_needed()
         page.wait_for_timeout(100)
-        found: float = cursor.evaluate("e => e.getBoundingClientRect().left")
-        return found
+        left: float = cursor.evaluate("e => e.getBoundingClientRect().left")
+        return left
 
     begin = place()
     page.locator("canvas").first.scroll_into_view_if_needed()
@@ -196,15 +196,15 @@ def test_the_pointer_says_nothing_false_of_a_curve(opened):
     figure = Figure("made", "Made", panels, columns=2)
     page = opened(replace(report(), sections=(Section("made", "Made", (figure,)),)))
     box = drawn(page, "made")
-    found = []
+    tips = []
     for panel in (0, 1):
         point_to(box, panel)
         page.wait_for_timeout(50)
         tip = box.locator(".tip")
-        found.append(tip.inner_text().partition("y = ")[2] if tip.is_visible() else "")
+        tips.append(tip.inner_text().partition("y = ")[2] if tip.is_visible() else "")
     # In the middle between 1 and 1e-4, up to a pixel; on a linear axis it would be 0.5.
-    assert float(found[0]) == pytest.approx(0.01, rel=0.03)
-    assert found[1] == ""
+    assert float(tips[0]) == pytest.approx(0.01, rel=0.03)
+    assert tips[1] == ""
 
 
 def test_play_and_pause(opened):

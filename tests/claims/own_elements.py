@@ -22,10 +22,10 @@ class Weight(Element):
 
     gains = (POINT, Gain("force", "N", "f, inertial", shape="diagonal", positive=False))
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         return force_at(motion, self.point, self.force)
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         return -(self.force @ position(motion, self.point))
 
 
@@ -40,13 +40,13 @@ class StiffeningSpring(Element):
         Gain("length", "m", "ℓ₀", shape="number"),
     )
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         along = line(motion, self.point, self.anchor)
         x = along.length - self.length
         tension = self.k * x + self.h * power(x, 3)
         return force_at(motion, self.point, -tension * along.direction)
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         x = line(motion, self.point, self.anchor).length - self.length
         return 0.5 * self.k * power(x, 2) + 0.25 * self.h * power(x, 4)
 
@@ -61,11 +61,11 @@ class CubicTie(Element):
         Gain("h", "N/m^3", "how it stiffens", shape="diagonal"),
     )
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         e = position(motion, self.point) - self.anchor
         return force_at(motion, self.point, -self.k * e - self.h * power(e, 3))
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         e = position(motion, self.point) - self.anchor
         return 0.5 * (self.k @ power(e, 2)) + 0.25 * (self.h @ power(e, 4))
 
@@ -80,13 +80,13 @@ class SofteningTie(Element):
         Gain("width", "m", "w", shape="number"),
     )
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         e = position(motion, self.point) - self.anchor
         return force_at(
             motion, self.point, -self.k * self.width / sqrt(self.width * self.width + e @ e) * e
         )
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         e = position(motion, self.point) - self.anchor
         return self.k * self.width * (sqrt(self.width * self.width + e @ e) - self.width)
 
@@ -102,15 +102,15 @@ class Rope(Element):
     )
     mode_count = 1
 
-    def guards(self, motion, own):
+    def guards(self, motion, states):
         return np.array([line(motion, self.point, self.anchor).length - self.length])
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         along = line(motion, self.point, self.anchor)
         tension = self.mode[0] * self.stiffness * (along.length - self.length)
         return force_at(motion, self.point, -tension * along.direction)
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         extension = line(motion, self.point, self.anchor).length - self.length
         return 0.5 * self.stiffness * (self.mode[0] * power(extension, 2))
 
@@ -128,20 +128,22 @@ class CreepingCord(Element):
     )
     states = (OwnState("creep", "D", "m", "how much longer the slow part is", size=1),)
 
-    def extension(self, motion, own):
-        return line(motion, self.point, self.anchor).length - self.length - own[0]
+    def extension(self, motion, states):
+        return line(motion, self.point, self.anchor).length - self.length - states[0]
 
-    def rates(self, motion, own):
-        return (self.k * self.extension(motion, own) - self.slow * own) / self.damping
+    def rates(self, motion, states):
+        return (self.k * self.extension(motion, states) - self.slow * states) / self.damping
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         along = line(motion, self.point, self.anchor)
-        return force_at(motion, self.point, -self.k * self.extension(motion, own) * along.direction)
+        return force_at(
+            motion, self.point, -self.k * self.extension(motion, states) * along.direction
+        )
 
-    def stored(self, motion, own):
-        x = self.extension(motion, own)
-        return 0.5 * self.k * power(x, 2) + 0.5 * self.slow * power(own[0], 2)
+    def stored(self, motion, states):
+        x = self.extension(motion, states)
+        return 0.5 * self.k * power(x, 2) + 0.5 * self.slow * power(states[0], 2)
 
-    def dissipated(self, motion, own):
-        (rate,) = self.rates(motion, own)
+    def dissipated(self, motion, states):
+        (rate,) = self.rates(motion, states)
         return self.damping * power(rate, 2)

@@ -46,7 +46,7 @@ def test_what_was_proved_within_tolerances_is_proved(name):
 
 
 def test_no_claim_of_the_table_is_doubted():
-    assert {name: one["doubts"] for name, one in STORED.items() if one["doubts"]} == {}
+    assert {name: claim["doubts"] for name, claim in STORED.items() if claim["doubts"]} == {}
 
 
 def _changed(path, value):
@@ -111,8 +111,8 @@ def test_more_claims_and_higher_levels_are_allowed():
 )
 def test_a_wrong_claim_is_doubted(path, value):
     _, wrong = _changed(path, value)
-    found = doubts(table.config_of("04 permanent, barrier"), wrong)
-    assert set(found) == {path[0]}
+    doubted = doubts(table.config_of("04 permanent, barrier"), wrong)
+    assert set(doubted) == {path[0]}
 
 
 def test_a_level_within_tolerances_may_not_be_lost():

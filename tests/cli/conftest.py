@@ -68,14 +68,14 @@ def json_of(*arguments):
 
 def replace_everywhere(monkeypatch, name, new):
     """Replace a function in its module, and in the modules of the commands that import it."""
-    for found in walk_packages(work.__path__, f"{work.__name__}."):
-        import_module(found.name)
+    for info in walk_packages(work.__path__, f"{work.__name__}."):
+        import_module(info.name)
     old = pkgutil.resolve_name(name)
     monkeypatch.setattr(name, new)
-    for module in [one for key, one in sys.modules.items() if key.startswith("rbstab_cli.")]:
-        for own, value in list(vars(module).items()):
+    for module in [loaded for key, loaded in sys.modules.items() if key.startswith("rbstab_cli.")]:
+        for attribute, value in list(vars(module).items()):
             if value is old:
-                monkeypatch.setattr(module, own, new)
+                monkeypatch.setattr(module, attribute, new)
 
 
 @pytest.fixture

@@ -23,7 +23,7 @@ def machine(elements, **changes):
         "schema_version": 2,
         "title": "Machine on four mounts",
         "body": {"mass": 20, "inertia": INERTIA, "contact_point": [0, 0, -0.15]},
-        "elements": {f"mount{k}": one for k, one in enumerate(elements)},
+        "elements": {f"mount{k}": element for k, element in enumerate(elements)},
         "integration": {"duration": 1.0},
     } | changes
 
@@ -77,15 +77,15 @@ def frequencies(stiffness):
 def test_the_frequencies_of_the_mounts_need_no_proof():
     expected = frequencies(K_C)
     assert expected == pytest.approx([19.34, 21.91, 40.00, 40.19, 61.97, 64.08], abs=0.005)
-    text = ", ".join(f"{one:.4g}" for one in expected)
+    text = ", ".join(f"{frequency:.4g}" for frequency in expected)
     assert f"natural frequencies {text} rad/s" in printed("run", "mounts.yaml", "--no-prove")
     assert f"{text} rad/s" in printed("show", "results/mounts.h5")
 
 
 def test_a_driven_run_speaks_of_the_largest_v():
-    found = printed("run", "knock.yaml")
-    assert "v(0)/1000" not in found
-    assert "At rest: v stays below 0.001 of its largest value from then on" in found
+    output = printed("run", "knock.yaml")
+    assert "v(0)/1000" not in output
+    assert "At rest: v stays below 0.001 of its largest value from then on" in output
     printed("run", "leg.yaml", "--no-prove")
     both = printed("run", "leg.yaml", "knock.yaml", "--no-prove")
     assert "v(0)/1000; where elements supply power, v stays below 0.001 of its largest" in both
@@ -96,6 +96,6 @@ def test_a_driven_sweep_speaks_of_the_largest_v():
     vary = {"elements.knock.amplitude": {"values": [1, 100]}}
     Path("knocks.yaml").write_text(json.dumps({"base": "knock.yaml", "vary": vary}))
     largest = "v stays below 0.001 of its largest value to the end"
-    for found in (printed("sweep", "knocks.yaml"), printed("show", "results/knocks")):
-        assert largest in found
-        assert "v(0)/1000" not in found
+    for output in (printed("sweep", "knocks.yaml"), printed("show", "results/knocks")):
+        assert largest in output
+        assert "v(0)/1000" not in output

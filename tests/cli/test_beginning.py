@@ -7,7 +7,7 @@ from cli.conftest import ended, rbstab, success
 from support.printed_paths import printed, words_of
 
 from rbstab.config.load import load_config
-from rbstab.files.shell_words import one_after_the_other, shell_word
+from rbstab.files.shell_words import chained_commands, shell_word
 
 FILES = ["README.md", "experiment.yaml", "sweep.yaml"]
 
@@ -36,7 +36,7 @@ def test_init_here():
 def test_init_of_a_variant_elsewhere(variant):
     done = success("init", "my first/one", "--variant", variant)
     second = "rbstab run experiment.yaml\n"
-    both = one_after_the_other(f"cd {shell_word(Path('my first/one'))}", second)
+    both = chained_commands(f"cd {shell_word(Path('my first/one'))}", second)
     assert done.stderr.endswith(f"Next: {both}")
     assert load_config(Path("my first/one/experiment.yaml")).controller.variant == variant
 

@@ -13,11 +13,11 @@ def test_what_is_proved_of_disturbances_is_printed_first_and_is_in_the_json(fold
     printed = ended(0, *words).stdout.splitlines()
     assert printed[2].startswith("  Any disturbance couple up to 60 N m keeps the tilt of this bod")
     (facts,) = json_of(*words)
-    found = facts["bound"]
-    assert found["statements"][0] == printed[2].strip()
-    assert (found["proved"], found["couple"], found["force"]) == (True, 60.0, None)
-    assert (found["tilt"], found["why"], found["largest"]) == (0.5, "", None)
-    assert found["level"] > 0
+    bound = facts["bound"]
+    assert bound["statements"][0] == printed[2].strip()
+    assert (bound["proved"], bound["couple"], bound["force"]) == (True, 60.0, None)
+    assert (bound["tilt"], bound["why"], bound["largest"]) == (0.5, "", None)
+    assert bound["level"] > 0
 
 
 def test_without_the_option_there_is_none(folder):

@@ -214,7 +214,7 @@ def test_an_unexpected_error_is_not_hidden(folder, monkeypatch):
         code_of(monkeypatch, "check", "good.yaml")
 
 
-def options_with_one_value():
+def single_value_options():
     """Yield the name of each command with each of its options that takes one value."""
     context = click.Context(cli)
     for name in COMMANDS:
@@ -225,7 +225,7 @@ def options_with_one_value():
                 yield from ((name, spelling) for spelling in option.opts if not option.multiple)
 
 
-@pytest.mark.parametrize(("command", "option"), [*options_with_one_value()])
+@pytest.mark.parametrize(("command", "option"), [*single_value_options()])
 def test_one_value_given_twice_is_refused(command, option):
     done = ended(2, command, option, "a", option, "b")
     assert done.stderr.startswith(f"Usage: rbstab {command} ")

@@ -39,9 +39,9 @@ def read_back(path, expected):
     if path.suffix == ".csv":
         with path.open(newline="", encoding="utf-8") as file:
             head, *rows = csv.reader(file)
-        found = dict(zip(head, map(list, zip(*rows, strict=True)), strict=True))
+        columns = dict(zip(head, map(list, zip(*rows, strict=True)), strict=True))
         return {
-            name: np.array(found[name], dtype=None if data.dtype == object else data.dtype)
+            name: np.array(columns[name], dtype=None if data.dtype == object else data.dtype)
             for name, data in expected.arrays.items()
         }
     if path.suffix == ".parquet":
@@ -57,13 +57,13 @@ def read_back(path, expected):
 
 
 def assert_same(path, expected):
-    found = read_back(path, expected)
-    assert list(found) == list(expected.arrays)
+    columns = read_back(path, expected)
+    assert list(columns) == list(expected.arrays)
     for name, data in expected.arrays.items():
         if data.dtype == object:
-            assert found[name].tolist() == data.tolist(), name
+            assert columns[name].tolist() == data.tolist(), name
         else:
-            assert found[name].astype(data.dtype).tobytes() == data.tobytes(), name
+            assert columns[name].astype(data.dtype).tobytes() == data.tobytes(), name
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -111,9 +111,9 @@ def test_the_traces_of_a_sweep(form, sweep):
 
 def test_runs_have_one_row_each(folder):
     for name in ("b", "a"):
-        own: dict[str, Any] = {f"{name}_own": 2.5}
+        attributes: dict[str, Any] = {f"{name}_own": 2.5}
         (folder / "runs").mkdir(exist_ok=True)
-        made_file(folder / f"runs/{name}.h5", title=f'Run "{name}", of two', **own)
+        made_file(folder / f"runs/{name}.h5", title=f'Run "{name}", of two', **attributes)
     success("export", "runs", "-o", "runs.csv")
     with Path("runs.csv").open(newline="", encoding="utf-8") as file:
         first, second = csv.DictReader(file)
@@ -138,15 +138,15 @@ def test_a_sweep_is_one_netcdf_file(sweep):
         file.set_auto_mask(False)
         file.set_auto_chartostring(False)
         for name in table:
-            data, found = table[name], np.asarray(file[name][...])
+            data, stored = table[name], np.asarray(file[name][...])
             if data.dtype.kind in "iuf":
-                assert (found.dtype, found.tobytes()) == (data.dtype, data.tobytes()), name
+                assert (stored.dtype, stored.tobytes()) == (data.dtype, data.tobytes()), name
             else:
-                assert found.tolist() == data.astype(str).tolist(), name
+                assert stored.tolist() == data.astype(str).tolist(), name
         for name in table.columns:
-            found, column = file[name], table.variables[name]
-            assert (found.units, found.long_name) == (column.unit, column.long_name)
-            assert found.dimensions == column.dimensions
+            stored, column = file[name], table.variables[name]
+            assert (stored.units, stored.long_name) == (column.unit, column.long_name)
+            assert stored.dimensions == column.dimensions
     with xarray.open_dataset("sweep.nc", engine="h5netcdf", decode_times=False) as dataset:
         words = dataset["status"].attrs["flag_meanings"].split()
         assert [words[code] for code in dataset["status"].values].count("diverged") == 2

@@ -65,14 +65,14 @@ def test_the_config_is_written_with_the_numbers_that_are_printed(motion):
 def test_the_json_has_all(motion):
     facts = json_of(*FIT, "-o", "new.yaml")
     assert facts["file"] == "new.yaml"
-    assert [one["name"] for one in facts["numbers"]][::3] == [
+    assert [entry["name"] for entry in facts["numbers"]][::3] == [
         "controller.L_r[0]",
         "controller.K_r[0]",
     ]
     first = facts["numbers"][0]
     assert (first["unit"], first["given"]) == ("N m s/rad", 60.0)
     assert first["low"] < first["fitted"] < first["high"]
-    assert [one["name"] for one in facts["columns"]] == ["theta1", "theta2", "theta3"]
+    assert [entry["name"] for entry in facts["columns"]] == ["theta1", "theta2", "theta3"]
     assert (facts["is_minimum"], facts["warnings"]) == (True, [])
 
 

@@ -177,9 +177,9 @@ def test_shards_of_a_sweep_are_whole(part, files):
     words += " --set integration.duration=0.2" + (f" --part {part}" if part else "")
     sweep = Path("results/plan")
     for presses in (1, 2):
-        known = len(shard_files(sweep)) if sweep.exists() else 0
+        before = len(shard_files(sweep)) if sweep.exists() else 0
         with start(*words.split()) as process:
-            while not sweep.exists() or len(shard_files(sweep)) == known:
+            while not sweep.exists() or len(shard_files(sweep)) == before:
                 assert process.poll() is None
                 time.sleep(0.01)
             for _ in range(presses):

@@ -49,23 +49,23 @@ def test_show_says_what_the_run_has_said(proved):
 
 def test_json_has_it_as_one_object(proved):
     data = json_of("show", "results/good.h5")
-    found = data["convergence"]
-    assert found["proved"] is True
-    assert found["rest_state"] == 1
-    low, high = found["energy"]
-    assert 0 < low < high < found["bound"]
-    assert 0.35 < found["time"] < 0.4
-    assert found["why"] == ""
+    convergence = data["convergence"]
+    assert convergence["proved"] is True
+    assert convergence["rest_state"] == 1
+    low, high = convergence["energy"]
+    assert 0 < low < high < convergence["bound"]
+    assert 0.35 < convergence["time"] < 0.4
+    assert convergence["why"] == ""
     assert not any(key.startswith("convergence_") for key in data)
     assert data["verdict"] == "consistent"
     again = json_of("run", "good.yaml", "--prove", *OUTSIDE)
-    assert again[0]["convergence"] == found
+    assert again[0]["convergence"] == convergence
     assert again[0]["computed"] is False
     # A longer enclosure is added, and the run is not integrated again.
     longer = rbstab("run", "good.yaml", "--prove", "--to-end", "--json", *OUTSIDE)
     assert json.loads(longer.stdout)[0]["computed"] is False
     second = json_of("show", "results/good.h5")
-    shapes = [one["arrays"]["enclosure/time"]["shape"][0] for one in (data, second)]
+    shapes = [facts["arrays"]["enclosure/time"]["shape"][0] for facts in (data, second)]
     assert shapes[0] < shapes[1] == 11
 
 

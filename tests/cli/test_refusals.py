@@ -169,9 +169,9 @@ WITHOUT_EFFECT = {
     "guard held.yaml --limit 5": "--method barrier has no use for --limit",
     "examples --all joint": "--all cannot be combined with NAME",
     **{
-        f"sweep plan.yaml {one} {other}": f"{one.split()[0]} cannot be combined with "
+        f"sweep plan.yaml {option} {other}": f"{option.split()[0]} cannot be combined with "
         f"{other.split()[0]}"
-        for one, other in (
+        for option, other in (
             ("--part 1/2", "--force"),
             ("--part 1/2", "--compare 5"),
             ("--dask tcp://x:1", "--threads 2"),
@@ -340,7 +340,11 @@ STORAGE = {
 
 @pytest.mark.parametrize(
     "option",
-    [one for one in sweep.params if one.name not in ("status_of", "as_json", "quiet", "plan")],
+    [
+        option
+        for option in sweep.params
+        if option.name not in ("status_of", "as_json", "quiet", "plan")
+    ],
     ids=str,
 )
 def test_a_status_has_no_use_for_the_options_of_a_sweep(option):

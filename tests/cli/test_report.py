@@ -77,13 +77,13 @@ def test_json(runs):
     assert not Path("results").exists()
     data = json.loads(done.stdout)
     assert data["title"] == "Mine"
-    found = tables(data)
-    labels = [column["label"] for column in found["runs"]["columns"]]
-    units = [column["unit"] for column in found["runs"]["columns"]]
+    by_name = tables(data)
+    labels = [column["label"] for column in by_name["runs"]["columns"]]
+    units = [column["unit"] for column in by_name["runs"]["columns"]]
     at = labels.index("peak E1")
     assert units[at] == "m"
-    assert [row[at] for row in found["runs"]["rows"]] == pytest.approx([PEAKS[0]] * 2)
-    assert found["differences"]["rows"] == [["light", 40.0], ["heavy", 50.0]]
+    assert [row[at] for row in by_name["runs"]["rows"]] == pytest.approx([PEAKS[0]] * 2)
+    assert by_name["differences"]["rows"] == [["light", 40.0], ["heavy", 50.0]]
 
 
 def test_the_command_makes_the_same_report_again(folder):

@@ -139,18 +139,18 @@ def warned(folder, monkeypatch):
 
 def test_warnings_are_said_once_and_those_of_results_follow_their_answers(warned):
     done = rbstab("run", "--no-prove", *warned)
-    given, *own = [line for line in done.stderr.splitlines() if line.startswith("warning")]
+    given, *of_results = [line for line in done.stderr.splitlines() if line.startswith("warning")]
     assert given.startswith("warning: a.yaml and 1 more: body.inertia: no real body")
-    assert own == [f"warning: {Path('results', name)}.h5: {WARNING}" for name in ("a", "b")]
+    assert of_results == [f"warning: {Path('results', name)}.h5: {WARNING}" for name in ("a", "b")]
     assert WARNING not in done.stdout
     *_, whole_range, first, _, next_line = done.output.splitlines()
     assert whole_range.startswith("  Whole range: ")
-    assert first == own[0]
+    assert first == of_results[0]
     assert next_line.startswith("Next: ")
     again = rbstab("run", "--no-prove", *warned)
     assert again.stderr.count("already done") == again.stderr.count(WARNING) == len(warned)
     data = rbstab("run", "--no-prove", "--json", *warned)
-    assert [WARNING in one["warnings"] for one in json.loads(data.stdout)] == [True, True]
+    assert [WARNING in answer["warnings"] for answer in json.loads(data.stdout)] == [True, True]
     assert data.stderr.count(WARNING) == len(warned)
     assert WARNING not in rbstab("run", "--no-prove", "-q", *warned).output
 

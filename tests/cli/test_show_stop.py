@@ -43,5 +43,5 @@ def test_show_does_not_call_v_minus_work_v(tmp_path):
     assert float(rows["v(0)"].removesuffix(" J")) == pytest.approx(v[0], rel=6e-4)
     assert float(rows["v(end)"].removesuffix(" J")) == pytest.approx(v[-1], rel=6e-4)
     ends = rows["v - ε at 0 and at the end"].split(", ")
-    found = [float(text.removesuffix(" J")) for text in ends]
-    assert found == pytest.approx(result["lyapunov"][[0, -1]].tolist(), rel=1e-6)
+    values = [float(text.removesuffix(" J")) for text in ends]
+    assert values == pytest.approx(result["lyapunov"][[0, -1]].tolist(), rel=1e-6)

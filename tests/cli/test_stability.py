@@ -71,11 +71,11 @@ def test_run_prove_makes_the_proof(folder):
     without = rbstab("run", "--no-prove", "good.yaml", "--json", "-o", "results", "--force")
     assert json.loads(without.stdout)[0]["convergence"]["proved"] is True
     search = ("stability", "good.yaml", "--search-only", "--no-run")
-    found = rbstab(*search)
-    assert "proved to be all" in found.stdout
+    done = rbstab(*search)
+    assert "proved to be all" in done.stdout
     assert kept.stat().st_mtime_ns == before
     assert rbstab(*search, "-o", "stability.txt").stdout == ""
-    assert Path("stability.txt").read_text() == found.stdout
+    assert Path("stability.txt").read_text() == done.stdout
     searched = rbstab(*search, "--results", "other").stdout
     assert "not proved to be all" in searched
     assert "from a search, not proved" in searched
@@ -144,8 +144,8 @@ def test_the_gain_from_which_on_a_leg_stands_is_named(tmp_path):
         "K_r[0] ≥ 6.481 N m/rad; unstable there for ≤ 6.000 (by the eigenvalues)."
     )
     assert sentence in text
-    (found,) = json_of("stability", str(config), *SHORT, *along)
-    (locus,) = found["along"]
+    (facts,) = json_of("stability", str(config), *SHORT, *along)
+    (locus,) = facts["along"]
     assert locus["number"] == "K_r[0]"
     assert [point["value"] for point in locus["points"]] == pytest.approx(values)
     assert f"{locus['stable'][:1].upper()}{locus['stable'][1:]}." == sentence
@@ -178,11 +178,11 @@ def test_rest_states_are_counted_along_a_number(tmp_path):
     (turn,) = [row for row in points if row[3] == "pitchfork"]
     assert float(turn[4]) == pytest.approx(6.38631, abs=1e-5)
     assert {row[3] for row in points[1:]} == {"stable", "unstable", "pitchfork"}
-    found = json_of("stability", str(config), *along, "--search-only")[0]["along"][0]
-    assert {one["proved"] for one in found["intervals"]} == {False}
-    assert [one["states"] for one in found["intervals"]] == [3, 1]
-    assert [one["kind"] for one in found["turns"]] == ["pitchfork"]
-    assert found["branches"]
+    locus = json_of("stability", str(config), *along, "--search-only")[0]["along"][0]
+    assert {entry["proved"] for entry in locus["intervals"]} == {False}
+    assert [entry["states"] for entry in locus["intervals"]] == [3, 1]
+    assert [entry["kind"] for entry in locus["turns"]] == ["pitchfork"]
+    assert locus["branches"]
 
 
 def test_a_rest_state_that_leans_too_far_is_not_the_desired_one(tmp_path):

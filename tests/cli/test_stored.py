@@ -72,12 +72,12 @@ def test_compare_as_json():
     ],
 )
 def test_show_of_other_kinds(path, expected):
-    (found,) = Path("results").glob(path) if "*" in path else [Path("results") / path]
-    done = success("show", str(found))
+    (file,) = Path("results").glob(path) if "*" in path else [Path("results") / path]
+    done = success("show", str(file))
     lines = [" ".join(line.split()) for line in done.stdout.splitlines()]
     for text in expected:
         assert any(line.startswith(text) for line in lines), done.stdout
-    json_of("show", str(found))
+    json_of("show", str(file))
 
 
 @pytest.mark.parametrize(

@@ -112,8 +112,8 @@ def test_motions_are_kept_on_request_and_made_again_if_lost(plan):
     status = ("sweep", "--status", "results/plan")
     assert json_of(*status)["traces"] == 7
     Path("results/plan/traces/00000000.h5").write_bytes(b"")
-    found = json_of(*status)
-    assert (found["damaged_shards"], found["done"]) == ([0], 0)
+    facts = json_of(*status)
+    assert (facts["damaged_shards"], facts["done"]) == ([0], 0)
     assert "of 7 members" in rbstab(*status).stdout
     success(*SWEEP)
     assert len(open_traces("results/plan")) == 7

@@ -78,10 +78,10 @@ def test_counts_of_many_members_have_separators(capsys):
     counts |= {OutcomeKind.RETURNS: 12_000, OutcomeKind.RESTS_ELSEWHERE: 9999}
     counts[OutcomeKind.MOVING] = 8001
     outcomes = SweepOutcomes(counts, 1234, 8, 2, "5 s", wanted(None), "")
-    found = MemberAnswers(
+    answers = MemberAnswers(
         30_000, 9999, 0, 12_000, 8001, 21_999, 30_000, {"why": 20_001}, outcomes, {}
     )
-    print_member_answers(found)
+    print_member_answers(answers)
     outcome, desired, *lines = capsys.readouterr().out.splitlines()
     assert outcome == (
         "  Outcome:     returns: 12,000 of 30,000 members, 1234 of them proved; "
@@ -89,7 +89,7 @@ def test_counts_of_many_members_have_separators(capsys):
     )
     assert desired == "  Desired:     upright (default), within 10°."
     assert lines[4] == "  no proof:    20,001 of 30,000 members: why."
-    assert counts_of(found) == "9999 proved, 12,000 seen, 8001 not decided"
+    assert counts_of(answers) == "9999 proved, 12,000 seen, 8001 not decided"
 
 
 def words(text):
@@ -104,7 +104,7 @@ def test_bodies_that_the_budget_does_not_reach_are_named(folder, monkeypatch):
     sweep, report = ("sweep", "bodies.yaml", "--threads", "1"), ("report", "results/bodies")
     monkeypatch.setattr(prove_bodies, "BUDGET", 0.0)
     done = success(*sweep)
-    (line,) = [one for one in done.stdout.splitlines() if one.startswith("Convergence")]
+    (line,) = [row for row in done.stdout.splitlines() if row.startswith("Convergence")]
     assert line.startswith(
         "Convergence: not proved for 5 of the members: the budget of 0 s reached 0 of 5 distinct "
         "bodies, and not those of members 0 to 4. Run the same command again to go on"

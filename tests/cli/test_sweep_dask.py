@@ -40,11 +40,11 @@ def done_shards():
 
 def sweep_and_disturb(cluster, act):
     """Sweep on the cluster, call `act` after three shards, and return exit code and messages."""
-    known = done_shards()
+    before = done_shards()
     # The scheduler is named by its address, or by the file that it writes.
-    scheduler = str(cluster.file) if known else cluster.address
+    scheduler = str(cluster.file) if before else cluster.address
     with start(*SWEEP, "--dask", scheduler) as process:
-        while done_shards() < known + 3:
+        while done_shards() < before + 3:
             assert process.poll() is None, process.communicate()[1]
             time.sleep(0.01)
         act(process)

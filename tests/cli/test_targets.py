@@ -97,9 +97,9 @@ def test_what_is_no_file_is_not_read(special, command, kind):
 
 def identity(path):
     """Return what tells whether a file was replaced or changed."""
-    found = path.lstat()
-    content = path.read_bytes() if stat.S_ISREG(found.st_mode) else b""
-    return found.st_ino, stat.S_IFMT(found.st_mode), content
+    status = path.lstat()
+    content = path.read_bytes() if stat.S_ISREG(status.st_mode) else b""
+    return status.st_ino, stat.S_IFMT(status.st_mode), content
 
 
 @pytest.mark.parametrize("force", ["", "--force"])

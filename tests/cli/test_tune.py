@@ -227,10 +227,10 @@ def test_rest_states_at_other_angles_are_why_no_barrier_is_found(case1, monkeypa
 
 def test_a_guard_of_the_config_is_replaced_and_other_elements_keep_their_names():
     given = load_config(with_elements(range=STRUT, range_2=STRUT))
-    found = with_barrier(with_barrier(given, 7.0), 3.0).elements
-    assert [name for name, element in found.items() if element.kind == "spring"] == [
+    elements = with_barrier(with_barrier(given, 7.0), 3.0).elements
+    assert [name for name, element in elements.items() if element.kind == "spring"] == [
         "range",
         "range_2",
     ]
-    assert {name for name in found if name not in given.elements} == {"range_3"}
-    assert found["range_3"].stiffness == 3.0
+    assert {name for name in elements if name not in given.elements} == {"range_3"}
+    assert elements["range_3"].stiffness == 3.0

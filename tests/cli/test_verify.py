@@ -82,7 +82,7 @@ def test_all_proofs_of_a_folder_are_checked(proof):
         assert done.stdout.endswith(f"{folder}: {counts}")
     # That of one config is found by the config.
     done = success("verify", "results", "--config", "good.yaml", *changes, "--json")
-    assert [one["id"] for one in json.loads(done.stdout)] == [other.stem]
+    assert [checked["id"] for checked in json.loads(done.stdout)] == [other.stem]
     # A wrong proof does not stop the others, and neither does a damaged one.
     data = read_document(proof)
     data["region"]["energy_bound"] *= 1.01
@@ -119,11 +119,11 @@ def test_a_certificate_has_the_boxes_that_are_counted(proof):
     data, certificate = json.loads(done.stdout), json.loads(Path("boxes.json").read_text())
     assert data["verified"] is True
     assert data["id"] == certificate["id"] == proof.stem
-    boxes = {(one["about"], one["claim"]): one["boxes"] for one in data["findings"]}
+    boxes = {(entry["about"], entry["claim"]): entry["boxes"] for entry in data["findings"]}
     for about, faces in (("the range of eq. 5", 6), ("all θ1 and θ3", 2)):
-        parts = [one for one in certificate["covers"] if one["about"] == about]
+        parts = [entry for entry in certificate["covers"] if entry["about"] == about]
         for claim, count in (("no other rest state", 1), ("certified region", faces)):
-            trees = [one["tree"].split() for one in parts if one["claim"] == claim]
+            trees = [entry["tree"].split() for entry in parts if entry["claim"] == claim]
             assert len(trees) == count
             assert sum(map(len, trees)) == boxes[about, claim]
 
@@ -141,5 +141,9 @@ def test_a_second_opinion_confirms_and_refutes(folder):
     data["states"][0]["index"] = 1
     write_document(proof, data)
     done = ended(4, *second, "--json")
-    wrong = [one["about"] for one in json.loads(done.stdout)["findings"] if not one["verified"]]
+    wrong = [
+        finding["about"]
+        for finding in json.loads(done.stdout)["findings"]
+        if not finding["verified"]
+    ]
     assert "codac: the range of eq. 5" in wrong

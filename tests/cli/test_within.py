@@ -29,10 +29,12 @@ def test_the_proof_is_printed_first_and_stored(held):
     files = sorted(path.name for path in (held / "results" / "proofs").iterdir())
     assert len([name for name in files if name.startswith("within-")]) == 1
     again = rbstab(*arguments, "--within", "body.contact_point=±0.01", "--json")
-    ((facts,), proof) = (found := json.loads(again.stdout)), found[0]["within"]["proof"]
+    ((facts,), proof) = (answers := json.loads(again.stdout)), answers[0]["within"]["proof"]
     assert facts["within"]["tolerances"] == ["controller=±20%", "body.contact_point=±0.01"]
     assert proof["proved"] is True
-    gains = {one["key"]: (one["low"], one["high"]) for one in proof["tolerances"]}
+    gains = {
+        tolerance["key"]: (tolerance["low"], tolerance["high"]) for tolerance in proof["tolerances"]
+    }
     assert gains["controller.K_r[0]"] == ("320", "480")
     assert 760 <= proof["level"] < 770
 
@@ -90,7 +92,7 @@ SPIN = "initial.angular_velocity[0]=±0.01"
 def test_every_start_is_proved_and_the_proof_is_stored(folder):
     arguments = ("stability", "good.yaml", *FAST, "--no-run", "--within", SPIN)
     first = success(*arguments)
-    (line,) = [one for one in first.stdout.splitlines() if "For every start within" in one]
+    (line,) = [row for row in first.stdout.splitlines() if "For every start within" in row]
     assert "initial.angular_velocity[0] ±0.01: the motion converges to rest state 1, proved" in line
     assert "inside the certified region from t = " in line
     (stored,) = (folder / "results" / "proofs").glob("starts-*.json")

@@ -29,8 +29,8 @@ def unlike(command):
 
 
 def shown_commands(text):
-    found = [block for block in blocks(text) if block.language == "console"]
-    return [command.words for block in found for command in commands(block)]
+    consoles = [block for block in blocks(text) if block.language == "console"]
+    return [command.words for block in consoles for command in commands(block)]
 
 
 @pytest.mark.parametrize("page", pages())

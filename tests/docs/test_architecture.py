@@ -66,7 +66,7 @@ def test_each_file_says_what_it_is():
 def test_no_modules_import_each_other_in_a_circle():
     """Neither when they run, nor for types alone."""
     graph = grimp.build_graph("rbstab", "rbstab_cli", cache_dir=None)
-    imports = {one: graph.find_modules_directly_imported_by(one) for one in graph.modules}
+    imports = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
     try:
         TopologicalSorter(imports).prepare()
     except CycleError as error:

@@ -67,7 +67,7 @@ def test_each_gain_has_its_row_with_its_unit(kind, method):
     units = {key.strip("` "): row[2] for row in rows for key in row[0].split(",")}
     element = KINDS[kind][method]
     expected = {gain.name: gain.unit for gain in element.gains}
-    expected |= {own.initial_key: own.unit for own in element.states}
+    expected |= {state.initial_key: state.unit for state in element.states}
     assert units == expected | ({} if method is None else {"method": "-"})
     assert f"| [`{kind}`](#" in PAGE
 
@@ -95,8 +95,8 @@ def test_the_curves_are_the_energies_of_the_page(drawings):
     angles = np.linspace(-1.2, 1.2, 7)
     turned = AttitudeSpring(name="", K=20 * np.eye(3), L=np.eye(3))
     for axis in range(3):
-        found = drawings.energies(turned, angles, axis)
-        assert found == pytest.approx(20 * (1 - np.cos(angles)), abs=1e-12)
+        energies = drawings.energies(turned, angles, axis)
+        assert energies == pytest.approx(20 * (1 - np.cos(angles)), abs=1e-12)
     guard = Barrier(name="", stiffness=3.0, outer_stiffness=2.0)
     assert drawings.energies(guard, angles, 1) == pytest.approx(1.5 * np.tan(angles) ** 2)
     assert drawings.energies(guard, angles, 0) == pytest.approx(np.tan(angles / 2) ** 2)
@@ -108,8 +108,8 @@ def test_small_rotations_have_the_stiffness_that_the_page_says(drawings):
     element = AttitudeSpring(name="", K=np.diag([60.0, 60.0, 40.0]), L=np.eye(3))
     small = np.array([1e-3])
     for axis, stiffness in enumerate((50.0, 50.0, 60.0)):
-        found = drawings.energies(element, small, axis)
-        assert found == pytest.approx(0.5 * stiffness * small**2, rel=1e-5)
+        energies = drawings.energies(element, small, axis)
+        assert energies == pytest.approx(0.5 * stiffness * small**2, rel=1e-5)
     assert "50 N m/rad about the first two" in PAGE
     assert "60 about the third" in PAGE
 
@@ -126,10 +126,12 @@ def test_the_example_settles_when_the_page_says():
 @pytest.mark.parametrize("kind", KINDS)
 def test_which_kinds_are_proved(kind):
     elements = [element for example in examples() for element in example.elements.values()]
-    one = next(e for e in elements if e.kind == kind).model_dump(mode="json", exclude_none=True)
+    section_data = next(e for e in elements if e.kind == kind).model_dump(
+        mode="json", exclude_none=True
+    )
     config = rbstab.load_config(ROOT / "configs/examples/elements_proved.yaml")
     data = config.model_dump(mode="json", exclude_none=True)
-    proof = rbstab.prove(rbstab.load_config(data | {"elements": {"one": one}}))
+    proof = rbstab.prove(rbstab.load_config(data | {"elements": {"one": section_data}}))
     assert bool(proof.unique) == (kind in PROVED)
     assert proof.every_start == (kind == "guard")
     without = {key: value for key, value in data.items() if key != "controller"}

@@ -16,8 +16,8 @@ EXAMPLE = ROOT / "configs/examples/driven.yaml"
 
 def rows(heading):
     """Return the rows of the tables below a heading, by the name in their first column."""
-    found = [row for table in tables(section(PAGE, heading)) for row in table[1:]]
-    return {row[0].strip("`"): " | ".join(row[1:]) for row in found}
+    table_rows = [row for table in tables(section(PAGE, heading)) for row in table[1:]]
+    return {row[0].strip("`"): " | ".join(row[1:]) for row in table_rows}
 
 
 def test_the_example_is_in_the_file():

@@ -14,7 +14,7 @@ ROOMS = sorted({mutant.room for mutant in ALL})
 
 @pytest.mark.parametrize("room", ROOMS)
 def test_each_mutant_of_a_room_changes_one_place_of_the_code(room):
-    for mutant in (one for one in ALL if one.room == room):
+    for mutant in (candidate for candidate in ALL if candidate.room == room):
         assert fits(mutant), mutant.what
 
 
@@ -30,7 +30,7 @@ def fits(mutant):
 
 
 def test_mutants_differ():
-    assert len({(one.file, one.old, one.new) for one in ALL}) == len(ALL)
+    assert len({(candidate.file, candidate.old, candidate.new) for candidate in ALL}) == len(ALL)
 
 
 def test_each_room_has_mutants_that_tests_notice():

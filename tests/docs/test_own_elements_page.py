@@ -39,9 +39,9 @@ def test_the_wrong_statement_of_the_page():
 def test_the_rope():
     pytest.importorskip("heyoka")
     code = UserCode(PYTHON[2], "rope.py")
-    found = check_class(element_class(code, "Rope"), code)
-    assert found.problems == ()
-    assert "`stored` is continuous at each switch" in found.passed
+    checked = check_class(element_class(code, "Rope"), code)
+    assert checked.problems == ()
+    assert "`stored` is continuous at each switch" in checked.passed
 
 
 def test_the_element_with_an_own_state():

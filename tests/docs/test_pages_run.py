@@ -19,13 +19,13 @@ from support.printed_lines import agrees
 
 def programs(page):
     """Return the commands of a page and the first lines of its other blocks."""
-    found = []
+    texts = []
     for block in blocks((ROOT / page).read_text(encoding="utf-8")):
         if block.language == "console":
-            found += [command.words for command in commands(block)]
+            texts += [command.words for command in commands(block)]
         elif block.lines:
-            found.append(block.lines[0])
-    return found
+            texts.append(block.lines[0])
+    return texts
 
 
 def marks(page):
@@ -38,8 +38,15 @@ def marks(page):
 def test_the_page_shows_what_is_printed(page, tmp_path):
     differences = differences_of(page, tmp_path)
     text = "\n".join(
-        "\n".join([f"line {one.start + 1}: shown", *one.shown, "printed", *one.printed])
-        for one in differences
+        "\n".join(
+            [
+                f"line {difference.start + 1}: shown",
+                *difference.shown,
+                "printed",
+                *difference.printed,
+            ]
+        )
+        for difference in differences
     )
     assert not differences, f"{text}\nif this is meant, run `make docs-outputs`"
 

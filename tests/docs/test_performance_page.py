@@ -105,14 +105,14 @@ class FakeProcess:
 def test_the_loosest_setting_within_the_limit_is_chosen(peers, ladder, settings):
     reference = np.ones((peers.rows.CHECKED, 5, 12))
     peer = SimpleNamespace(ladder=ladder, largest_batch=512)
-    found = list(peers.rows._settings(FakeProcess(reference), peer, reference))
-    assert [one.setting for one in found] == settings
-    for one, target in zip(found, peers.rows.TARGETS, strict=True):
-        reached = ladder[-1] if one.setting is None else one.setting
-        assert one.error == pytest.approx(reached / 100, rel=1e-6)
-        assert (one.error <= target) == (one.setting is not None)
+    rows = list(peers.rows._settings(FakeProcess(reference), peer, reference))
+    assert [row.setting for row in rows] == settings
+    for row, target in zip(rows, peers.rows.TARGETS, strict=True):
+        reached = ladder[-1] if row.setting is None else row.setting
+        assert row.error == pytest.approx(reached / 100, rel=1e-6)
+        assert (row.error <= target) == (row.setting is not None)
         # A member takes a millisecond, so the largest batch fits in a second.
-        assert one.members == (0 if one.setting is None else 512)
+        assert row.members == (0 if row.setting is None else 512)
 
 
 def test_a_peer_runs_as_a_process_of_its_own(peers, problem, reference, tmp_path, monkeypatch):
@@ -133,9 +133,9 @@ def test_a_peer_runs_as_a_process_of_its_own(peers, problem, reference, tmp_path
 
 
 def test_the_page_has_the_tables_of_all_peers(peers):
-    found = peers.page.PLACE.search(PAGE)
-    assert found is not None
-    rates, settings = tables(found[0])
+    place = peers.page.PLACE.search(PAGE)
+    assert place is not None
+    rates, settings = tables(place[0])
     for table in (rates, settings):
         assert {len(row) for row in table} == {2 + len(peers.rows.TARGETS)}
     assert [row[0] for row in rates[1:]] == [peer.title for peer in peers.catalogue.PEERS]

@@ -40,7 +40,7 @@ LINES = [line for line in PAGE.splitlines() if PATH.search(line)]
 def test_each_theorem_has_its_hypotheses():
     assert len(CHECKED_BY) >= 30
     numbers = re.findall(r"^(?:## |\*\*)Theorem (\d+)", PAGE, re.MULTILINE)
-    assert [int(one) for one in numbers] == list(range(1, 17))
+    assert [int(number) for number in numbers] == list(range(1, 17))
     assert len(re.findall(r"^\*\*Statement\.\*\*", PAGE, re.MULTILINE)) == 15
 
 
@@ -92,8 +92,10 @@ def test_the_levels_of_all_bodies_are_what_is_printed(level, name, tmp_path):
     within = ("--within", "controller=±20%", "--within", "body.contact_point=±0.01")
     config = str(ROOT / "configs" / "paper" / f"{name}.yaml")
     printed = printed_by(tmp_path, "stability", config, *within, "--no-run")
-    (found,) = re.findall(r"every motion with v\(0\) < ([\d.]+) J converges, proved", printed)
-    assert int(float(found)) == int(level)
+    (printed_level,) = re.findall(
+        r"every motion with v\(0\) < ([\d.]+) J converges, proved", printed
+    )
+    assert int(float(printed_level)) == int(level)
 
 
 @pytest.mark.heavy

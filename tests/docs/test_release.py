@@ -45,9 +45,9 @@ def test_a_tag_with_its_version_is_released_with_its_notes(root):
     ],
 )
 def test_a_tag_of_another_version_is_refused(tag, count, words, root):
-    found = problems(tag, root)
-    assert len(found) == count
-    assert words in " ".join(found)
+    messages = problems(tag, root)
+    assert len(messages) == count
+    assert words in " ".join(messages)
 
 
 @pytest.mark.parametrize(
@@ -62,5 +62,5 @@ def test_an_incomplete_release_is_refused(file, old, new, words, root):
     text = (root / file).read_text(encoding="utf-8")
     assert old in text
     (root / file).write_text(text.replace(old, new), encoding="utf-8")
-    (found,) = problems("v1.2.0", root)
-    assert words in found
+    (message,) = problems("v1.2.0", root)
+    assert words in message

@@ -54,8 +54,8 @@ def test_each_page_is_on_the_site(site):
 
 def test_each_public_name_is_in_the_api_once():
     text = page("api")
-    found = re.findall(r"\.\. auto(?:function|class|exception):: rbstab\.(\w+)$", text, re.M)
-    assert sorted(found) == sorted(rbstab.__all__)
+    names = re.findall(r"\.\. auto(?:function|class|exception):: rbstab\.(\w+)$", text, re.M)
+    assert sorted(names) == sorted(rbstab.__all__)
 
 
 @pytest.mark.parametrize("name", rbstab.__all__)
@@ -106,10 +106,10 @@ def test_the_citation_has_the_version():
 def test_the_tutorials_use_one_box():
     """Numbers of one tutorial are used in the others."""
     pages = ["tutorial_first", "tutorial_stable", "tutorial_sweep", "choosing"]
-    found = [blocks_of(page(name), "yaml") for name in pages]
-    boxes = [[text for text in texts if text.startswith("# box.yaml")] for texts in found]
-    assert all(len(found) == 1 for found in boxes)
-    configs = [rbstab.load_config(yaml.safe_load(found[0])) for found in boxes]
+    blocks = [blocks_of(page(name), "yaml") for name in pages]
+    boxes = [[text for text in texts if text.startswith("# box.yaml")] for texts in blocks]
+    assert all(len(of_page) == 1 for of_page in boxes)
+    configs = [rbstab.load_config(yaml.safe_load(text)) for (text,) in boxes]
     assert all(config == configs[0] for config in configs)
 
 

@@ -45,32 +45,32 @@ def power(wrench, motion):
     return at_centre + dot(wrench.contact_force, motion.F)
 
 
-def balance(element, motion, own):
+def balance(element, motion, states):
     """Return the rate of the stored energy, plus the dissipation, plus the power on the body."""
-    stored = element.stored(motion, own)
+    stored = element.stored(motion, states)
     # Θ̇ = BΩ, Ẋ = V and Ė = F.
     pairs = [
         (motion.Theta, motion.B @ motion.Omega),
         (motion.X, motion.V),
         (motion.E, motion.F),
-        (own, element.rates(motion, own)),
+        (states, element.rates(motion, states)),
     ]
     rate = sum(
         stored.derivative(variable) * speed
         for vector, speeds in pairs
         for variable, speed in zip(vector, speeds, strict=True)
     )
-    return rate + element.dissipated(motion, own) + power(element.wrench(motion, own), motion)
+    return rate + element.dissipated(motion, states) + power(element.wrench(motion, states), motion)
 
 
 @pytest.mark.parametrize("kind", SMOOTH, ids=lambda kind: kind.__name__)
 def test_element_stores_what_it_takes_and_does_not_dissipate(kind):
     symbols = variables(70)
     motion, element = motion_of(symbols), element_of(kind, symbols)
-    own = symbols.vector(kind.state_size)
-    found = balance(element, motion, own)
-    assert isinstance(found, RationalFunction)
-    assert found.is_zero
+    states = symbols.vector(kind.state_size)
+    residual = balance(element, motion, states)
+    assert isinstance(residual, RationalFunction)
+    assert residual.is_zero
 
 
 def test_kinetic_energy_grows_by_the_power_of_all_forces():

@@ -61,7 +61,7 @@ def test_only_inputs_and_muscles_supply():
     assert supplying == {ForceInput, BodyForceInput, CoupleInput, BodyCoupleInput, CoactivatedTie}
 
     class Motor(Element):
-        def supplied(self, motion, own):
+        def supplied(self, motion, states):
             return 1.0
 
     assert Motor.supplies
@@ -95,8 +95,8 @@ def test_legs_are_the_signal(rng, kind):
     made = MADE[kind](signal)
     edges = made[1:, 2]
     times = np.concatenate([rng.uniform(-0.5, 1.5, 200), edges, edges - 1e-9, edges + 1e-9])
-    found = [value_of_legs(made, t) for t in times.tolist()]
-    np.testing.assert_allclose(found, value_at(signal, times), atol=1e-12)
+    values = [value_of_legs(made, t) for t in times.tolist()]
+    np.testing.assert_allclose(values, value_at(signal, times), atol=1e-12)
 
 
 def test_a_table_with_rows_at_one_time():
@@ -110,12 +110,12 @@ def test_a_schedule_of_several_inputs(rng):
     """Each input keeps its own legs at the breakpoints of the others."""
     made = {kind: make(LEGS[kind]) for kind, make in MADE.items()}
     together = schedule_of(made)
-    expected = sorted({t for one in made.values() for t in one[1:, 2].tolist()})
+    expected = sorted({t for table in made.values() for t in table[1:, 2].tolist()})
     assert together.breakpoints.tolist() == expected
     before = np.nextafter(expected, -1).tolist()
     for t in [*rng.uniform(-0.2, 1.2, 100).tolist(), *expected, *before]:
         values = [Leg(*leg).value(t) for leg in together.legs_at(t).tolist()]
-        np.testing.assert_array_equal(values, [value_of_legs(one, t) for one in made.values()])
+        np.testing.assert_array_equal(values, [value_of_legs(table, t) for table in made.values()])
     assert together.between(expected[0], expected[-1]) == expected[1:-1]
     assert together.between(-1.0, 9.0) == expected
 

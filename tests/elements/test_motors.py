@@ -42,10 +42,10 @@ SUPPLYING = {
 """Motors that are not passive: one in body axes, and three with a lag beyond 0.04 s."""
 
 
-def rate_of_stored(motor, path, own, rates):
+def rate_of_stored(motor, path, states, rates):
     def stored(t):
         motion = motion_from_centre(path.body, np.zeros(3), path.Z(t))
-        return motor.stored(motion, own + t * rates)
+        return motor.stored(motion, states + t * rates)
 
     return derivative(stored, 5e-5)
 
@@ -53,22 +53,22 @@ def rate_of_stored(motor, path, own, rates):
 @pytest.mark.parametrize("name", SUPPLYING)
 def test_what_is_supplied_closes_the_balance_along_a_path(rng, name):
     """The rate of what is stored = power taken from the body - dissipated + supplied."""
-    motor, found = SUPPLYING[name], []
+    motor, shares = SUPPLYING[name], []
     for _ in range(30):
         path = random_path(rng, random_body(rng))
-        own = rng.normal(size=motor.state_size)
+        states = rng.normal(size=motor.state_size)
         motion = motion_from_centre(path.body, np.zeros(3), path.Z())
-        rise = rate_of_stored(motor, path, own, motor.rates(motion, own))
-        wrench = motor.wrench(motion, own)
+        rise = rate_of_stored(motor, path, states, motor.rates(motion, states))
+        wrench = motor.wrench(motion, states)
         taken = -(wrench.force @ motion.V + wrench.couple @ motion.Omega)
-        lost, supplied = motor.dissipated(motion, own), motor.supplied(motion, own)
+        lost, supplied = motor.dissipated(motion, states), motor.supplied(motion, states)
         assert lost >= 0
         scale = abs(taken) + lost + abs(supplied)
         assert abs(rise - (taken - lost + supplied)) < 1e-7 * scale
-        found.append(supplied / scale)
+        shares.append(supplied / scale)
     # It is no small share, and has both signs: such a motor is not passive.
-    assert max(found) > 0.05
-    assert min(found) < -0.05
+    assert max(shares) > 0.05
+    assert min(shares) < -0.05
 
 
 def test_a_hard_limit_stores_and_loses_what_it_takes_on_all_of_its_sides(rng):

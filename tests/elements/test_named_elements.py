@@ -109,8 +109,8 @@ def test_damping_is_the_slope_of_half_the_loss(kind, rng):
         return moved
 
     def wrench(velocities):
-        found = element.wrench(motion_from_centre(body, NO_MOTION, moving(velocities)), NO_STATE)
-        return np.concatenate([found.force, found.couple])
+        loads = element.wrench(motion_from_centre(body, NO_MOTION, moving(velocities)), NO_STATE)
+        return np.concatenate([loads.force, loads.couple])
 
     velocities = Z[spins_and_speeds]
     dissipated = element.dissipated(motion_from_centre(body, NO_MOTION, Z), NO_STATE)
@@ -132,17 +132,19 @@ def test_tie_at_the_contact_point_is_the_connector(connector_class, tie_class, r
         motion = motion_from_centre(body, anchor, Z)
         gains = {gain.name: random_spd(rng, 1000.0) for gain in connector_class.gains}
         connector = connector_class(**gains)
-        own = rng.normal(size=connector.state_size)
+        states = rng.normal(size=connector.state_size)
         ends = {"point": body.contact_point, "anchor": body.contact_point + anchor}
         tie = tie_class(name="a", **ends, **gains)
         # X + AR - (R + X_a) loses digits where E is small.
         for of in ("stored", "dissipated"):
-            found, expected = (getattr(one, of)(motion, own) for one in (tie, connector))
-            assert found == pytest.approx(expected, rel=1e-13)
-        if len(own):
-            assert relative_error(tie.rates(motion, own), connector.rates(motion, own)) < 1e-12
-        force = tie.wrench(motion, own)
-        at_contact = connector.wrench(motion, own).contact_force
+            of_tie, expected = (getattr(holder, of)(motion, states) for holder in (tie, connector))
+            assert of_tie == pytest.approx(expected, rel=1e-13)
+        if len(states):
+            assert (
+                relative_error(tie.rates(motion, states), connector.rates(motion, states)) < 1e-12
+            )
+        force = tie.wrench(motion, states)
+        at_contact = connector.wrench(motion, states).contact_force
         assert relative_error(force.force, at_contact) < 1e-13
         moment = np.cross(body.contact_point, attitude(Z[:3]).T @ at_contact)
         assert relative_error(force.couple, moment) < 1e-13
@@ -157,10 +159,10 @@ def test_a_spring_without_a_length_is_one_whose_rest_length_is_zero(rng):
     Z, motion = still(rng)
     expected = spring_energy(bare, Z[6:9], attitude(Z[:3]))
     assert smooth.stored(motion, NO_STATE) == pytest.approx(expected, rel=1e-13)
-    for found, wanted in zip(
+    for computed, wanted in zip(
         smooth.wrench(motion, NO_STATE), bare.wrench(motion, NO_STATE), strict=True
     ):
-        assert relative_error(found, wanted, 1.0) < 1e-12
+        assert relative_error(computed, wanted, 1.0) < 1e-12
     short = np.concatenate([NO_MOTION, NO_MOTION, given.anchor - given.point, NO_MOTION])
     at_anchor = motion_from_centre(random_body(rng), NO_MOTION, short)
     assert smooth.stored(at_anchor, NO_STATE) == pytest.approx(0, abs=1e-25)
@@ -210,12 +212,12 @@ def test_energy_and_elastic_tension_of_a_ligament_meet_at_a_switch(rng, strain_i
     before, after = np.array([float(mode), 0.0]), np.array([1.0, float(mode)])
     low, high = replace(element, mode=before), replace(element, mode=after)
     assert abs(low.stored(motion, NO_STATE) - high.stored(motion, NO_STATE)) < 1e-12
-    forces = np.array([one.wrench(motion, NO_STATE).force for one in (low, high)])
+    forces = np.array([ligament.wrench(motion, NO_STATE).force for ligament in (low, high)])
     np.testing.assert_allclose(forces[0], forces[1], atol=1e-11)
     assert abs(element.guards(motion, NO_STATE)[mode]) < 1e-14
     # And not at another strain: the modes are different.
-    longer = [replace(one, anchor=one.anchor - 0.3 * out) for one in (low, high)]
-    assert abs(np.subtract(*(one.stored(motion, NO_STATE) for one in longer))) > 1e-3
+    longer = [replace(ligament, anchor=ligament.anchor - 0.3 * out) for ligament in (low, high)]
+    assert abs(np.subtract(*(ligament.stored(motion, NO_STATE) for ligament in longer))) > 1e-3
 
 
 @pytest.mark.parametrize("kind", [StiffGuard, RepellingGuard])

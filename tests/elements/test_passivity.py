@@ -53,10 +53,10 @@ def power_on_body(wrench, motion):
     return wrench.force @ motion.V + turning + wrench.contact_force @ motion.F
 
 
-def assert_balanced(element, motion, own, stored_rate, tolerance):
+def assert_balanced(element, motion, element_states, stored_rate, tolerance):
     """Assert that the element stores what it takes from the body and does not dissipate."""
-    taken_in = -power_on_body(element.wrench(motion, own), motion)
-    lost = element.dissipated(motion, own)
+    taken_in = -power_on_body(element.wrench(motion, element_states), motion)
+    lost = element.dissipated(motion, element_states)
     scale = abs(taken_in) + abs(lost) or 1.0  # some elements do nothing in some modes
     assert relative_error(stored_rate, taken_in - lost, scale) < tolerance
 
@@ -66,20 +66,22 @@ def test_power_is_stored_or_dissipated_along_a_path(rng, case):
     """The same for a body on a given path, whose spin and velocity are found by differences."""
     element = random_element(rng, *case)
 
-    def rate_of_the_energy(path, anchor, own):
-        own_rates = element.rates(motion_from_centre(path.body, anchor, path.Z()), own)
+    def rate_of_the_energy(path, anchor, element_states):
+        state_rates = element.rates(motion_from_centre(path.body, anchor, path.Z()), element_states)
 
         def stored(t):
             motion = motion_from_centre(path.body, anchor, path.Z(t))
-            return element.stored(motion, own + t * own_rates)
+            return element.stored(motion, element_states + t * state_rates)
 
         return derivative(stored, 5e-3 * case[1].step)
 
     for _ in range(STATES):
         path, anchor = random_path(rng, random_body(rng)), rng.normal(size=3)
-        own = rng.normal(size=element.state_size)
+        element_states = rng.normal(size=element.state_size)
         motion = motion_from_centre(path.body, anchor, path.Z())
-        assert_balanced(element, motion, own, rate_of_the_energy(path, anchor, own), 1e-9)
+        assert_balanced(
+            element, motion, element_states, rate_of_the_energy(path, anchor, element_states), 1e-9
+        )
 
 
 def test_loss_is_positive_while_anything_moves(rng, element, states, case):
@@ -87,23 +89,25 @@ def test_loss_is_positive_while_anything_moves(rng, element, states, case):
     damped = case[1].loses
     if damped is None:
         damped = any(gain.dissipates for gain in element.gains)
-    for body, anchor, Z, own in states:
+    for body, anchor, Z, element_states in states:
         # Slow and fast motions: each term of the dissipation is the largest in some of them.
         Z[[3, 4, 5, 9, 10, 11]] *= 10.0 ** rng.uniform(-3, 3)
-        lost = element.dissipated(motion_from_centre(body, anchor, Z), own)
+        lost = element.dissipated(motion_from_centre(body, anchor, Z), element_states)
         assert lost > 0 if damped else lost == 0
 
 
 def test_nothing_is_lost_at_rest(element, states):
     for body, anchor, Z, start in states:
         still = np.concatenate([Z[0:3], np.zeros(3), Z[6:9], np.zeros(3)])
-        motion, own = motion_from_centre(body, anchor, still), start
+        motion, element_states = motion_from_centre(body, anchor, still), start
         # Own states rest where their rates vanish: by Newton's method, exact for linear rates.
         for _ in range(3 if element.state_size else 0):
-            slope = jacobian(partial(element.rates, motion), own)
-            own = own - np.linalg.solve(slope, element.rates(motion, own))
-        scale = element.dissipated(motion_from_centre(body, anchor, Z), own)
-        assert abs(element.dissipated(motion, own)) <= 1e-20 * scale
+            slope = jacobian(partial(element.rates, motion), element_states)
+            element_states = element_states - np.linalg.solve(
+                slope, element.rates(motion, element_states)
+            )
+        scale = element.dissipated(motion_from_centre(body, anchor, Z), element_states)
+        assert abs(element.dissipated(motion, element_states)) <= 1e-20 * scale
 
 
 def test_gains_of_one_name_are_declared_alike():

@@ -49,8 +49,8 @@ def made(request, rng):
     kind, surface = CASES[request.param]
     element = random_tie(rng, kind, surface)
     body, Z = random_body(rng), random_Z(rng)
-    own = rng.normal(size=3) if element.slides else np.zeros(0)
-    return element, Z, motion_from_centre(body, rng.normal(size=3), Z), own
+    equivalent_forces = rng.normal(size=3) if element.slides else np.zeros(0)
+    return element, Z, motion_from_centre(body, rng.normal(size=3), Z), equivalent_forces
 
 
 def displacement(element, X, A):
@@ -58,7 +58,7 @@ def displacement(element, X, A):
 
 
 def test_force_is_that_of_the_law_axis_by_axis(made):
-    element, Z, motion, own = made
+    element, Z, motion, equivalent_forces = made
     X, V, A = Z[6:9], Z[9:12], attitude(Z[:3])
     E = displacement(element, X, A)
     F = V + A @ np.cross(Z[3:6], element.point)
@@ -75,16 +75,18 @@ def test_force_is_that_of_the_law_axis_by_axis(made):
             sign = 1.0 if first else -1.0 if second else inside
             expected[axis] = -element.K_s[axis] * sign
         elif second:
-            expected[axis] = own[axis]
+            expected[axis] = equivalent_forces[axis]
         else:
             expected[axis] = -element.K_s[axis] * (1.0 if first else -1.0)
-    wrench = element.wrench(motion, own)
+    wrench = element.wrench(motion, equivalent_forces)
     assert relative_error(wrench.force, expected) < 1e-12
     assert relative_error(wrench.couple, np.cross(element.point, A.T @ expected)) < 1e-12
     if element.rate_weight:
         # On s = F + κE nothing is stored: all power is counted as lost.
-        assert element.stored(motion, own) == 0
-        assert element.dissipated(motion, own) == pytest.approx(-expected @ F, rel=1e-12)
+        assert element.stored(motion, equivalent_forces) == 0
+        assert element.dissipated(motion, equivalent_forces) == pytest.approx(
+            -expected @ F, rel=1e-12
+        )
 
 
 def test_event_functions_of_a_sliding_tie(rng):

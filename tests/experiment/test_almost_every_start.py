@@ -42,13 +42,13 @@ def falling():
 @pytest.mark.slow
 def test_a_leg_that_falls_rests_elsewhere(falling):
     """θ = 67.7° solves 5 θ = 6.386 sin θ."""
-    found = falling.almost_every_start
-    assert (found.proved, found.returns, found.states) == (True, False, (1, 2, 3, 4))
+    almost = falling.almost_every_start
+    assert (almost.proved, almost.returns, almost.states) == (True, False, (1, 2, 3, 4))
     lean = brentq(lambda angle: 5 * angle - 3.5 * 9.81 * 0.186 * np.sin(angle), 0.1, 3.0)
     largest = [np.abs(state.orientation).max() for state in falling.states[:4]]
     assert largest == pytest.approx([lean] * 4, abs=1e-6)
     assert [state.stable for state in falling.states] == [True] * 4 + [False] * 5
-    assert almost_sentence(falling, found) == (
+    assert almost_sentence(falling, almost) == (
         "rests elsewhere: almost every start (all but a set of measure zero) whose motion stays in "
         "the range and away from θ2 = ±90° converges to one of the 4 stable rest states, 67.7° "
         "from the desired attitude"
@@ -76,9 +76,9 @@ def test_a_leg_that_falls_rests_elsewhere(falling):
 @pytest.mark.heavy
 def test_what_is_proved(config, states):
     proof = prove(config)
-    found = proof.almost_every_start
-    assert (found.proved, found.why, len(proof.states)) == (True, "", states)
-    assert found.states == tuple(range(1, 1 + proof.stable_count))
+    almost = proof.almost_every_start
+    assert (almost.proved, almost.why, len(proof.states)) == (True, "", states)
+    assert almost.states == tuple(range(1, 1 + proof.stable_count))
 
 
 @pytest.mark.parametrize(
@@ -95,9 +95,9 @@ def test_what_is_proved(config, states):
 )  # fmt: skip
 @pytest.mark.heavy
 def test_what_is_not_proved(elements, words):
-    found = prove(leg([5, 5, 2.5], elements)).almost_every_start
-    assert (found.proved, found.returns, found.states) == (False, None, ())
-    assert words in found.why
+    almost = prove(leg([5, 5, 2.5], elements)).almost_every_start
+    assert (almost.proved, almost.returns, almost.states) == (False, None, ())
+    assert words in almost.why
 
 
 def without_damper():
@@ -149,10 +149,10 @@ def test_each_hypothesis_is_needed(falling):
         (falling, slider, "jumps, or is not shown to be smooth"),
     ]
     for proof, given, words in cases:
-        known = proof.of(given) if given else Proof.model_validate(proof.model_dump())
-        found = almost_every_start(known)
-        assert not found.proved
-        assert words in found.why
+        proof_of_given = proof.of(given) if given else Proof.model_validate(proof.model_dump())
+        almost = almost_every_start(proof_of_given)
+        assert not almost.proved
+        assert words in almost.why
     assert almost_every_start(changed(falling, 9, enclosure=at_zero).of(stiff)).proved
 
 

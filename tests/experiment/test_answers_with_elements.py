@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 from support.config_elements import BAND, CONTROLLER, HELD, config_data
-from support.user_code import element_text, loaded_with, mine
+from support.user_code import element_text, loaded_with, python_section
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
@@ -52,19 +52,19 @@ def test_of_a_tied_body_each_spring_has_a_length():
     assert prove_convergence(fast, problem_of(fast), proof).convergence.proved
     for outer in (0.0, 10.0):
         config = of({"strut": SPRING, "range": BARRIER | {"outer_stiffness": outer}})
-        found = prove(config)
-        assert (found.globally_stable, found.kept_by) == (True, "a barrier")
-        assert not found.every_start
-        assert start_state(problem_of(config), found) == 1
-        assert "and keeps a distance from springs without length, converges" in said(config, found)
+        closed = prove(config)
+        assert (closed.globally_stable, closed.kept_by) == (True, "a barrier")
+        assert not closed.every_start
+        assert start_state(problem_of(config), closed) == 1
+        assert "and keeps a distance from springs without length, converges" in said(config, closed)
 
 
 def test_no_barrier_is_enough_for_every_start_with_a_spring(monkeypatch):
     """One stiffness is tried, briefly."""
     monkeypatch.setattr("rbstab.proof.limits.BRIEF_WITH_SPRINGS", 100)
-    found = guarded(of({"strut": SPRING}, integration={"duration": 0.02, "samples": 3}))
-    assert found.config is None
-    ((_, why),) = found.tried
+    attempt = guarded(of({"strut": SPRING}, integration={"duration": 0.02, "samples": 3}))
+    assert attempt.config is None
+    ((_, why),) = attempt.tried
     assert "may lose its length" in why
 
 
@@ -86,8 +86,8 @@ def test_a_start_in_the_region_of_a_ligament_converges():
     proof, problem = prove(config), problem_of(config)
     assert start_state(problem, proof) == 1
     for enclose in (Enclose.BRIEFLY, Enclose.TO_END):
-        found = prove_convergence(config, problem, proof, enclose).convergence
-        assert (found.proved, found.rest_state) == (True, 1)
+        convergence = prove_convergence(config, problem, proof, enclose).convergence
+        assert (convergence.proved, convergence.rest_state) == (True, 1)
     assert ", inside;" in said(config, proof)
     with pytest.raises(NotDecidedError, match="ligaments"):
         unguarded(config)
@@ -95,11 +95,11 @@ def test_a_start_in_the_region_of_a_ligament_converges():
 
 SATURATING = element_text(
     """
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         f = velocity(motion, self.point)
         return force_at(motion, self.point, -self.c * f / sqrt(0.2 + f @ f) - self.k * tanh(f))
 
-    def dissipated(self, motion, own):
+    def dissipated(self, motion, states):
         f = velocity(motion, self.point)
         return self.c * (f @ f) / sqrt(0.2 + f @ f) + self.k * (f @ tanh(f))
     """,
@@ -121,13 +121,13 @@ def test_runs_stay_in_the_enclosures_of_other_functions(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "mine.py").write_text(SATURATING)
     values = {"point": [0.1, 0.2, 0.3], "c": 1.0}
-    config, found = moving(mine(k=0.3, **values))
-    one = config.elements["one"]
-    more = one.model_copy(update={"parameters": one.parameters | {"k": 0.3003}})
+    config, enclosed = moving(python_section(k=0.3, **values))
+    element = config.elements["one"]
+    more = element.model_copy(update={"parameters": element.parameters | {"k": 0.3003}})
     other = simulate(config.model_copy(update={"elements": {"one": more}}))
     run, outside = simulate(config), 0.0
-    for name, low in found.samples.low.items():
-        high, count = found.samples.high[name], len(low)
+    for name, low in enclosed.samples.low.items():
+        high, count = enclosed.samples.high[name], len(low)
         seen, wrong = (np.asarray(result[name])[:count] for result in (run, other))
         assert np.maximum(low - seen, seen - high).max() < 1e-10
         outside = max(outside, np.maximum(low - wrong, wrong - high).max())

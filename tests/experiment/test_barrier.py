@@ -63,8 +63,8 @@ def test_a_stiff_barrier_may_bring_rest_states_beyond_the_range_of_eq_5():
     assert proof_of(1.0, 0.3).every_start
     config, proof = guarded(100.0, 0.3), proof_of(100.0, 0.3)
     assert (len(proof.states), len(proof.unwrapped.states)) == (1, 3)
-    known = np.array([state.orientation for state in proof.unwrapped.states])
-    assert np.all(np.abs(known[1:, 0]) > np.pi)
+    orientations = np.array([state.orientation for state in proof.unwrapped.states])
+    assert np.all(np.abs(orientations[1:, 0]) > np.pi)
     assert not proof.every_start
     assert proof.unwrapped.globally_stable is False
     assert start_state(problem_of(config), proof) is None

@@ -48,8 +48,8 @@ def made(monkeypatch):
 
     def counted(*arguments, prove=module.prove, **options):
         calls.append(options.get("brief", False))
-        found: Proof = prove(*arguments, **options)
-        return found
+        proof: Proof = prove(*arguments, **options)
+        return proof
 
     monkeypatch.setattr(module, "prove", counted)
     return calls
@@ -93,11 +93,11 @@ def test_a_brief_proof_does_not_replace_one_that_was_stored_in_the_meantime(tmp_
     whole = no_proof(proof_id(config), "found elsewhere")
 
     def beside(config, problem, *, brief, prove=module.prove):
-        found: Proof = prove(config, problem, brief=brief)
+        proof: Proof = prove(config, problem, brief=brief)
         if brief:
             monkeypatch.setattr(module, "prove", lambda *_, **__: whole)
             proof_for(tmp_path, config)
-        return found
+        return proof
 
     monkeypatch.setattr(module, "prove", beside)
     assert proof_for(tmp_path, config, brief=True) == whole

@@ -54,7 +54,7 @@ def tied():
 def strain(config, Theta):
     """Return the strain of the ligament where the energy is least over the position."""
     at_rest = configurations(problem_of(config).system)
-    (band,) = (one for one in at_rest.system.elements if isinstance(one, Ligament))
+    (band,) = (element for element in at_rest.system.elements if isinstance(element, Ligament))
 
     def energy(X):
         return at_rest.energy(np.concatenate([Theta, X]))

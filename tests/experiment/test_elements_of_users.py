@@ -12,7 +12,15 @@ import pytest
 from click.testing import CliRunner
 from scipy.special import ellipj
 from support.switching import data, ligament
-from support.user_code import CREEPING_TIE, CUBIC, MAXWELL, TIE, element_text, mine, write_template
+from support.user_code import (
+    CREEPING_TIE,
+    CUBIC,
+    MAXWELL,
+    TIE,
+    element_text,
+    python_section,
+    write_template,
+)
 
 import rbstab
 from rbstab.config.load import (
@@ -31,18 +39,18 @@ LIGAMENT = element_text(
     """
     mode_count = 2
 
-    def guards(self, motion, own):
+    def guards(self, motion, states):
         strain = self._strain(motion)
         return np.array([strain, strain - 2.0 * self.toe_strain])
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         strain, along = self._strain(motion), line(motion, self.point, self.anchor)
         toe = strain * strain / (4.0 * self.toe_strain)
         shape = toe + self.mode[1] * (strain - self.toe_strain - toe)
         tension = self.mode[0] * self.stiffness * shape
         return force_at(motion, self.point, -tension * along.direction)
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         strain, end = self._strain(motion), self.toe_strain
         toe = strain * strain * strain / (12.0 * end)
         linear = 0.5 * (strain - end) * (strain - end) + end * end / 6.0
@@ -93,7 +101,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def code(name, **values):
-    return mine(**values) | {"file": f"{name}.py"}
+    return python_section(**values) | {"file": f"{name}.py"}
 
 
 def load(elements, engine="scipy", duration=1.0, start=None, **sections):
@@ -106,7 +114,7 @@ def load(elements, engine="scipy", duration=1.0, start=None, **sections):
     return load_config(given, allow_python=True)
 
 
-OURS = {
+BUILT_IN = {
     "tie": {"kind": "visco-elastic"} | TIED,
     "creep": {"kind": "embedded"} | CREEP,
     "cord": {"kind": "ligament", "damping": 0.0} | CORD,
@@ -132,24 +140,24 @@ def test_the_motion_is_that_of_our_element(name, beside, start, engine):
         return
     others = {beside: OTHERS[beside]} if beside else {}
     duration = 10.0 if name == "cord" else 1.0
-    theirs, ours = (
+    theirs, built_in = (
         rbstab.simulate(load(others | {"one": of[name]}, engine, duration, start))
-        for of in (THEIRS, OURS)
+        for of in (THEIRS, BUILT_IN)
     )
-    assert theirs.status == ours.status == "completed"
+    assert theirs.status == built_in.status == "completed"
     bound = 1e-10 if beside or name == "cord" else 1e-12  # their events have errors
     names = ["orientation", "angular_velocity", "position", "velocity", "lyapunov"]
     for quantity in [*names, "energy", "element_force", "dissipation"]:
-        size = max(1.0, np.abs(ours[quantity]).max())
-        assert np.abs(theirs[quantity] - ours[quantity]).max() < bound * size, quantity
-    assert list(theirs["part"]) == list(ours["part"])
-    assert theirs.attributes["verdict"] == ours.attributes["verdict"]
+        size = max(1.0, np.abs(built_in[quantity]).max())
+        assert np.abs(theirs[quantity] - built_in[quantity]).max() < bound * size, quantity
+    assert list(theirs["part"]) == list(built_in["part"])
+    assert theirs.attributes["verdict"] == built_in.attributes["verdict"]
     if name == "creep":
-        np.testing.assert_allclose(theirs["one.state"], ours["one.state"], rtol=0, atol=1e-11)
+        np.testing.assert_allclose(theirs["one.state"], built_in["one.state"], rtol=0, atol=1e-11)
         np.testing.assert_array_equal(theirs["one.state"][0], CREEP["initial_state"])
-        one, other = theirs.variables["one.state"], ours.variables["one.state"]
-        assert (one.unit, one.dimensions) == (other.unit, other.dimensions)
-        assert one.long_name == "D: the point between the springs, inertial"
+        variable, other = theirs.variables["one.state"], built_in.variables["one.state"]
+        assert (variable.unit, variable.dimensions) == (other.unit, other.dimensions)
+        assert variable.long_name == "D: the point between the springs, inertial"
     if name == "cord":  # slack, and taut
         assert np.unique(theirs["energy"][:, -1] > 0).tolist() == [False, True]
 
@@ -185,17 +193,19 @@ def test_a_state_of_another_size_relaxes_is_stored_and_shown(folder):
     write_result(folder / "run.h5", result)
     sources = read_sources([folder / "run.h5"])
     assert own_states_of(sources.runs[0].result) == ("one.extension",)
-    found = CliRunner().invoke(cli, ["show", "--json", "run.h5"])
-    assert len(json.loads(found.stdout)["final"]["one.extension"]) == 1
+    shown = CliRunner().invoke(cli, ["show", "--json", "run.h5"])
+    assert len(json.loads(shown.stdout)["final"]["one.extension"]) == 1
     assert "final one.extension" in CliRunner().invoke(cli, ["show", "run.h5"]).stdout
 
 
 def test_proofs_for_all_bodies_are_those_of_the_same_element_of_ours():
-    config, ours = (load({"one": of["tie"]}) for of in (THEIRS, OURS))
+    config, built_in = (load({"one": of["tie"]}) for of in (THEIRS, BUILT_IN))
     texts = ["controller.K_t=±1%", "controller.K_r=±1%"]
-    within, known = (prove_within(one, tolerances_of(one, texts)) for one in (config, ours))
+    within, expected = (
+        prove_within(body, tolerances_of(body, texts)) for body in (config, built_in)
+    )
     assert within.proved
-    assert within.level == pytest.approx(known.level, rel=1e-9)
+    assert within.level == pytest.approx(expected.level, rel=1e-9)
     for text in ("body.contact_point=±0.01", "elements.one=±1%"):
         varied = prove_within(config, tolerances_of(config, [text]))
         assert (varied.proved, varied.why) == (None, CODE_VARIES)

@@ -16,10 +16,10 @@ import rbstab
 each_engine = pytest.mark.parametrize("engine", ENGINES)
 
 
-def assert_identical(found, expected):
-    assert set(found.variables) == set(expected.variables)
+def assert_identical(result, expected):
+    assert set(result.variables) == set(expected.variables)
     for name in expected.variables:
-        np.testing.assert_array_equal(found[name], expected[name], err_msg=name)
+        np.testing.assert_array_equal(result[name], expected[name], err_msg=name)
 
 
 @each_engine

@@ -45,18 +45,18 @@ def test_nothing_is_proved(push):
 
 def test_nothing_is_proved_of_bodies_within_tolerances():
     config = config_of(SMOOTH)
-    found = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
-    assert (found.proved, found.why) == (None, "an element supplies power")
+    proof = prove_within(config, tolerances_of(config, ["body.mass=±1%"]))
+    assert (proof.proved, proof.why) == (None, "an element supplies power")
 
 
 def test_inputs_have_no_effect_on_the_linearised_body():
     """The eigenvalues are those of the body at its rest state, at which inputs do not act."""
-    found = []
+    spectra = []
     for elements in ({}, SMOOTH | {"follow": force(SINE, quantity="body_force")}):
         system = problem_of(config_of(elements)).system
         rest = nearest_rest_state(system)
-        found.append(linearise(system, rest.motion, rest.own).eigenvalues)
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-12)
+        spectra.append(linearise(system, rest.motion, rest.element_states).eigenvalues)
+    np.testing.assert_allclose(spectra[0], spectra[1], rtol=1e-12)
     assert proof_id(config_of({})) != proof_id(config_of(SMOOTH))
 
 

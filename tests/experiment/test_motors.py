@@ -41,13 +41,15 @@ def free(actuators, **more):
 
 
 def rotated(Theta):
-    (a, b, c), one = Theta, np.eye(3)
-    found = one
+    (a, b, c), identity = Theta, np.eye(3)
+    rotation = identity
     for axis, angle in ((0, a), (1, b), (2, c)):
-        e = one[axis]
-        cross = np.cross(e, one).T  # columns e × e_i
-        found = found @ (one + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross)
-    return found
+        e = identity[axis]
+        cross = np.cross(e, identity).T  # columns e × e_i
+        rotation = rotation @ (
+            identity + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+        )
+    return rotation
 
 
 def energy(Theta, H=H, N=N):
@@ -63,7 +65,7 @@ def energy(Theta, H=H, N=N):
 
 def lowest_on_faces(**limits):
     """The least energy on the six faces of the range, by descents from many points."""
-    rng, end, found = np.random.default_rng(2), np.array([np.pi, np.pi / 2, np.pi]), []
+    rng, end, minima = np.random.default_rng(2), np.array([np.pi, np.pi / 2, np.pi]), []
     for axis in range(3):
         others = [i for i in range(3) if i != axis]
         for side in (-1, 1):
@@ -76,8 +78,8 @@ def lowest_on_faces(**limits):
             bounds = [(-end[i], end[i]) for i in others]
             for _ in range(6):
                 start = rng.uniform(-1, 1, 2) * end[others]
-                found.append(minimize(of_face, start, bounds=bounds).fun)
-    return min(found)
+                minima.append(minimize(of_face, start, bounds=bounds).fun)
+    return min(minima)
 
 
 def level_of(proof):
@@ -136,10 +138,10 @@ def test_a_body_with_limits_and_a_stop_rests_where_its_limited_couples_balance_i
     falls = (limited(40 * down, 5) - weight) * side
     couple = limited(60 * x, 20) + limited(40 * side, 5) * arm * np.cos(x) + falls
     expected = x[:-1][couple[1:] * couple[:-1] < 0]
-    found = np.array([state.orientation for state in proof.states])
+    orientations = np.array([state.orientation for state in proof.states])
     assert len(expected) == 5
-    assert np.sort(found[:, 0]) == pytest.approx(expected, abs=1e-4)
-    assert np.abs(found[:, 1:]).max() < 1e-9
+    assert np.sort(orientations[:, 0]) == pytest.approx(expected, abs=1e-4)
+    assert np.abs(orientations[:, 1:]).max() < 1e-9
 
 
 def test_a_passive_lag_keeps_the_region_and_the_checker_confirms_it():
@@ -147,7 +149,7 @@ def test_a_passive_lag_keeps_the_region_and_the_checker_confirms_it():
     proof = prove(config)
     lowest = lowest_on_faces(H=np.inf, N=np.inf)
     assert lowest * (1 - 1e-6) < level_of(proof) < lowest * (1 + 1e-9)
-    assert all(one.verified for one in verify(proof, config).findings)
+    assert all(finding.verified for finding in verify(proof, config).findings)
 
 
 def test_a_body_hangs_lower_on_limited_springs():
@@ -251,12 +253,14 @@ def test_members_of_a_sweep_are_passive_or_not_each_by_its_own_lag():
     vary = {"controller.actuators.lag": {"values": [0.03, 0.06]}}
     base = paper({"lag": 0.03}, "integration.duration=0.5", "integration.engine=heyoka").plain()
     plan = load_plan({"title": "lags", "base": base, "vary": vary, "design": "grid"})
-    found = factory_for(plan.engine)(plan).compute(0, 2).outcome
+    outcome = factory_for(plan.engine)(plan).compute(0, 2).outcome
     for k in range(2):
         run = rbstab.simulate(plan.config_of(k))
         assert ("supplied_energy" in run) == (k == 1)
-        np.testing.assert_allclose(found["final_orientation"][k], run["orientation"][-1], atol=1e-9)
-        assert found["lyapunov_end"][k] == pytest.approx(run["lyapunov"][-1], rel=1e-8)
+        np.testing.assert_allclose(
+            outcome["final_orientation"][k], run["orientation"][-1], atol=1e-9
+        )
+        assert outcome["lyapunov_end"][k] == pytest.approx(run["lyapunov"][-1], rel=1e-8)
 
 
 @pytest.mark.parametrize(

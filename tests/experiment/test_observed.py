@@ -31,7 +31,7 @@ def problem(name, samples=23):
 def test_samples_are_those_of_the_equations(name):
     given = problem(name)
     trajectory = engine("heyoka")(given)
-    found = record._observed(given.system, trajectory, None)
+    observed = record._observed(given.system, trajectory, None)
     systems = trajectory.systems
     names = [element.name for element in given.system.elements]
     for row, (system, y, t) in enumerate(
@@ -48,15 +48,15 @@ def test_samples_are_those_of_the_equations(name):
         if "rotational" in names:
             couple = seen.wrenches[names.index("rotational")].couple
             expected["stabilizing_couple"] = couple
-        own = [seen.wrenches[names.index(one)] for one in named_elements(given.system)]
-        if own:
-            expected["element_force"] = np.array([one.force for one in own])
-            expected["element_couple"] = np.array([one.couple for one in own])
+        wrenches = [seen.wrenches[names.index(element)] for element in named_elements(given.system)]
+        if wrenches:
+            expected["element_force"] = np.array([wrench.force for wrench in wrenches])
+            expected["element_couple"] = np.array([wrench.couple for wrench in wrenches])
         if given.system.supplies:
             expected["supplied_power"] = seen.supplied
         for key, value in expected.items():
-            scale = max(1e-3, np.abs(found[key]).max())
-            np.testing.assert_allclose(found[key][row], value, rtol=0, atol=1e-12 * scale)
+            scale = max(1e-3, np.abs(observed[key]).max())
+            np.testing.assert_allclose(observed[key][row], value, rtol=0, atol=1e-12 * scale)
 
 
 def test_samples_after_the_deadline_are_left_out():
@@ -64,10 +64,10 @@ def test_samples_after_the_deadline_are_left_out():
     trajectory = engine("heyoka")(given)
     ticks = iter(range(1000))
     deadline = Deadline(10.0, clock=lambda: float(next(ticks)))
-    found = record._observed(given.system, trajectory, deadline)
+    observed = record._observed(given.system, trajectory, deadline)
     whole = record._observed(given.system, trajectory, None)
     # The clock is read at the start, and before each sample but the first: at the twelfth, it is
     # 1 s late.
-    assert {len(array) for array in found.values()} == {11}
-    for key, array in found.items():
+    assert {len(array) for array in observed.values()} == {11}
+    for key, array in observed.items():
         assert np.array_equal(array, whole[key][:11])

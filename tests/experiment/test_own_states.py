@@ -59,7 +59,8 @@ def test_a_tie_at_the_contact_point_is_the_connector_of_the_controller(engine, c
     start = {"connector_state": D_START}
     both = config_data({}, EMBEDDED, initial=start), config_data({"tie": tie()})
     controller, named = (
-        rbstab.simulate(one | {"integration": one["integration"] | settings}) for one in both
+        rbstab.simulate(description | {"integration": description["integration"] | settings})
+        for description in both
     )
     # In W the tie computes its displacement anew. The other round-off changes the steps of SciPy,
     # and so its errors between them.
@@ -67,8 +68,8 @@ def test_a_tie_at_the_contact_point_is_the_connector_of_the_controller(engine, c
     bodies = ("orientation", "angular_velocity", "position", "velocity", "energy", "lyapunov")
     pairs = {name: (named[name], controller[name]) for name in bodies}
     pairs["D"] = named["tie.state"], controller["connector_state"]
-    for name, (found, expected) in pairs.items():
-        assert np.abs(found - expected).max() < bound * max(1.0, np.abs(expected).max()), name
+    for name, (actual, expected) in pairs.items():
+        assert np.abs(actual - expected).max() < bound * max(1.0, np.abs(expected).max()), name
     force = controller["contact_force"]
     difference = np.abs(named["element_force"][:, 0] - force).max()
     assert difference < 10 * bound * np.abs(force).max()
@@ -120,9 +121,11 @@ def test_a_start_belongs_to_the_initial_state_and_not_to_the_proof():
     assert proof_id(config) == proof_id(other)
     assert "initial_state" not in acting_sections(config)["elements"]["left"]
     tolerances = tolerances_of(config, ["elements.left.initial_state=±0.001"])
-    assert {one.section for one in tolerances} == {"initial"}
+    assert {tolerance.section for tolerance in tolerances} == {"initial"}
     assert starts_id(config, tolerances) != starts_id(other, tolerances)
-    assert {one.section for one in tolerances_of(config, ["elements.left.K_d=±1%"])} == {"elements"}
+    assert {
+        tolerance.section for tolerance in tolerances_of(config, ["elements.left.K_d=±1%"])
+    } == {"elements"}
     assert unit_of("elements.left.initial_state", [{"kind": "embedded"}]) == "m"
     keys = [entry.key for entry in entries_of(config)]
     assert keys.index("elements.left.initial_state[0]") > keys.index("initial.connector_state[2]")

@@ -58,9 +58,9 @@ def test_a_search_alone_certifies_nothing():
 def test_a_proof_depends_on_the_equations(monkeypatch):
     config = config_of("visco-elastic")
     first = proof_id(config)
-    monkeypatch.setattr(identity, "_KNOWN_EQUATIONS", {})
+    monkeypatch.setattr(identity, "_FINGERPRINTS", {})
     assert proof_id(config) == first
-    monkeypatch.setattr(identity, "_KNOWN_EQUATIONS", {})
+    monkeypatch.setattr(identity, "_FINGERPRINTS", {})
     monkeypatch.setattr(identity, "fingerprint", lambda _: "other equations")
     assert proof_id(config) != first
 
@@ -192,7 +192,7 @@ def test_one_rest_state_that_is_no_minimum_is_not_stable():
     assert saddle.globally_stable is False
     open_question = proof.model_copy(update={"unique": None})
     assert open_question.globally_stable is None
-    verdicts = [rest_state_check(one).verdict for one in (proof, saddle, open_question)]
+    verdicts = [rest_state_check(variant).verdict for variant in (proof, saddle, open_question)]
     assert verdicts == ["certified", "violated", "unknown"]
     stability = stability_of(problem_of(config_of("free")), saddle)
     assert any("not a minimum" in statement for statement in stability.statements)

@@ -19,7 +19,7 @@ from support.proved_code import (
     STIFF_GUARD,
 )
 from support.switching_cords import CLUTCH, CORD, REPELLING, STIFF, linear, text_of
-from support.user_code import CREEPING_TIE, loaded_with, mine
+from support.user_code import CREEPING_TIE, loaded_with, python_section
 from support.user_code import TIE as TIE_CODE
 
 from rbstab.analysis.rest_system import smooth_rest_system
@@ -71,7 +71,7 @@ def folder(tmp_path_factory):
 
 
 def code(name, **parameters):
-    return mine(**parameters) | {"file": f"{name}.py"}
+    return python_section(**parameters) | {"file": f"{name}.py"}
 
 
 def guard(method, strength, soft):
@@ -143,17 +143,20 @@ def test_two_descriptions_of_a_body_have_the_same_energy(name):
     of, *both = PAIRS[name]
     configs = [of(elements) for elements in both]
     assert proof_id(configs[0]) != proof_id(configs[1])
-    one, other = (body_of(config) for config in configs)
-    theirs, ours = energy_record(one.energy), energy_record(other.energy)
+    first, second = (body_of(config) for config in configs)
+    first_record, second_record = energy_record(first.energy), energy_record(second.energy)
     if "stiff" not in name:
-        assert theirs == ours
+        assert first_record == second_record
         return
     same = ("free", "stop", "closed")
-    assert [theirs[key] for key in same] == [ours[key] for key in same]
-    steps = [{op[1] for op in record["operations"] if op[0] == "step"} for record in (theirs, ours)]
+    assert [first_record[key] for key in same] == [second_record[key] for key in same]
+    steps = [
+        {op[1] for op in record["operations"] if op[0] == "step"}
+        for record in (first_record, second_record)
+    ]
     assert steps == [{2}, {2}]
     points = np.random.default_rng(5).uniform(-1, 1, (50, 3)) * RANGE_END
-    U, expected = (body.bounded.at(points.T)[0] for body in (one, other))
+    U, expected = (body.bounded.at(points.T)[0] for body in (first, second))
     np.testing.assert_allclose(U, expected, rtol=1e-12, atol=1e-12)
 
 

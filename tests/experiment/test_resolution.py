@@ -26,8 +26,8 @@ def warned(sizes, *, engine="scipy", largest=1.0, status=RunStatus.COMPLETED, rt
     zero = np.zeros(2)
     trajectory = Trajectory(zero, states, zero, zero, status, "", 1, 1)
     integration = SimpleNamespace(engine=engine, rtol=rtol, atol=1e-10)
-    found = resolution_warnings(integration, trajectory, variables)
-    return {text.split(":")[0]: int(text.split("guarantees ")[1].split()[0]) for text in found}
+    warnings = resolution_warnings(integration, trajectory, variables)
+    return {text.split(":")[0]: int(text.split("guarantees ")[1].split()[0]) for text in warnings}
 
 
 @pytest.mark.parametrize(

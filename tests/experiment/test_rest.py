@@ -39,8 +39,8 @@ def least_stored_energy(variant):
         return energy
 
     size = {"permanent": 3, "embedded": 9}.get(variant, 6)
-    found = minimize(stored, np.zeros(size), method="BFGS", options={"gtol": 1e-6})
-    return found.fun, found.x
+    minimum = minimize(stored, np.zeros(size), method="BFGS", options={"gtol": 1e-6})
+    return minimum.fun, minimum.x
 
 
 @pytest.mark.parametrize("variant", VARIANTS)

@@ -37,27 +37,29 @@ def roots(f, low, high, steps=4001):
     return [brentq(f, a, b) for a, b in pairwise(x) if f(a) * f(b) < 0]
 
 
-def check_cover(found, low, high):
+def check_cover(along_states, low, high):
     """The intervals cover all values, from the lowest to the highest."""
-    assert (found.intervals[0].low, found.intervals[-1].high) == (low, high)
-    assert all(one.high == other.low for one, other in pairwise(found.intervals))
+    assert (along_states.intervals[0].low, along_states.intervals[-1].high) == (low, high)
+    assert all(interval.high == other.low for interval, other in pairwise(along_states.intervals))
 
 
 def test_a_held_leg_has_a_pitchfork_where_its_spring_carries_its_weight():
     """K2 > m g l, so θ2 = 0, and K θ1 = m g l sin θ1."""
-    found = along(held_leg((10, 10, 5)), "controller.K_r[0]", 1, 20)
-    assert not found.why
-    check_cover(found, 1, 20)
-    (turn,) = found.turns
+    along_states = along(held_leg((10, 10, 5)), "controller.K_r[0]", 1, 20)
+    assert not along_states.why
+    check_cover(along_states, 1, 20)
+    (turn,) = along_states.turns
     assert turn.kind == "pitchfork"
     assert turn.value == pytest.approx(WEIGHT_MOMENT, rel=1e-6)
     assert turn.orientation == pytest.approx([0, 0, 0], abs=1e-6)
-    for one in found.intervals:
-        assert not (one.proved and one.low <= WEIGHT_MOMENT <= one.high)
-        K = 0.5 * (one.low + one.high)
+    for interval in along_states.intervals:
+        assert not (interval.proved and interval.low <= WEIGHT_MOMENT <= interval.high)
+        K = 0.5 * (interval.low + interval.high)
         leaning = roots(lambda x, K=K: K * x - WEIGHT_MOMENT * np.sin(x), 1e-3, np.pi)
-        assert (one.states, one.stable) == ((3, 2) if leaning else (1, 1))
-    proved = sum(one.high - one.low for one in found.intervals if one.proved)
+        assert (interval.states, interval.stable) == ((3, 2) if leaning else (1, 1))
+    proved = sum(
+        interval.high - interval.low for interval in along_states.intervals if interval.proved
+    )
     assert proved > 0.99 * 19
 
 
@@ -65,7 +67,7 @@ def test_an_offset_makes_a_fold_of_the_pitchfork():
     """In the plane of θ1: U' = K θ - m g (l sin θ + d cos θ), with the centre at (0, -d, l)."""
     d = 0.01
     body = BODY | {"contact_point": [0, d, -LENGTH]}
-    found = along(held_leg((10, 10, 5), body=body), "controller.K_r[0]", 3, 12)
+    along_states = along(held_leg((10, 10, 5), body=body), "controller.K_r[0]", 3, 12)
 
     def pull(x):
         return WEIGHT * (LENGTH * np.sin(x) + d * np.cos(x))
@@ -74,24 +76,29 @@ def test_an_offset_makes_a_fold_of_the_pitchfork():
         return WEIGHT * (LENGTH * np.cos(x) - d * np.sin(x))
 
     (fold,) = roots(lambda x: x * stiffness(x) - pull(x), -np.pi / 2, -0.01)
-    (turn,) = found.turns
+    (turn,) = along_states.turns
     assert turn.kind == "fold"
     assert turn.value == pytest.approx(stiffness(fold), rel=1e-8)
     assert turn.orientation == pytest.approx([fold, 0, 0], abs=1e-6)
-    for one in found.intervals:
-        K = 0.5 * (one.low + one.high)
+    for interval in along_states.intervals:
+        K = 0.5 * (interval.low + interval.high)
         slopes = [K - stiffness(x) for x in roots(lambda x, K=K: K * x - pull(x), -3.1, 3.1)]
-        assert (one.states, one.stable) == (len(slopes), sum(slope > 0 for slope in slopes))
-        assert not (one.proved and one.low <= stiffness(fold) <= one.high)
+        assert (interval.states, interval.stable) == (
+            len(slopes),
+            sum(slope > 0 for slope in slopes),
+        )
+        assert not (interval.proved and interval.low <= stiffness(fold) <= interval.high)
 
 
 def test_a_whole_gain_is_scaled_and_two_directions_give_way_at_once():
-    found = along(held_leg((10, 10, 5)), "controller.K_r", 0.5, 0.8, 5, scales=True)
-    (turn,) = found.turns
+    along_states = along(held_leg((10, 10, 5)), "controller.K_r", 0.5, 0.8, 5, scales=True)
+    (turn,) = along_states.turns
     assert (turn.kind, turn.value) == ("pitchfork", pytest.approx(WEIGHT_MOMENT / 10, rel=1e-6))
     # Besides θ = 0, (±a, 0), (0, ±a), and (±b, ±b).
     counts = {
-        (one.low > turn.value, one.states, one.stable) for one in found.intervals if one.proved
+        (interval.low > turn.value, interval.states, interval.stable)
+        for interval in along_states.intervals
+        if interval.proved
     }
     assert counts == {(False, 9, 4), (True, 1, 1)}
 
@@ -138,25 +145,27 @@ def test_what_is_proved_of_random_bodies_is_what_a_dense_scan_finds(seed):
         "controller": {"variant": "permanent", "K_r": K.tolist(), "L_r": [1, 1, 1]},
         "integration": {"duration": 1},
     }
-    found = along(config, "controller.K_r", 0.05, 1, 5, scales=True)
-    check_cover(found, 0.05, 1)
-    proved = [one for one in found.intervals if one.proved]
-    assert sum(one.high - one.low for one in proved) > 0.4
-    for one in proved:
-        assert (one.states, one.stable) == scanned(rng.uniform(one.low, one.high) * K, -c)
+    along_states = along(config, "controller.K_r", 0.05, 1, 5, scales=True)
+    check_cover(along_states, 0.05, 1)
+    proved = [interval for interval in along_states.intervals if interval.proved]
+    assert sum(interval.high - interval.low for interval in proved) > 0.4
+    for interval in proved:
+        assert (interval.states, interval.stable) == scanned(
+            rng.uniform(interval.low, interval.high) * K, -c
+        )
     # Also what is seen is right.
-    for one in found.intervals:
-        middle = 0.5 * (one.low + one.high)
-        assert one.proved or (one.states, one.stable) == scanned(middle * K, -c)
+    for interval in along_states.intervals:
+        middle = 0.5 * (interval.low + interval.high)
+        assert interval.proved or (interval.states, interval.stable) == scanned(middle * K, -c)
 
 
 @pytest.mark.parametrize("key", ["controller.K_t", "controller.K_c"])
 def test_a_stiffness_that_holds_the_position_is_a_parameter_too(key):
     """X is then left in the energy; the proof of one body eliminates it exactly."""
     config = rbstab.load_config(CONFIGS / "paper" / "case2_visco_elastic.yaml")
-    found = along(config, key, 0.95, 1, 2, scales=True, some=1)
-    (one,) = found.intervals
-    assert (one.states, one.stable, one.proved) == (1, 1, True)
+    along_states = along(config, key, 0.95, 1, 2, scales=True, some=1)
+    (interval,) = along_states.intervals
+    assert (interval.states, interval.stable, interval.proved) == (1, 1, True)
     middle = Parameter(key, np.ones(1)).at(config, 0.97)
     alone = rbstab.prove(middle)
     assert (alone.proved, len(alone.states), alone.stable_count) == (True, 1, 1)
@@ -199,6 +208,6 @@ def with_strut(config):
 )
 def test_what_is_not_followed_or_not_proved_has_its_reason(config, key, why):
     low, high = (1, 1.4) if key.endswith("angle") else (2, 4)
-    found = along(config, key, low, high, 3)
-    assert why in found.why
-    assert not any(one.proved for one in found.intervals)
+    along_states = along(config, key, low, high, 3)
+    assert why in along_states.why
+    assert not any(interval.proved for interval in along_states.intervals)

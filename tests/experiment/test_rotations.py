@@ -71,9 +71,9 @@ def test_states_at_the_poles_of_the_angles_are_listed_once():
     pitches = [abs(state.orientation[1]) for state in proof.states]
     assert pitches == pytest.approx([0, np.pi / 2, np.pi / 2, 0], abs=1e-9)
     assert proof.almost_every_start.proved
-    found = stability_of(rbstab.config.build.problem_of(rbstab.load_config(AT_POLES)), proof)
-    assert [linear is None for linear in found.linearisations] == [False, True, True, False]
-    for linear, state in zip(found.linearisations, proof.states, strict=True):
+    stability = stability_of(rbstab.config.build.problem_of(rbstab.load_config(AT_POLES)), proof)
+    assert [linear is None for linear in stability.linearisations] == [False, True, True, False]
+    for linear, state in zip(stability.linearisations, proof.states, strict=True):
         if linear is not None:
             assert sum(linear.eigenvalues.real > 1e-9) == state.index
     # The half turn about (1, 0, 1), with the eigenvalue 4, has U = 2 + 1.5 = 3.5 J.
@@ -81,9 +81,9 @@ def test_states_at_the_poles_of_the_angles_are_listed_once():
 
 
 def test_no_separate_program_checks_it_yet():
-    found = verify(prove(HALF_TURNS))
-    assert not found.verified
-    assert found.outcome.startswith("not decided: there is no checker")
+    verification = verify(prove(HALF_TURNS))
+    assert not verification.verified
+    assert verification.outcome.startswith("not decided: there is no checker")
 
 
 @pytest.mark.parametrize(
@@ -98,8 +98,10 @@ def test_each_half_turn_is_one_rest_state_and_a_family_is_none(K, energies, indi
     proof = prove(config_of({"tie": tie([0, 0, 0]), "up": attitude(K)}))
     assert [state.index for state in proof.states] == indices
     assert [state.energy for state in proof.states] == pytest.approx(energies, abs=1e-9)
-    found = [(one.energy, one.index, one.dimension) for one in proof.families]
-    assert found == [pytest.approx(family) for family in families]
+    listed = [
+        (continuum.energy, continuum.index, continuum.dimension) for continuum in proof.families
+    ]
+    assert listed == [pytest.approx(family) for family in families]
     # At θ2 = ±π/2 is no rest state, though ∂U/∂Θ is zero at (±π/2, ±π/2, ±π/2).
     assert max(abs(state.orientation[1]) for state in proof.states) < 1e-6
     assert ("a continuum (a family)" in proof.outcome) == bool(families)

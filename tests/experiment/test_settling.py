@@ -23,8 +23,8 @@ def test_the_work_of_the_contact_force_does_not_keep_a_motion_from_settling(
 ):
     changes = [f"controller.surface={surface}"] if surface else []
     result = simulate(load_config(path, [*changes, "integration.duration=2.0"]))
-    own = [has_potential or part != "connector" for part in result["part"]]
-    v = result["energy"][:, own].sum(axis=1) - result["energy_at_rest"]
+    stores = [has_potential or part != "connector" for part in result["part"]]
+    v = result["energy"][:, stores].sum(axis=1) - result["energy_at_rest"]
     assert lyapunov_function_of(result) == pytest.approx(v, abs=1e-9 * v[0])
     run = Run(tmp_path / "a.h5", result, None)
     late = result["time"] > run.settling_time

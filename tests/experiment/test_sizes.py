@@ -41,25 +41,25 @@ def proof_of(size):
 @pytest.mark.parametrize("power", [-80, -40, 0, 40, 85])
 def test_claims_are_those_of_a_body_of_any_size(power):
     size = 10.0**power
-    found = proof_of(size)
-    assert found.proved
-    assert [state.index for state in found.states] == [0, 1]
-    orientations = [state.orientation for state in found.states]
+    proof = proof_of(size)
+    assert proof.proved
+    assert [state.index for state in proof.states] == [0, 1]
+    orientations = [state.orientation for state in proof.states]
     assert orientations[0] == pytest.approx([0, 0, 0], abs=1e-9)
     assert orientations[1] == pytest.approx([2.06, 1.558, 1.458], abs=1e-3)
     # The level is a lower bound, so it is never above the true one.
-    assert LEVEL - 1e-5 < found.region.lower_bound / size < LEVEL + 1e-6
-    assert len(found.unwrapped.states) == 10
+    assert LEVEL - 1e-5 < proof.region.lower_bound / size < LEVEL + 1e-6
+    assert len(proof.unwrapped.states) == 10
 
 
 @pytest.mark.parametrize("power", [-300, -162, -120, -91, 91, 120, 200])
 def test_other_sizes_are_refused_with_the_reason(power):
-    found = prove(body(10.0**power))
-    assert not found.proved
-    assert not found.states
-    assert found.region is None
-    assert "too small or too large: proofs take 1e-90 to 1e+90" in found.outcome
-    assert "body.mass" in found.outcome
+    proof = prove(body(10.0**power))
+    assert not proof.proved
+    assert not proof.states
+    assert proof.region is None
+    assert "too small or too large: proofs take 1e-90 to 1e+90" in proof.outcome
+    assert "body.mass" in proof.outcome
 
 
 @pytest.mark.heavy

@@ -89,14 +89,14 @@ def test_a_body_that_moves_is_not_at_rest_from_the_start(config, settles):
 
 @pytest.mark.parametrize("objective", ["settling_time", "energy"])
 def test_tuning_has_nothing_to_improve_at_rest(objective):
-    found = tune(held(), objective, "controller.L_r")
-    assert (found.given, found.value, found.failures) == (0.0, 0.0, 0)
-    assert not found.better
+    tuned = tune(held(), objective, "controller.L_r")
+    assert (tuned.given, tuned.value, tuned.failures) == (0.0, 0.0, 0)
+    assert not tuned.better
 
 
 def test_the_settling_time_of_a_body_at_rest_has_no_derivative():
-    found = sensitivities(held())
-    place = found.column("settling_time")
-    assert found.settles
-    assert found.values[place] == 0.0
-    assert np.isnan(found.derivatives[:, place]).all()
+    effects = sensitivities(held())
+    place = effects.column("settling_time")
+    assert effects.settles
+    assert effects.values[place] == 0.0
+    assert np.isnan(effects.derivatives[:, place]).all()

@@ -33,7 +33,7 @@ def cut(result, samples):
 
 
 def store(path, result, **options):
-    return store_run(path, result, lambda found: not depends_on_machine(found), **options)
+    return store_run(path, result, lambda stored: not depends_on_machine(stored), **options)
 
 
 def titled(result, title):
@@ -110,18 +110,18 @@ def test_an_unknown_trusted_time_depends_on_the_machine(whole):
     scalar = whole.variables["energy_at_rest"]._replace(data=np.array(np.nan))
     unknown = replace(whole, variables=whole.variables | {"trusted_until": scalar})
     assert depends_on_machine(unknown)
-    known = scalar._replace(data=np.array(0.5))
+    finite = scalar._replace(data=np.array(0.5))
     assert not depends_on_machine(
-        replace(whole, variables=whole.variables | {"trusted_until": known})
+        replace(whole, variables=whole.variables | {"trusted_until": finite})
     )
 
 
-def overtaken_run(path, monkeypatch, mine, other):
+def overtaken_run(path, monkeypatch, result, other):
     """Run the config; another process stores its result while this run is integrated."""
 
     def simulate_problem(*_arguments, **_options):
         write_result(path, other, replace=True)
-        return mine
+        return result
 
     monkeypatch.setattr(module, "simulate_problem", simulate_problem)
     return run_to_file(CONFIG, path)

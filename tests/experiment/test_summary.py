@@ -54,7 +54,7 @@ def exact(spin):
     table = np.array([observe(y) for y in motion.y.T]).T
     E, v = table[:3], table[4] - float(run(5, spin)["energy_at_rest"])
     values = [*np.abs(E), np.sqrt((E * E).sum(axis=0)), np.abs(table[3])]
-    *by_axis, distance, pitch = (parabola(one) for one in values)
+    *by_axis, distance, pitch = (parabola(quantity) for quantity in values)
     last = int(np.flatnonzero(v >= SETTLED_FRACTION * v[0])[-1])
     settled = np.interp(0.0, SETTLED_FRACTION * v[0] - v[last : last + 2], times[last : last + 2])
     return np.array(by_axis), distance, pitch, float(settled)

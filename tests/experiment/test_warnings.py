@@ -107,4 +107,4 @@ def test_a_run_that_ends_early_is_not_chaotic_for_that():
     result = rbstab.simulate(config)
     assert result.status == "range left"
     assert float(result["trusted_until"]) == result["time"][-2] < result["time"][-1]
-    assert not [one for one in warnings(result) if "not reproducible" in one]
+    assert not [warning for warning in warnings(result) if "not reproducible" in warning]

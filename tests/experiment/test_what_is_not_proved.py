@@ -13,7 +13,7 @@ from support.leg import BODY
 from support.proved_code import FLOOR, REPELLING_GUARD, STIFF_GUARD, WEIGHT
 from support.sliding_ties import tie
 from support.switching_cords import CORD, REPELLING, TIGHTER, text_of
-from support.user_code import ROPE, SPRING, element_text, loaded_with, mine
+from support.user_code import ROPE, SPRING, element_text, loaded_with, python_section
 
 from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of
@@ -39,45 +39,48 @@ def folder(tmp_path, monkeypatch):
 def with_code(text, variant="permanent", *, others=(), **values):
     """Return the config of a body with one element of a user, and others."""
     Path("mine.py").write_text(text, encoding="utf-8")
-    return loaded_with({"one": mine(**values), **dict(others)}, variant)
+    return loaded_with({"one": python_section(**values), **dict(others)}, variant)
 
 
 SQUARE = "self.mode[0] * above * above"
 GUARDS = "return np.array([pitch - self.soft, -pitch - self.soft])"
-MODES = "above, below = self.mode * self.guards(motion, own)"
+MODES = "above, below = self.mode * self.guards(motion, states)"
 SOFT = {"k": 30.0, "soft": 0.3}
 CORDS: dict[str, Any] = {"point": [0, 0, 0.4], "k": 31.0, "soft": 0.02}
-MOVING = """first, second = self.slopes(motion, own)
+MOVING = """first, second = self.slopes(motion, states)
         return -0.5 * np.array([first, {0} * second])"""
 
 
 def moving(mode):
     """Return a cord of which an own state does not rest where the energy is least in one mode."""
-    text = TIGHTER.replace("return -0.5 * self.slopes(motion, own)", MOVING.format(mode))
+    text = TIGHTER.replace("return -0.5 * self.slopes(motion, states)", MOVING.format(mode))
     return text.replace("power(a, 2) + power(b, 2)", f"power(a, 2) + {mode} * power(b, 2)")
 
 
 def nearly_convex(eps):
     """Return a cord with k ((D1 + D2)² - ε D2²) max(g, 0)²: not convex for any ε > 0."""
-    strength = f"(1 + own[0] * own[0] + 2 * own[0] * own[1] + own[1] * own[1] - {eps} * own[1]**2)"
-    first = "2 * self.k * p * (own[0] + own[1])"
-    second = f"2 * self.k * p * (own[0] + own[1] - {eps} * own[1])"
-    text = TIGHTER.replace("(1 + power(own[0], 2))", strength)
-    text = text.replace("2 * self.k * own[0] * p", first)
-    return text.replace("12 * own[1] - 4 * own[0]", f"12 * own[1] - 4 * own[0] + {second}")
+    squares = "states[0] * states[0] + 2 * states[0] * states[1] + states[1] * states[1]"
+    strength = f"(1 + {squares} - {eps} * states[1]**2)"
+    first = "2 * self.k * p * (states[0] + states[1])"
+    second = f"2 * self.k * p * (states[0] + states[1] - {eps} * states[1])"
+    text = TIGHTER.replace("(1 + power(states[0], 2))", strength)
+    text = text.replace("2 * self.k * states[0] * p", first)
+    return text.replace(
+        "12 * states[1] - 4 * states[0]", f"12 * states[1] - 4 * states[0] + {second}"
+    )
 
 
 TURNING = element_text(
     """
     mode_count = 1
 
-    def guards(self, motion, own):
+    def guards(self, motion, states):
         return np.array([motion.A[0, 2] - self.soft])
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         return self.mode[0] * self.k * motion.A[0, 1] * (motion.A[0, 2] - self.soft)
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         row, g = motion.A[0], motion.A[0, 2] - self.soft
         by_second = np.array([row[2], 0.0, -row[0]])
         by_third = np.array([-row[1], row[0], 0.0])
@@ -101,8 +104,8 @@ CODES: dict[str, tuple[str, dict[str, Any], str]] = {
     ),
     "the square of another function": (
         STIFF_GUARD.replace(
-            "above, below = self.guards(motion, own)",
-            "above, below = self.guards(motion, own) + np.array([0.1, 0.0])",
+            "above, below = self.guards(motion, states)",
+            "above, below = self.guards(motion, states) + np.array([0.1, 0.0])",
         ).replace(MODES, f"{MODES} + self.mode * np.array([0.1, 0.0])"),
         SOFT,
         switches.NOT_CONTINUOUS,
@@ -126,7 +129,7 @@ CODES: dict[str, tuple[str, dict[str, Any], str]] = {
     ),
     "a force with a sign that turns": (TURNING, {"k": 0.3, "soft": 0.3}, switches.SIGN_UNKNOWN),
     "a switch at an own state": (
-        TIGHTER.replace("np.array([self.longer(motion)])", "np.array([own[0]])"),
+        TIGHTER.replace("np.array([self.longer(motion)])", "np.array([states[0]])"),
         CORDS,
         switches.NOT_OF_ANGLES,
     ),
@@ -146,16 +149,16 @@ CODES: dict[str, tuple[str, dict[str, Any], str]] = {
         for eps in (1e-20, 1e-12)
     },
     "two wells of an own state": (
-        CORD.replace("15 * own[0] ** 2", "5 * (own[0] ** 2 - 0.01) ** 2").replace(
-            "30 * own)", "20 * own * (own[0] ** 2 - 0.01))"
+        CORD.replace("15 * states[0] ** 2", "5 * (states[0] ** 2 - 0.01) ** 2").replace(
+            "30 * states)", "20 * states * (states[0] ** 2 - 0.01))"
         ),
         CORDS,
         passive.NOT_CONVEX_IN_STATES,
     ),
     "an own state that nothing holds": (
-        CORD.replace("(exp(x) - x - 1) + 15 * own[0] ** 2", "exp(x)")
-        .replace("(exp(self.share(motion, own)) - 1)", "exp(self.share(motion, own))")
-        .replace("- 30 * own)", "+ 0.0 * own)"),
+        CORD.replace("(exp(x) - x - 1) + 15 * states[0] ** 2", "exp(x)")
+        .replace("(exp(self.share(motion, states)) - 1)", "exp(self.share(motion, states))")
+        .replace("- 30 * states)", "+ 0.0 * states)"),
         CORDS,
         passive.NO_LEAST_ENERGY,
     ),
@@ -170,7 +173,7 @@ def test_code_that_is_not_shown_to_be_passive(name):
 
 
 def test_what_is_like_them_and_is_shown():
-    in_one_square = STIFF_GUARD.replace(
+    as_a_square = STIFF_GUARD.replace(
         "0.5 * self.k * (self.mode[0] * above * above + self.mode[1] * power(below, 2))",
         "0.5 * self.k * power(self.mode[0] * above - self.mode[1] * below, 2)",
     )
@@ -178,19 +181,19 @@ def test_what_is_like_them_and_is_shown():
         (nearly_convex(0.0), CORDS),
         (STIFF_GUARD, SOFT),
         (REPELLING_GUARD, SOFT),
-        (in_one_square, None),
+        (as_a_square, None),
     ):
-        found = why_not_in_proofs(problem_of(with_code(text, **(values or SOFT))).system)
-        assert (found is None) == (values is not None)
+        why = why_not_in_proofs(problem_of(with_code(text, **(values or SOFT))).system)
+        assert (why is None) == (values is not None)
 
 
 POLE = element_text(
     """
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         p = 30.0 * (motion.Theta[1] - self.s)
         return couple_on_body(30.0 * self.k / (1 + p * p) * motion.B[1])
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         return self.k * atan(1 / (30.0 * (motion.Theta[1] - self.s)))
     """,
     'Gain("k", "J", "k", shape="number"), Gain("s", "rad", "s", shape="number")',
@@ -202,7 +205,7 @@ MAGNET = SPRING.replace(
 ).replace("0.5 * self.k * (motion.X @ motion.X)", "-0.5 * self.k * exp(-(motion.X @ motion.X))")
 
 UNSEEN = SPRING + (
-    "\n    def dissipated(self, motion, own):\n        return 1e-9 * sin(motion.Theta[0])\n"
+    "\n    def dissipated(self, motion, states):\n        return 1e-9 * sin(motion.Theta[0])\n"
 )
 
 ENDS: dict[str, Any] = {"point": [0.2, 0.1, 0.0], "anchor": [0.9, 0.1, 0.0]}
@@ -306,8 +309,8 @@ def test_nothing_is_proved_and_the_reason_is_named(name):
     assert (proof.proved, proof.unique, proof.every_start) == (False, None, False)
     assert proof.region is None or not proof.region.proved
     if "supplies" not in name:
-        found = prove_convergence(config, problem_of(config), proof, Enclose.BRIEFLY)
-        assert found.convergence.proved is None
+        enclosed = prove_convergence(config, problem_of(config), proof, Enclose.BRIEFLY)
+        assert enclosed.convergence.proved is None
 
 
 @pytest.mark.parametrize(
@@ -321,8 +324,8 @@ def test_rest_states_are_searched_where_nothing_is_proved(name):
     at_rest = configurations(problem_of(config).system)
     least = minimize(at_rest.energy, at_rest.unloaded, jac=at_rest.gradient, tol=1e-13)
     state = proof.states[0]
-    found = [*state.orientation, *([] if at_rest.held else state.position)]
-    np.testing.assert_allclose(found, least.x, atol=1e-5)
+    coordinates = [*state.orientation, *([] if at_rest.held else state.position)]
+    np.testing.assert_allclose(coordinates, least.x, atol=1e-5)
     assert not state.proved
 
 
@@ -351,10 +354,10 @@ def test_without_permission_no_code_runs():
 def test_a_formula_of_an_angle_itself_has_no_wider_range():
     """It is not periodic, so its values at other turns are others."""
     text = element_text("""
-        def wrench(self, motion, own):
+        def wrench(self, motion, states):
             return couple_on_body(-self.k * np.array([tanh(motion.Theta[0]), 0.0, 0.0]) @ motion.B)
 
-        def stored(self, motion, own):
+        def stored(self, motion, states):
             return self.k * log(cosh(motion.Theta[0]))
         """)
     proof = prove(with_code(text, k=3.0))

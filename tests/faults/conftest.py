@@ -23,8 +23,8 @@ def undisturbed(tmp_path_factory):
 @pytest.fixture(scope="module")
 def server(tmp_path_factory):
     """A server that starts commands."""
-    with CommandServer(tmp_path_factory.mktemp("server")) as found:
-        yield found
+    with CommandServer(tmp_path_factory.mktemp("server")) as started:
+        yield started
 
 
 @pytest.fixture(scope="module")

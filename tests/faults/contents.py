@@ -46,18 +46,18 @@ def content_of(path):
     """Return the content of a file, read by h5py or json; `unreadable` if it is not valid."""
     try:
         if path.suffix == ".h5":
-            found = _hdf5(path)
+            entries = _hdf5(path)
         elif path.suffix == ".json":
             data = json.loads(path.read_bytes())
-            found = {key: json.dumps(value) for key, value in data.items()}
+            entries = {key: json.dumps(value) for key, value in data.items()}
         else:
             content = path.read_bytes()
             if path.suffix == ".pdf":
                 content = DATES.sub(b"", content)
-            found = {"bytes": hashlib.sha256(content).hexdigest()}
+            entries = {"bytes": hashlib.sha256(content).hexdigest()}
     except (OSError, ValueError, LookupError, RuntimeError, AttributeError) as error:
         return {"unreadable": str(error)}
-    return found | dict.fromkeys(VOLATILE & found.keys(), "")
+    return entries | dict.fromkeys(VOLATILE & entries.keys(), "")
 
 
 def contents(folder):
@@ -82,28 +82,28 @@ def missing_pictures(folder):
                 yield f"{report.name} shows {link}, which does not exist"
 
 
-def differences(found, expected):
+def differences(actual, expected):
     """Return the names of the entries that differ."""
-    return [n for n in sorted(found.keys() | expected.keys()) if found.get(n) != expected.get(n)]
+    return [n for n in sorted(actual.keys() | expected.keys()) if actual.get(n) != expected.get(n)]
 
 
 def _hdf5(path):
     content = path.read_bytes()
-    found = {"is sealed": str(content == sealed(content[:-SEAL_SIZE]))}
+    entries = {"is sealed": str(content == sealed(content[:-SEAL_SIZE]))}
     with h5py.File(path, "r", locking=False) as file:
 
         def visit(name, entry):
-            found.update(_attributes(name, entry))
+            entries.update(_attributes(name, entry))
             if isinstance(entry, h5py.Dataset):
                 data = np.asarray(entry[()])
                 is_text = data.dtype == object
                 content = repr(data.tolist()).encode() if is_text else data.tobytes()
                 digest = hashlib.sha256(content).hexdigest()
-                found[name] = f"{data.dtype} {data.shape} {digest}"
+                entries[name] = f"{data.dtype} {data.shape} {digest}"
 
-        found.update(_attributes("", file))
+        entries.update(_attributes("", file))
         file.visititems(visit)
-    return found
+    return entries
 
 
 def _attributes(name, entry):

@@ -148,8 +148,8 @@ class Undisturbed:
 
     def problems(self, folder):
         """Return what is wrong with the files: each is an earlier or a right one; none is lost."""
-        files, found = files_of(folder), contents(folder)
-        return [*file_problems(self, files, found), *missing_pictures(folder)]
+        files, file_contents = files_of(folder), contents(folder)
+        return [*file_problems(self, files, file_contents), *missing_pictures(folder)]
 
     def assert_done(self, folder, ended):
         """Assert that the command has succeeded, and left what it leaves if nothing happens."""

@@ -82,12 +82,12 @@ def read_damaged(reader, way, named, path, count):
     good, noticed = path.read_bytes(), 0
     for seed in seeds_of(count):
         path.write_bytes(damaged_and_sealed(good, seed))
-        found = reader.attempt(way, named)
-        check(found, path, seed)
+        attempt = reader.attempt(way, named)
+        check(attempt, path, seed)
         # With a right seal the file may be any other one: a seal is no signature.
         if not is_sealed_again(seed):
-            assert found.outcome != "read" or found.text == expected.text, seed
-        noticed += found.outcome != "read"
+            assert attempt.outcome != "read" or attempt.text == expected.text, seed
+        noticed += attempt.outcome != "read"
     path.write_bytes(good)
     assert reader.attempt(way, named).text == expected.text
     return noticed
@@ -129,10 +129,10 @@ def test_shards(reader, folder, count, name):
     whole = reader.attempt("inventory", folder)
     assert whole.outcome == "read"
     good = path.read_bytes()
-    for seed, found in attempts(reader, path, count, "inventory", folder):
-        check(found, path, seed)
-        assert found.outcome == "read", found
-        assert (found.text == whole.text) == (path.read_bytes() == good), seed
+    for seed, attempt in attempts(reader, path, count, "inventory", folder):
+        check(attempt, path, seed)
+        assert attempt.outcome == "read", attempt
+        assert (attempt.text == whole.text) == (path.read_bytes() == good), seed
         path.write_bytes(damaged_and_sealed(good, seed))
         check(reader.attempt("inventory", folder), path, seed)
 
@@ -141,9 +141,9 @@ def test_shards(reader, folder, count, name):
 def test_manifest(reader, folder, count):
     path = folder / "manifest.json"
     expected = reader.attempt("inventory", folder)
-    for seed, found in attempts(reader, path, count, "inventory", folder):
-        check(found, path, seed)
-        assert found.outcome != "read" or found.text == expected.text, seed
+    for seed, attempt in attempts(reader, path, count, "inventory", folder):
+        check(attempt, path, seed)
+        assert attempt.outcome != "read" or attempt.text == expected.text, seed
 
 
 @COUNTS
@@ -151,9 +151,9 @@ def test_plan(reader, folder, count):
     """The manifest has the identity of the plan."""
     path = folder / "plan.yaml"
     table = reader.attempt("sweep", folder).text
-    for seed, found in attempts(reader, path, count, "show_command", folder):
-        assert found.outcome in ("exit 0", "exit 4"), (seed, found)
-        assert found.seconds < TIME_LIMIT, (seed, found)
+    for seed, attempt in attempts(reader, path, count, "show_command", folder):
+        assert attempt.outcome in ("exit 0", "exit 4"), (seed, attempt)
+        assert attempt.seconds < TIME_LIMIT, (seed, attempt)
         assert reader.attempt("sweep", folder).text == table
 
 
@@ -164,6 +164,6 @@ def test_proof(reader, tmp_path, count):
     expected = reader.attempt("proof", run)
     assert expected.outcome == "read"
     assert expected.text != "None"
-    for seed, found in attempts(reader, path, count, "proof", run):
-        check(found, path, seed)
-        assert found.text in ("None", expected.text), seed
+    for seed, attempt in attempts(reader, path, count, "proof", run):
+        check(attempt, path, seed)
+        assert attempt.text in ("None", expected.text), seed

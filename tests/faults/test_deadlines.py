@@ -196,8 +196,8 @@ def test_the_second_run_shares_the_deadline(clock, law, engine):
     def run(limit, *, diagnosed=True):
         before = clock.work
         deadline = Deadline(limit, clock)
-        found = engine_of(engine)(replace(problem, diagnosed=diagnosed), None, deadline)
-        return found, UNIT * (clock.work - before)
+        trajectory = engine_of(engine)(replace(problem, diagnosed=diagnosed), None, deadline)
+        return trajectory, UNIT * (clock.work - before)
 
     _, once = run(1e6, diagnosed=False)
     whole, twice = run(1e6)
@@ -241,9 +241,9 @@ def test_samples_that_cannot_be_recorded_in_time_are_dropped(clock, monkeypatch,
     integrate = engine_of("heyoka")
 
     def leave_little_time(problem, progress, deadline):
-        found = integrate(problem, progress, Deadline(1e6))
+        trajectory = integrate(problem, progress, Deadline(1e6))
         deadline._end = clock() + 0.1
-        return found
+        return trajectory
 
     monkeypatch.setattr(simulate, "engine", lambda _name: leave_little_time)
     cut = simulate_problem(config, replace(problem, time_limit=7.0))

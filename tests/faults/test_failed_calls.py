@@ -49,8 +49,8 @@ READS = 40
 
 @pytest.fixture(scope="module")
 def harness(tmp_path_factory):
-    with running(tmp_path_factory.mktemp("faults")) as found:
-        yield found
+    with running(tmp_path_factory.mktemp("faults")) as started:
+        yield started
 
 
 def name_of(fault):

@@ -19,8 +19,8 @@ SPARE = 1 << 21
 
 @pytest.fixture(scope="module")
 def disk(tmp_path_factory):
-    with small_disk(tmp_path_factory.mktemp("disk") / "disk") as found:
-        yield found
+    with small_disk(tmp_path_factory.mktemp("disk") / "disk") as mounted:
+        yield mounted
 
 
 def start(done, disk):
@@ -54,7 +54,7 @@ def assert_done_or_refused(done, ended, work):
         done.assert_done(work, ended)
     else:
         # A warning of the config may stand before the error.
-        (line,) = (one for one in ended.stderr.splitlines() if not one.startswith("warning: "))
+        (line,) = (row for row in ended.stderr.splitlines() if not row.startswith("warning: "))
         assert "No space left on device" in line or "GB are free" in line
 
 

@@ -157,9 +157,9 @@ def _is_valid(path):
     for message in map(str, problems):
         assert message.isprintable()
         assert len(message) < 1500
-        found = LINE.fullmatch(message)
-        assert found is not None, message
-        assert Path(found["source"]).suffix == ".yaml"
+        match = LINE.fullmatch(message)
+        assert match is not None, message
+        assert Path(match["source"]).suffix == ".yaml"
     return False
 
 

@@ -167,7 +167,7 @@ def gains(K_t, L_t, K_r, L_r):
     return {f"controller.{name}": diagonal(value) for name, value in values.items()}
 
 
-class Known(NamedTuple):
+class Oscillator(NamedTuple):
     """A case with a known motion: its changes, and the engines that cannot follow it to 1e-9."""
 
     changes: dict[str, Any]
@@ -176,12 +176,12 @@ class Known(NamedTuple):
 
 SPIN = {"initial.angular_velocity": [3.0, 0.0, 0.0]}
 
-KNOWN = {
-    "J 1e12:1:1": Known({"body.inertia": [1e12, 1.0, 1.0], **SPIN}),
-    "J 1e-12": Known(
+OSCILLATORS = {
+    "J 1e12:1:1": Oscillator({"body.inertia": [1e12, 1.0, 1.0], **SPIN}),
+    "J 1e-12": Oscillator(
         {"body.inertia": diagonal(1e-12), "integration.duration": 1e-12, **SPIN}, ENGINES
     ),
-    "K 1e8:1": Known(
+    "K 1e8:1": Oscillator(
         {
             "controller.K_t": [4.1e9, 41.0, 41.0],
             "controller.K_r": [4e8, 4.0, 4.0],
@@ -190,7 +190,7 @@ KNOWN = {
             **SPIN,
         }
     ),
-    "L 1e8:1": Known(
+    "L 1e8:1": Oscillator(
         {
             "controller.L_t": [2e8, 2.0, 2.0],
             "controller.L_r": [6e8, 6.0, 6.0],
@@ -201,8 +201,8 @@ KNOWN = {
             **SPIN,
         }
     ),
-    "mass 1e12": Known({"body.mass": 1e12, "gravity": [0.0, 0.0, -9.81], **SPIN}),
-    "all of it tiny": Known(
+    "mass 1e12": Oscillator({"body.mass": 1e12, "gravity": [0.0, 0.0, -9.81], **SPIN}),
+    "all of it tiny": Oscillator(
         {
             "body.mass": 1e-12,
             "body.inertia": diagonal(1e-18),
@@ -211,11 +211,11 @@ KNOWN = {
             **SPIN,
         }
     ),
-    "gravity 1e-9": Known({"gravity": [0.0, 0.0, -1e-9]}, ENGINES),
-    "gravity 1e9": Known({"gravity": [0.0, 0.0, -1e9], **SPIN}, ("heyoka",)),
-    "speed 1e6": Known({"initial.velocity": [1e6, 0.0, 0.0], **SPIN}, ("heyoka",)),
-    "spin 1e-12": Known({"initial.angular_velocity": [1e-12, 0.0, 0.0]}, ("scipy",)),
-    "1e4 s": Known(
+    "gravity 1e-9": Oscillator({"gravity": [0.0, 0.0, -1e-9]}, ENGINES),
+    "gravity 1e9": Oscillator({"gravity": [0.0, 0.0, -1e9], **SPIN}, ("heyoka",)),
+    "speed 1e6": Oscillator({"initial.velocity": [1e6, 0.0, 0.0], **SPIN}, ("heyoka",)),
+    "spin 1e-12": Oscillator({"initial.angular_velocity": [1e-12, 0.0, 0.0]}, ("scipy",)),
+    "1e4 s": Oscillator(
         {
             **gains(4e-3, 8e-3, 1e-3, 2e-3),
             "integration.duration": 1e4,
@@ -273,9 +273,9 @@ def largest_difference(result, expected, count):
 
 
 @each_engine
-@pytest.mark.parametrize("case", [marked(case) for case in KNOWN])
+@pytest.mark.parametrize("case", [marked(case) for case in OSCILLATORS])
 def test_oscillators_of_any_size_follow_the_theory(case, engine):
-    changes, inaccurate = KNOWN[case]
+    changes, inaccurate = OSCILLATORS[case]
     result = run("free", engine, {"initial.angular_velocity": diagonal(0.0)} | changes)
     assert result.status == "completed"
     assert_truthful(result)

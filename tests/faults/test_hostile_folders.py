@@ -98,7 +98,7 @@ def test_wrong_manifest(reader, folder, key, value):
         ("sweep_command", plan, "-o", folder.parent),
         ("sweep_command", plan, "-o", folder.parent, "--dry-run"),
     ):
-        found = reader.attempt(way, *arguments)
+        attempt = reader.attempt(way, *arguments)
         # Only the plan shows that a possible manifest is another sweep's.
         possible = (key, value) in POSSIBLE_MANIFESTS and arguments[:1] != [plan]
         # A command uses the engine of the manifest; the folder then holds another sweep.
@@ -106,9 +106,9 @@ def test_wrong_manifest(reader, folder, key, value):
         other = key == "engine" and arguments[:1] == [plan]
         outcomes = {"NotAResultError", "StoreError", "exit 4", "read"}
         outcomes |= {*["exit 0"] * possible, *["exit 2"] * other}
-        assert found.outcome in outcomes, (way, found)
-        assert found.outcome != "read" or "Unread" in found.text, (way, found)
-        assert found.seconds < TIME_LIMIT
+        assert attempt.outcome in outcomes, (way, attempt)
+        assert attempt.outcome != "read" or "Unread" in attempt.text, (way, attempt)
+        assert attempt.seconds < TIME_LIMIT
     assert shard_files(folder) == before
 
 
@@ -146,9 +146,9 @@ def test_pipes_in_place_of_files(reader, folder):
     for path in (stored_shard(folder), folder / "manifest.json"):
         path.unlink()
         os.mkfifo(path)
-        found = reader.attempt("sweep_command", "--status", folder)
-        assert found.outcome == "exit 4", found
-        assert str(path) in found.text
+        attempt = reader.attempt("sweep_command", "--status", folder)
+        assert attempt.outcome == "exit 4", attempt
+        assert str(path) in attempt.text
 
 
 def change_index(path, change):
@@ -255,12 +255,12 @@ def stored_shard(folder):
 def assert_damaged(folder):
     """Assert that one of two stored shards is damaged, and is computed again."""
     sweep = read_folder(folder)
-    found = shard_inventory(sweep)
-    assert (len(found.done), len(found.damaged)) == (1, 1)
-    assert set(found.damaged) < set(found.missing)
+    inventory = shard_inventory(sweep)
+    assert (len(inventory.done), len(inventory.damaged)) == (1, 1)
+    assert set(inventory.damaged) < set(inventory.missing)
     listener = Listener()
     assert run_sweep(folder, plan_of(60), listener, shard_size=10).finished
-    assert found.damaged[0] in listener.computed
+    assert inventory.damaged[0] in listener.computed
 
 
 TRACES_ATTRIBUTES = [

@@ -52,10 +52,10 @@ def test_an_interrupted_run_leaves_the_engine_in_order(engine):
     expected = simulate(config_of(engine))
     with pytest.raises(KeyboardInterrupt):
         simulate(config_of(engine), progress=Interrupted(2))
-    found = simulate(config_of(engine))
+    again = simulate(config_of(engine))
     for name in expected.variables:
         # Compared as texts, because NaN does not equal itself.
-        assert str(found[name].tolist()) == str(expected[name].tolist()), name
+        assert str(again[name].tolist()) == str(expected[name].tolist()), name
 
 
 def test_an_interrupted_repetition_keeps_the_old_result(tmp_path):

@@ -8,8 +8,8 @@ from support.soak import MAX_FINISHING, MAX_GROWTH, Soaked, soak
 def test_a_small_soak(tmp_path):
     pytest.importorskip("heyoka")
     lines: list[str] = []
-    found = soak(tmp_path, 30_000, 1.0, lines.append)
-    assert found.problems == []
+    outcome = soak(tmp_path, 30_000, 1.0, lines.append)
+    assert outcome.problems == []
     assert lines[0].endswith("30000 members without kills")
 
 
@@ -20,7 +20,7 @@ def soaked(**changes):
 
 
 @pytest.mark.parametrize(
-    ("found", "problem"),
+    ("outcome", "problem"),
     [
         (soaked(growth={"sweep": int(MAX_GROWTH) + 1_000_000}), "the sweep grew by"),
         (soaked(finishing={"sweep": int(MAX_FINISHING) + 5_000_000}), "the sweep needed 85 MB to"),
@@ -28,6 +28,6 @@ def soaked(**changes):
         (soaked(kills=0), "no worker was killed"),
     ],
 )
-def test_what_a_soak_complains_about(found, problem):
-    (only,) = found.problems
+def test_what_a_soak_complains_about(outcome, problem):
+    (only,) = outcome.problems
     assert only.startswith(problem)

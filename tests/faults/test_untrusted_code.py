@@ -116,14 +116,14 @@ def test_verify_runs_no_code(marker):
     """One of the proofs is that of the config. What would need its code is not checked."""
     proofs = list(Path("results/proofs").glob("*.json"))
     assert len(proofs) > 1  # those of the run and of the members
-    found: dict[int, str] = {}
+    outputs: dict[int, str] = {}
     for proof in map(str, proofs):
         rbstab("verify", proof, "--config", "results/plan/plan.yaml")
         done = rbstab("verify", proof, "--config", "traitor.yaml")
-        found[done.exit_code] = done.stdout
+        outputs[done.exit_code] = done.stdout
         assert not marker.exists()
-    assert sorted(found) == [0, 4]
-    assert "may not run without --allow-python" in found[0]
+    assert sorted(outputs) == [0, 4]
+    assert "may not run without --allow-python" in outputs[0]
 
 
 def test_the_stored_config_as_a_config(marker):

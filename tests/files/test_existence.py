@@ -86,19 +86,19 @@ def test_proofs_that_cannot_be_listed_are_not_absent(tmp_path, monkeypatch):
             all_bodies(tmp_path)
 
 
-OWN_FILES = {"src/rbstab/packaged/examples.py", "src/rbstab/experiment/provenance.py"}
+PROGRAM_FILES = {"src/rbstab/packaged/examples.py", "src/rbstab/experiment/provenance.py"}
 """These test files of the program itself."""
 
 
 def test_no_path_of_a_user_is_tested_without_the_errors_of_its_disk():
     tests = re.compile(r"\.(is_file|is_dir|exists)\(\)|os\.path\.(exists|isfile|isdir)\(")
-    found = {
+    files = {
         file.relative_to(ROOT).as_posix()
         for folder in ("src", "cli")
         for file in (ROOT / folder).rglob("*.py")
         if tests.search(file.read_text(encoding="utf-8"))
     }
-    assert found == OWN_FILES
+    assert files == PROGRAM_FILES
 
 
 def test_what_a_disk_cannot_tell_is_neither_missing_nor_left_out(tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ import sys
 import pytest
 from support.printed_paths import read_by_windows
 
-from rbstab.files.shell_words import one_after_the_other, quoted, shell_word
+from rbstab.files.shell_words import chained_commands, quoted, shell_word
 
 NAMES = ["results/a.h5", "my results/a.h5", "it's", "a&b", "a;b", "$HOME", "größe", "-o", "a(b)"]
 
@@ -45,7 +45,7 @@ def test_titles_on_windows(title, monkeypatch):
 
 def test_two_commands(monkeypatch):
     monkeypatch.setattr(sys, "platform", "linux")
-    assert one_after_the_other("cd 'my own'", "rbstab run x") == "cd 'my own' && rbstab run x"
+    assert chained_commands("cd 'my own'", "rbstab run x") == "cd 'my own' && rbstab run x"
     # `&&` is an error in the PowerShell of Windows, and `;` in `cmd`.
     monkeypatch.setattr(sys, "platform", "win32")
-    assert one_after_the_other('cd "my own"', "rbstab run x") == 'cd "my own", then rbstab run x'
+    assert chained_commands('cd "my own"', "rbstab run x") == 'cd "my own", then rbstab run x'

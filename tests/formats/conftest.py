@@ -25,13 +25,13 @@ KINDS = {
 def runs(tmp_path_factory):
     """By kind: a short run in memory, and the file of it."""
     folder = tmp_path_factory.mktemp("runs")
-    found = {}
+    by_kind = {}
     for kind, text in KINDS.items():
         result = simulate(load_config(plain(text), SHORT))
         path = folder / f"{kind}.h5"
         write_result(path, result)
-        found[kind] = (result, path)
-    return found
+        by_kind[kind] = (result, path)
+    return by_kind
 
 
 @pytest.fixture(params=KINDS)

@@ -44,12 +44,12 @@ def remake(name, temporary):
 
 def digest():
     """Return the digest of all stored files."""
-    found = hashlib.sha256()
+    hasher = hashlib.sha256()
     for path in sorted(STORED.rglob("*")):
         if path.is_file():
             content = hashlib.sha256(path.read_bytes()).hexdigest()
-            found.update(json.dumps([str(path.relative_to(STORED)), content]).encode())
-    return found.hexdigest()
+            hasher.update(json.dumps([str(path.relative_to(STORED)), content]).encode())
+    return hasher.hexdigest()
 
 
 if __name__ == "__main__":

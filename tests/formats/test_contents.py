@@ -130,16 +130,16 @@ def test_status(run, kind, tmp_path):
 def test_xarray_finds_in_the_file_what_it_gets_from_memory(run):
     """In the file the config is an array; in memory it is an attribute."""
     result, path = run
-    ours = result.to_xarray()
-    assert ours.attrs == result.attributes | {"config": result.config}
+    in_memory = result.to_xarray()
+    assert in_memory.attrs == result.attributes | {"config": result.config}
     for engine in ("h5netcdf", "netcdf4"):
         with xarray.open_dataset(path, engine=engine) as dataset:
             assert dataset["config"].item() == result.config
-            assert dataset.drop_vars("config").equals(ours)
+            assert dataset.drop_vars("config").equals(in_memory)
         with xarray.open_dataset(path, engine=engine, group="certificate") as group:
             names = {f"certificate/{name}" for name in group.variables}
             assert names == {name for name in result.variables if "/" in name}
-            for name, found in group.data_vars.items():
-                assert found.values.tolist() == pytest.approx(
+            for name, array in group.data_vars.items():
+                assert array.values.tolist() == pytest.approx(
                     result[f"certificate/{name}"].tolist(), nan_ok=True
                 )

@@ -50,13 +50,13 @@ VARIED: dict[str, dict[str, Any]] = {
 @pytest.fixture(scope="module")
 def sweeps(tmp_path_factory):
     """The folders of finished sweeps of each kind of plan, with traces; member 1 diverged."""
-    found = {}
+    folders = {}
     for name, plan in VARIED.items():
         base = {**plain(EMBEDDED), "integration": SHORT}
         loaded = rbstab.load_plan({"title": name, "base": base, "keep": "traces", **plan})
-        found[name] = tmp_path_factory.mktemp("sweep") / name
-        run_sweep(found[name], loaded, factory=lambda plan: FakeEngine(plan, failing=(1,)))
-    return found
+        folders[name] = tmp_path_factory.mktemp("sweep") / name
+        run_sweep(folders[name], loaded, factory=lambda plan: FakeEngine(plan, failing=(1,)))
+    return folders
 
 
 @pytest.fixture(scope="module")
@@ -121,10 +121,10 @@ def test_values_of_varied_keys_select(kind, selection, members, tables):
     table = tables[kind]
     # Without an index only newer versions of xarray select.
     assert set(selection) <= set(table.to_xarray().indexes)
-    found = table.to_xarray().sel(selection)
-    assert found["run"].values.ravel().tolist() == members
-    assert np.array_equal(found["settling_time"].values.ravel(), table["settling_time"][members])
-    vectors = found["final_position"].values.reshape(-1, 3)
+    selected = table.to_xarray().sel(selection)
+    assert selected["run"].values.ravel().tolist() == members
+    assert np.array_equal(selected["settling_time"].values.ravel(), table["settling_time"][members])
+    vectors = selected["final_position"].values.reshape(-1, 3)
     assert np.array_equal(vectors, table["final_position"][members], equal_nan=True)
 
 

@@ -143,9 +143,9 @@ def test_a_sweep_goes_on(sweep, options, before, after, whole):
     done = call("sweep", sweep / "plan.yaml", "-o", sweep.parent, *options)
     assert done.exit_code == 0, done.output
     assert not (sweep.parent / "plan").exists(), "the sweep started again in a new folder"
-    found = bytes_below(sweep)
-    assert sum(name.startswith("shards/") for name in found) == after
-    assert {name: found[name] for name in stored} == stored
+    files = bytes_below(sweep)
+    assert sum(name.startswith("shards/") for name in files) == after
+    assert {name: files[name] for name in stored} == stored
     table = rbstab.open_sweep(sweep)
     _same_table(table, rbstab.open_sweep(STORED / "sweeps" / whole))
     assert set(table.words("status")) == {"completed"}
@@ -237,12 +237,12 @@ def test_the_stored_files_are_those_that_were_stored():
 PROVED = ("convergence", "proved_rest_state", "one_rest_state")
 
 
-def _same_table(found, expected):
+def _same_table(table, expected):
     """Compare two tables but for what is proved of more members now."""
-    assert found.columns == expected.columns
+    assert table.columns == expected.columns
     for name in set(expected.columns) - set(PROVED):
         if name in {"status", "traces", "controller_variant"}:
-            assert (found[name] == expected[name]).all(), name
+            assert (table[name] == expected[name]).all(), name
             continue
         scale = np.nanmax(np.abs(expected[name].astype(float)), initial=0.0) or 1.0
         # Steps may differ by one on another processor; the residual is only round-off.
@@ -251,7 +251,7 @@ def _same_table(found, expected):
             of = np.abs(expected[name.removesuffix("_error")].astype(float))
             bound[name] = 1e-8 * scale + 1e-14 * np.nanmax(of)
         np.testing.assert_allclose(
-            found[name].astype(float),
+            table[name].astype(float),
             expected[name],
             rtol=0,
             atol=bound.get(name, 1e-8 * scale),

@@ -33,9 +33,9 @@ def test_another_system_of_the_structure_is_not_compiled_again():
     compiled = compiled_equations(first.system, RTOL)
     solve("heyoka", first)
     assert compiled_equations(second.system, RTOL) is compiled
-    found = solve("heyoka", second)
+    trajectory = solve("heyoka", second)
     expected = solve("scipy", random_problem(2, rtol=1e-12))
-    np.testing.assert_allclose(found.states, expected.states, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(trajectory.states, expected.states, rtol=0, atol=1e-7)
     # The anchor is a parameter too, though it does not affect the states in Z.
     assert not np.array_equal(first.system.anchor, second.system.anchor)
 
@@ -91,9 +91,9 @@ def test_a_start_close_to_the_border_leaves_at_once_after_another_that_left():
     assert solve("heyoka", leaving(range_bound=border)).status == "range left"
     close = leaving(range_bound=border)
     close.start[1] = 1.3 - 1e-8
-    found = solve("heyoka", close)
-    assert found.status == "range left"
-    assert found.times[-1] == pytest.approx(1e-8 / 4.0, rel=1e-5)
+    trajectory = solve("heyoka", close)
+    assert trajectory.status == "range left"
+    assert trajectory.times[-1] == pytest.approx(1e-8 / 4.0, rel=1e-5)
 
 
 def test_nothing_is_compiled_for_a_start_without_rates(monkeypatch):

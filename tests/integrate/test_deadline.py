@@ -70,6 +70,6 @@ def test_compiling_does_not_count(monkeypatch):
     system = bare_system(random_body(np.random.default_rng(3)), K_r=300.0 * np.eye(3))
     start = np.concatenate([np.zeros(3), [0.1, 0.2, 0.1], np.zeros(6)])
     given = problem(system, start, [0.0, 0.1])
-    found = engine("heyoka")(given, None, Deadline(1.0, clock))
-    assert found.status == "completed"
+    trajectory = engine("heyoka")(given, None, Deadline(1.0, clock))
+    assert trajectory.status == "completed"
     assert clock.now > 1000.0

@@ -42,8 +42,8 @@ def test_the_code_is_kept_in_a_folder_of_its_own(variable, tmp_path):
     code = f"import rbstab.integrate.heyoka\n{COMPILE}\ncompile_code(1)"
     assert asked(code, **{variable: str(tmp_path)}) == []
     inside = {"HOME": ".cache/heyoka", "XDG_CACHE_HOME": "heyoka", "HEYOKA_CACHE_DIR": "."}
-    found = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("cache.db"))
-    assert found == [Path(inside[variable]) / "rbstab/cache.db"]
+    caches = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("cache.db"))
+    assert caches == [Path(inside[variable]) / "rbstab/cache.db"]
 
 
 def test_the_limit_is_200_mb(tmp_path):
@@ -72,7 +72,7 @@ def test_the_cache_never_grows_above_its_limit(tmp_path):
         "    compile_code(number)\n"
         "    sizes.append(cache.cache_size().size)\n"
         "cache.LIMIT = sizes[1]\n"
-        "cache.use_own_folder()\n"
+        "cache.set_cache_folder()\n"
         "for number in range(5, 9):\n"
         "    compile_code(number)\n"
         "    assert 0 < cache.cache_size().size <= cache.LIMIT\n"

@@ -97,8 +97,8 @@ def with_gravity(weight):
 class Vanishing(Gravity):
     """A weight that becomes NaN when the body has fallen by 1 m: √(1 + x3)."""
 
-    def wrench(self, motion, own):
-        whole = super().wrench(motion, own)
+    def wrench(self, motion, states):
+        whole = super().wrench(motion, states)
         return whole._replace(force=whole.force * np.sqrt(1.0 + motion.X[2]))
 
 

@@ -25,8 +25,8 @@ def members_of(variant, count=MEMBERS):
     starts = []
     for seed, system in enumerate(systems):
         Z = 0.3 * random_Z(np.random.default_rng(1000 + seed))
-        own = np.zeros(system.size - system.coordinates.size)
-        starts.append(system.start(motion_from_centre(system.body, system.anchor, Z), own))
+        states = np.zeros(system.size - system.coordinates.size)
+        starts.append(system.start(motion_from_centre(system.body, system.anchor, Z), states))
     parameters = np.array([parameter_values(system) for system in systems]).T
     return systems, parameters, np.array(starts).T
 
@@ -59,16 +59,18 @@ def test_each_quantity_is_its_formula_at_the_states_of_a_member(made):
     """Compiled from expressions of heyoka, and evaluated with floats."""
     systems, parameters, _, ensemble, motions = made
     quantities: Any = {
-        name: one for name, one in observed_in(systems[0]).items() if "part" not in one.dimensions
+        name: entry
+        for name, entry in observed_in(systems[0]).items()
+        if "part" not in entry.dimensions
     }
     assert len(quantities) >= 9
     observed = Observed(ensemble.compiled, ensemble.symbolic, quantities)
-    found = observed.along(parameters, motions.samples, TIMES)
+    values = observed.along(parameters, motions.samples, TIMES)
     for k, n in ((0, 0), (0, 7), (MEMBERS - 1, 7)):
         seen = systems[k].observe(motions.samples[:, k, n], TIMES[n])
         for name, quantity in quantities.items():
             value = np.asarray(quantity.formula(seen))
-            assert found[name][k, n] == pytest.approx(value, rel=1e-10, abs=1e-9), name
+            assert values[name][k, n] == pytest.approx(value, rel=1e-10, abs=1e-9), name
     energies = ensemble.energies(parameters, motions.samples[..., 7])
     assert energies[:, 3] == pytest.approx(systems[3].observe(motions.samples[:, 3, 7]).energy)
 
@@ -99,14 +101,14 @@ def test_no_other_member_changes_a_bit(made):
     unsampled = ensemble.run(parameters, starts, sampled=False)
     assert unsampled.samples is None
     assert unsampled.boundary.tobytes() == motions.boundary.tobytes()
-    assert [one.tobytes() for one in unsampled.ends] == [one.tobytes() for one in motions.ends]
+    assert [end.tobytes() for end in unsampled.ends] == [end.tobytes() for end in motions.ends]
 
 
 def test_the_scale_of_the_audit_is_the_energy_at_the_start(made):
     systems, parameters, starts, ensemble, _ = made
-    found = ensemble.energy_sizes(parameters, starts)
+    sizes = ensemble.energy_sizes(parameters, starts)
     for k in (0, 10):
-        assert found[k] == pytest.approx(np.abs(systems[k].observe(starts[:, k]).energy).sum())
+        assert sizes[k] == pytest.approx(np.abs(systems[k].observe(starts[:, k]).energy).sum())
     nothing = ensemble.run(0 * parameters, 0 * starts)
     assert not ensemble.energy_sizes(0 * parameters, 0 * starts).any()
     assert nothing.samples.shape == (ensemble.size + 1, MEMBERS, len(TIMES))
@@ -117,9 +119,9 @@ def test_a_scale_is_replaced_where_the_energies_of_a_run_do_not_fit_it():
     sizes = np.array([7.0, 7.0, 7.0, 7.0, 7.0, 0.0])
     scales = np.array([7.0, 7.0, 7.0, 7.0, 7000.0, 1.0])
     audits = np.array([50.0, 1e3, np.nan, np.inf, 0.0, 0.0])
-    found = fitting_scales(sizes + audits * scales, scales)
+    fitted = fitting_scales(sizes + audits * scales, scales)
     # A scale that is far too large for a run hides its errors.
-    np.testing.assert_array_equal(found, [7.0, 7007.0, 7.0, 7.0, 7.0, 1.0])
+    np.testing.assert_array_equal(fitted, [7.0, 7007.0, 7.0, 7.0, 7.0, 1.0])
 
 
 def test_a_compiled_map_is_its_function():
@@ -131,8 +133,8 @@ def test_a_compiled_map_is_its_function():
     assert compiled_map(function, 3)(values) == pytest.approx(expected, rel=1e-15)
     constant = compiled_map(lambda _: np.array([1.5, 2.0]), 0)(np.zeros((0, 4)))
     assert constant.tolist() == [[1.5] * 4, [2.0] * 4]
-    found = compiled_map(function, 3).varies
-    assert found.tolist() == [True, False, True]
+    varies = compiled_map(function, 3).varies
+    assert varies.tolist() == [True, False, True]
     assert not compiled_map(lambda _: np.array([1.5, 2.0]), 0).varies.any()
 
 
@@ -145,5 +147,5 @@ def test_what_is_the_same_for_all_may_be_compiled_in():
     opened = Ensemble(systems[0], 1e-10, TIMES)
     motions, expected = closed.run(some, starts), opened.run(some, starts)
     assert motions.samples == pytest.approx(expected.samples, abs=1e-7)
-    energies = [one.energies(some, motions.boundary[..., -1]) for one in (closed, opened)]
+    energies = [ensemble.energies(some, motions.boundary[..., -1]) for ensemble in (closed, opened)]
     assert energies[0] == pytest.approx(energies[1], rel=1e-9)

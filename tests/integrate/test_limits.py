@@ -29,17 +29,17 @@ def run(engine_name, method="DOP853", times=TIMES, **changes):
 
 
 def test_scipy_gets_each_tolerance(monkeypatch):
-    found, method = [], scipy.integrate.DOP853
+    tolerances, method = [], scipy.integrate.DOP853
 
     def seen(*arguments, **options):
         solver = method(*arguments, **options)
-        found.append((np.max(solver.rtol), np.max(solver.atol)))
+        tolerances.append((np.max(solver.rtol), np.max(solver.atol)))
         return solver
 
     monkeypatch.setattr(scipy.integrate, "DOP853", seen)
     run("scipy", times=TIMES[:3], rtol=1e-5, atol=1e-9)
-    assert len(found) > 0
-    assert all((rtol == 1e-5) and (atol == 1e-9) for rtol, atol in found)
+    assert len(tolerances) > 0
+    assert all((rtol == 1e-5) and (atol == 1e-9) for rtol, atol in tolerances)
 
 
 @each_method

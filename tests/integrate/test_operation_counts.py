@@ -62,8 +62,8 @@ def case(*elements):
         "initial": {"angular_velocity": [2.0, 1.0, 3.0]},
         "integration": {"duration": 2.0, "samples": 201, "engine": "heyoka"},
     }
-    found: Problem = problem(config)
-    return replace(found, rtol=RTOL)
+    given: Problem = problem(config)
+    return replace(given, rtol=RTOL)
 
 
 def operations(given):
@@ -108,9 +108,9 @@ def test_systems_with_other_zeros_are_compiled_again_and_are_right():
     diagonal, full = case(TIE), case(TIE | {"K_c": FULL, "L_c": FULL})
     assert compiled_zeros(diagonal.system) != compiled_zeros(full.system)
     for given in (diagonal, full, diagonal):
-        found = solve("heyoka", given)
+        trajectory = solve("heyoka", given)
         expected = solve("scipy", replace(given, rtol=1e-12))
-        np.testing.assert_allclose(found.states, expected.states, rtol=0, atol=1e-7)
+        np.testing.assert_allclose(trajectory.states, expected.states, rtol=0, atol=1e-7)
     again = replace(diagonal.system, elements=tuple(map(_stiffer, diagonal.system.elements)))
     assert compiled_equations(again, RTOL) is compiled_equations(diagonal.system, RTOL)
     assert compiled_equations(full.system, RTOL) is not compiled_equations(diagonal.system, RTOL)
@@ -143,8 +143,8 @@ def test_a_run_with_switches_evaluates_its_margins_once_a_step(monkeypatch):
     monkeypatch.setattr(Phase, "margins", counted("margins", Phase.margins))
     owners = vars(System)["clearance_owners"].fget
     monkeypatch.setattr(System, "clearance_owners", property(counted("owners", owners)))
-    found = solve("heyoka", given)
+    trajectory = solve("heyoka", given)
     assert calls["switches"] >= 2
-    assert found.steps < calls["lists"] <= found.steps + 2
+    assert trajectory.steps < calls["lists"] <= trajectory.steps + 2
     assert calls["margins"] == 0
     assert calls["owners"] == 1

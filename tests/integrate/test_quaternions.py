@@ -95,9 +95,9 @@ def problem(config, coordinates=None, **changes):
 
 
 def solved(name, given):
-    found = engine(name)(given)
-    assert found.status == "completed"
-    return found
+    trajectory = engine(name)(given)
+    assert trajectory.status == "completed"
+    return trajectory
 
 
 @pytest.mark.parametrize("name", ENGINES)
@@ -107,7 +107,7 @@ def test_a_symmetric_top_passes_the_pole(name):
     given = problem(
         FREE, initial={"orientation": Theta.tolist(), "angular_velocity": Omega.tolist()}
     )
-    found = solved(name, given)
+    trajectory = solved(name, given)
     J1, J3 = 0.2, 0.5
     momentum = rotation(Theta) @ (np.array([J1, J1, J3]) * Omega)
     fine = np.linspace(0.0, 5.0, 20_001)
@@ -118,12 +118,12 @@ def test_a_symmetric_top_passes_the_pole(name):
     expected = np.unwrap(exact.as_euler("XYZ"), axis=0)[::200]
     A = exact.as_matrix()[::200]
     assert np.abs(expected[:, 1]).max() > 1.3
-    assert rotations(found.states[:, :3]) == pytest.approx(A, abs=1e-9)
+    assert rotations(trajectory.states[:, :3]) == pytest.approx(A, abs=1e-9)
     sharp = 1e-9 / np.cos(expected[:, 1:2]).min()
-    assert found.states[:, :3] == pytest.approx(expected, abs=sharp)
-    assert np.ptp(found.states[:, 2]) > 8 * math.pi
-    position = np.outer(found.times, [0.3, 0, 0.1])
-    assert found.states[:, 6:9] == pytest.approx(position, abs=1e-12)
+    assert trajectory.states[:, :3] == pytest.approx(expected, abs=sharp)
+    assert np.ptp(trajectory.states[:, 2]) > 8 * math.pi
+    position = np.outer(trajectory.times, [0.3, 0, 0.1])
+    assert trajectory.states[:, 6:9] == pytest.approx(position, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", ENGINES)
@@ -132,13 +132,13 @@ def test_a_symmetric_top_passes_the_pole(name):
 def test_the_motion_is_that_in_angles(name, samples, config):
     angles = "reduced" if config is HELD else "Z"
     given = problem(config, integration={"samples": samples})
-    found = solved(name, given)
+    trajectory = solved(name, given)
     expected = solved(name, problem(config, angles, integration={"samples": samples}))
-    assert (found.states[0] == given.start).all()
+    assert (trajectory.states[0] == given.start).all()
     assert np.ptp(expected.states[:, 2]) > 2 * math.pi
-    assert found.states == pytest.approx(expected.states, abs=1e-9)
-    assert found.lyapunov_change == pytest.approx(expected.lyapunov_change, abs=1e-9)
-    assert found.breakpoints.tolist() == expected.breakpoints.tolist()
+    assert trajectory.states == pytest.approx(expected.states, abs=1e-9)
+    assert trajectory.lyapunov_change == pytest.approx(expected.lyapunov_change, abs=1e-9)
+    assert trajectory.breakpoints.tolist() == expected.breakpoints.tolist()
 
 
 @pytest.mark.parametrize("name", ENGINES)
@@ -146,20 +146,23 @@ def test_turns_between_few_samples_are_counted_where_no_ends_of_steps_are_kept(n
     given = problem(TIED, integration={"samples": 6})
     expected = solved(name, given)
     monkeypatch.setattr(step_ends, "MOST", 10)
-    found = solved(name, given)
-    assert not found.ends.complete
+    trajectory = solved(name, given)
+    assert not trajectory.ends.complete
     assert expected.ends.complete
-    assert found.states == pytest.approx(expected.states, abs=1e-12)
+    assert trajectory.states == pytest.approx(expected.states, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", ENGINES)
 def test_elements_that_switch_do_so_at_the_same_times(name):
-    found, expected = solved(name, problem(SLIDING)), solved(name, problem(SLIDING, "Z"))
-    assert found.states == pytest.approx(expected.states, abs=1e-9)
-    modes = [[one.elements[1].mode.tolist() for one in run.systems] for run in (found, expected)]
+    trajectory, expected = solved(name, problem(SLIDING)), solved(name, problem(SLIDING, "Z"))
+    assert trajectory.states == pytest.approx(expected.states, abs=1e-9)
+    modes = [
+        [system.elements[1].mode.tolist() for system in run.systems]
+        for run in (trajectory, expected)
+    ]
     assert modes[0] == modes[1]
-    assert {one.coordinates.name for one in found.systems} == {"Z"}
-    assert len(set(found.systems)) <= len(set(expected.systems)) + 2
+    assert {system.coordinates.name for system in trajectory.systems} == {"Z"}
+    assert len(set(trajectory.systems)) <= len(set(expected.systems)) + 2
 
 
 @pytest.mark.parametrize("name", ENGINES)
@@ -173,11 +176,15 @@ def test_the_length_of_q_changes_no_motion(name):
         inner = replace(
             given, system=system, start=start, range_bound=NEVER, quaternion=False, schedule=NO_LEGS
         )
-        found = solved(name, inner)
-        norms = np.linalg.norm(found.states[:, [0, 1, 2, q.angles.size]], axis=1)
+        trajectory = solved(name, inner)
+        norms = np.linalg.norm(trajectory.states[:, [0, 1, 2, q.angles.size]], axis=1)
         assert norms == pytest.approx(length, abs=1e-9)
         Theta, _ = q.angles_along(
-            found.states.T, found.times, given.start[:3], found.states[:0].T, found.times[:0]
+            trajectory.states.T,
+            trajectory.times,
+            given.start[:3],
+            trajectory.states[:0].T,
+            trajectory.times[:0],
         )
-        runs.append(q.to_angles(found.states.T, Theta))
+        runs.append(q.to_angles(trajectory.states.T, Theta))
     assert runs[1] == pytest.approx(runs[0], abs=1e-9)

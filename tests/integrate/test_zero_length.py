@@ -50,20 +50,22 @@ def test_a_motion_ends_where_its_spring_has_no_length(engine_name, method):
         config["integration"]["method"] = method
     elif method != "DOP853":
         pytest.skip("heyoka has one method")
-    found = solved(config, engine_name)
-    assert found.status is RunStatus.ZERO_LENGTH
-    assert found.times[-1] == pytest.approx(arrival(), abs=1e-5 * REST / SPEED + 1e-7)
-    assert np.linalg.norm(found.states[-1][6:9]) < 1.1e-5 * REST
-    assert found.detail.startswith("strut has no length, so its direction is undefined at t = ")
+    trajectory = solved(config, engine_name)
+    assert trajectory.status is RunStatus.ZERO_LENGTH
+    assert trajectory.times[-1] == pytest.approx(arrival(), abs=1e-5 * REST / SPEED + 1e-7)
+    assert np.linalg.norm(trajectory.states[-1][6:9]) < 1.1e-5 * REST
+    assert trajectory.detail.startswith(
+        "strut has no length, so its direction is undefined at t = "
+    )
 
 
 @EACH
 def test_beside_another_element_that_switches(engine_name):
     other = ligament(anchor=[0, 3, 0], slack_length=9.0)
-    found = solved(thrown(elements={"slack": other}), engine_name)
-    assert found.status is RunStatus.ZERO_LENGTH
-    assert found.times[-1] == pytest.approx(arrival(), abs=2e-6)
-    assert "strut has no length" in found.detail
+    trajectory = solved(thrown(elements={"slack": other}), engine_name)
+    assert trajectory.status is RunStatus.ZERO_LENGTH
+    assert trajectory.times[-1] == pytest.approx(arrival(), abs=2e-6)
+    assert "strut has no length" in trajectory.detail
 
 
 def test_a_motion_that_passes_by_goes_on():
@@ -80,9 +82,9 @@ def test_a_start_without_length_has_the_status(engine_name, position):
     given = problem_of(load_config(thrown()))
     start = given.start.copy()
     start[6:9] = position
-    found = solved_problem(given, start, engine_name)
-    assert found.status is RunStatus.ZERO_LENGTH
-    assert found.times.tolist() == [0.0]
+    trajectory = solved_problem(given, start, engine_name)
+    assert trajectory.status is RunStatus.ZERO_LENGTH
+    assert trajectory.times.tolist() == [0.0]
 
 
 def solved_problem(given, start, engine_name):

@@ -44,11 +44,11 @@ def named(rows):
 
 def test_another_start(usual, tmp_path):
     fast = run_file(tmp_path, "fast", "initial.angular_velocity=[2,4,6]")
-    found = compare(usual, fast)
-    assert found.kind == "run"
-    assert found.same_system
-    assert found.inputs == [Row("initial.angular_velocity [rad/s]", "[1, 2, 3]", "[2, 4, 6]")]
-    outcomes = named(found.outcomes)
+    comparison = compare(usual, fast)
+    assert comparison.kind == "run"
+    assert comparison.same_system
+    assert comparison.inputs == [Row("initial.angular_velocity [rad/s]", "[1, 2, 3]", "[2, 4, 6]")]
+    outcomes = named(comparison.outcomes)
     # Twice the spin at the same place: four times the energy.
     assert outcomes["v(0) [J]"].ratio == "4"
     for row in outcomes.values():
@@ -57,10 +57,10 @@ def test_another_start(usual, tmp_path):
 
 def test_another_system_has_no_ratio_of_v(usual, tmp_path):
     soft = run_file(tmp_path, "soft", "controller.K_c=[100,100,100]", "gravity=[0,0,-1]")
-    found = compare(usual, soft)
-    assert not found.same_system
-    assert [row.name for row in found.inputs] == ["gravity [m/s^2]", "controller.K_c [N/m]"]
-    outcomes = named(found.outcomes)
+    comparison = compare(usual, soft)
+    assert not comparison.same_system
+    assert [row.name for row in comparison.inputs] == ["gravity [m/s^2]", "controller.K_c [N/m]"]
+    outcomes = named(comparison.outcomes)
     assert outcomes["v(0) [J]"].ratio == outcomes["v(end) [J]"].ratio == ""
     assert outcomes["peak |E| [m]"].ratio != ""
 
@@ -102,19 +102,19 @@ def test_a_start_that_leaves_the_range_where_all_others_come_to_rest(tmp_path):
 
 def test_the_same_config(usual, tmp_path):
     other = run_file(tmp_path, "other")
-    found = compare(usual, other)
-    assert found.inputs == []
-    assert all(row.first == row.second for row in found.outcomes)
-    assert compare(usual, usual) == found
+    comparison = compare(usual, other)
+    assert comparison.inputs == []
+    assert all(row.first == row.second for row in comparison.outcomes)
+    assert compare(usual, usual) == comparison
 
 
 def test_sweeps(tmp_path):
     folder = Path(shutil.copytree(STORED / "sweeps", tmp_path / "sweeps"))
     say_proved(folder / "finished_map", (0, 7, 8, 29))
     say_proved(folder / "finished_variants", (2, 3, 11))
-    found = compare(folder / "finished_map", folder / "finished_variants")
-    assert found.kind == "sweep"
-    inputs, outcomes = named(found.inputs), named(found.outcomes)
+    comparison = compare(folder / "finished_map", folder / "finished_variants")
+    assert comparison.kind == "sweep"
+    inputs, outcomes = named(comparison.inputs), named(comparison.outcomes)
     assert inputs["design"] == Row("design", "grid", "random")
     assert "base.body.mass" not in " ".join(inputs)
     assert outcomes["members completed"][1:3] == ("30 of 30", "20 of 20")

@@ -49,16 +49,16 @@ def test_each_run_and_sweep_is_listed_once(folder):
 
 
 def test_what_they_say_of_themselves(folder):
-    found = by_name(folder)
-    run = found["range_left.h5"]
+    entries = by_name(folder)
+    run = entries["range_left.h5"]
     assert run[1:6] == (Kind.RUN, "Stored", "left the range", "range left", "consistent")
     assert (run.converges, run.this_start, run.whole_range) == ("not decided",) * 3
-    assert found["finished_variants"].status == "20 of 20 completed"
-    assert found["finished_variants"].outcome.endswith(" of 20 return")
-    assert found["finished_variants"].converges == "3 of 20 proved"
-    assert found["finished_variants"].this_start == "3 of 20 proved"
-    assert found["begun_map"].status == "2 of 4 shards are stored"
-    assert found["begun_map"].kind is Kind.SWEEP
+    assert entries["finished_variants"].status == "20 of 20 completed"
+    assert entries["finished_variants"].outcome.endswith(" of 20 return")
+    assert entries["finished_variants"].converges == "3 of 20 proved"
+    assert entries["finished_variants"].this_start == "3 of 20 proved"
+    assert entries["begun_map"].status == "2 of 4 shards are stored"
+    assert entries["begun_map"].kind is Kind.SWEEP
 
 
 def test_a_run_beside_a_proof_of_its_body(folder):
@@ -133,11 +133,13 @@ def test_the_newest_comes_first(folder):
 def test_what_cannot_be_read_is_named_and_hides_nothing(folder):
     (folder / "broken.h5").write_text("x")
     (folder / "finished_variants/manifest.json").write_text("{")
-    found = by_name(folder)
-    assert len(found) == 5
-    assert found["broken.h5"].problem.startswith(f"{folder / 'broken.h5'} has no seal of rbstab: ")
-    assert "is damaged" in found["finished_variants"].problem
-    assert [name for name, entry in found.items() if entry.problem == ""]
+    entries = by_name(folder)
+    assert len(entries) == 5
+    assert entries["broken.h5"].problem.startswith(
+        f"{folder / 'broken.h5'} has no seal of rbstab: "
+    )
+    assert "is damaged" in entries["finished_variants"].problem
+    assert [name for name, entry in entries.items() if entry.problem == ""]
 
 
 def test_a_sweep_lists_itself(folder):

@@ -147,7 +147,7 @@ def test_the_text_of_a_config_is_not_taken_for_a_path(place, text):
         "YAML file, or a dictionary, as from yaml.safe_load(text))"
     )
     for kind, function in (
-        *(("config", one) for one in (rbstab.simulate, rbstab.prove, rbstab.load_config)),
+        *(("config", reader) for reader in (rbstab.simulate, rbstab.prove, rbstab.load_config)),
         ("plan", rbstab.load_plan),
     ):
         with pytest.raises(rbstab.ConfigError) as caught:

@@ -25,8 +25,8 @@ def test_a_registered_function_comes_before_a_method_and_one_of_them_must_be_the
         pass
 
     FUNCTIONS["sin"].register(Registered, lambda _: "registered")
-    own = [SimpleNamespace(sin=lambda: "method"), Registered(sin=lambda: "method")]
-    assert sin(np.array(own, dtype=object)).tolist() == ["method", "registered"]
+    objects = [SimpleNamespace(sin=lambda: "method"), Registered(sin=lambda: "method")]
+    assert sin(np.array(objects, dtype=object)).tolist() == ["method", "registered"]
     with pytest.raises(AttributeError, match="sin"):
         sin(np.array([SimpleNamespace()], dtype=object))
 

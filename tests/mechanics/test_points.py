@@ -59,10 +59,10 @@ def test_rate_is_the_derivative_of_the_angle(rng):
 def test_acceleration_is_the_second_derivative_of_the_angle(rng):
     for _ in range(5):
         motion, Omega_rate, theta2 = path(rng)
-        found = pitch.acceleration(motion, Omega_rate)
-        assert abs(found - second_derivative(theta2, 3e-3)) < 1e-8 * (1 + abs(found))
+        acceleration = pitch.acceleration(motion, Omega_rate)
+        assert abs(acceleration - second_derivative(theta2, 3e-3)) < 1e-8 * (1 + abs(acceleration))
         # The part without Ω̇ is not negligible.
-        assert abs(found - pitch.direction(motion) @ Omega_rate) > 1e-3
+        assert abs(acceleration - pitch.direction(motion) @ Omega_rate) > 1e-3
 
 
 def test_a_couple_along_the_direction_works_on_this_angle_alone(rng):

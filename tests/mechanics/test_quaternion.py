@@ -42,10 +42,10 @@ def test_it_is_the_rotation_of_the_angles_at_any_length(Theta, length):
     (w,), r = (length * part for part in quaternion(Theta))
     A = attitude.rotation(Theta)
     assert rotation(w, r) == pytest.approx(A, abs=1e-15)
-    found, upright = angles(w, r)
-    assert attitude.rotation(found) == pytest.approx(A, abs=2e-15)
-    assert np.abs(found[[0, 2]]).max() <= math.pi
-    assert abs(found[1]) <= math.pi / 2
+    principal, upright = angles(w, r)
+    assert attitude.rotation(principal) == pytest.approx(A, abs=2e-15)
+    assert np.abs(principal[[0, 2]]).max() <= math.pi
+    assert abs(principal[1]) <= math.pi / 2
     assert upright == pytest.approx(math.hypot(A[0, 0], A[0, 1]), abs=1e-15)
 
 
@@ -121,15 +121,15 @@ def test_steps_past_the_pole_show_how_far_the_angles_go_beyond_their_ends():
         over = np.maximum(path.max(axis=1) - ends.max(axis=1), ends.min(axis=1) - path.min(axis=1))
         Omega = turn * begin.inv().apply(axis)
         before, after = (np.concatenate([w[[k]], r[:, k], Omega])[:, None] for k in (0, -1))
-        found = beyond_ends(before, after, np.array([1.0]))[:, 0]
+        beyond = beyond_ends(before, after, np.array([1.0]))[:, 0]
         if upright[[0, -1]].min() > turn:
-            assert (found == 0.0).all()
+            assert (beyond == 0.0).all()
             continue
         # Sixteen points show at least half of what is to be seen.
         shown = over > 0.02
         seen += shown.sum()
-        assert (found[shown] > 0.5 * over[shown]).all()
-        assert (found <= over + 1e-3).all()
+        assert (beyond[shown] > 0.5 * over[shown]).all()
+        assert (beyond <= over + 1e-3).all()
     assert seen > 20
 
 

@@ -33,11 +33,11 @@ def test_those_of_the_paper_come_first():
 
 @pytest.mark.parametrize("name", names())
 def test_each_example_loads_as_what_it_is_called(name):
-    found = described(name)
-    assert found.is_plan == name.startswith("sweeps/")
-    if not found.is_plan:
+    example = described(name)
+    assert example.is_plan == name.startswith("sweeps/")
+    if not example.is_plan:
         # The elements of users among them are ours.
-        assert rbstab.load_config(found.path, allow_python=True).title == found.title
+        assert rbstab.load_config(example.path, allow_python=True).title == example.title
 
 
 def test_names():
@@ -54,14 +54,14 @@ def test_a_name_of_several():
 
 
 def test_a_plan_comes_with_its_base():
-    found = files_of(["sweeps/strut_stiffness"])
-    assert list(found) == [Path("examples/elements.yaml"), Path("sweeps/strut_stiffness.yaml")]
-    assert all(path == ROOT / "configs" / below for below, path in found.items())
+    files = files_of(["sweeps/strut_stiffness"])
+    assert list(files) == [Path("examples/elements.yaml"), Path("sweeps/strut_stiffness.yaml")]
+    assert all(path == ROOT / "configs" / below for below, path in files.items())
 
 
 def test_a_config_comes_with_the_motion_that_was_measured():
-    found = [path.as_posix() for path in files_of(["examples/fitted"])]
-    assert found == ["examples/fitted.csv", "examples/fitted.yaml"]
+    paths = [path.as_posix() for path in files_of(["examples/fitted"])]
+    assert paths == ["examples/fitted.csv", "examples/fitted.yaml"]
 
 
 def test_files_that_are_named_by_named_files_come_too_and_no_others(tmp_path, monkeypatch):
@@ -79,6 +79,6 @@ def test_files_that_are_named_by_named_files_come_too_and_no_others(tmp_path, mo
         "base: ../config.yaml\nvary: {a: [../../secret.csv, /etc/hosts, '', ..]}\n"
     )
     monkeypatch.setattr(examples, "examples_folder", lambda: folder)
-    found = files_of(["sweeps/plan"])
-    names_found = [path.as_posix() for path in found]
-    assert names_found == ["config.yaml", "data/push.csv", "sweeps/plan.yaml"]
+    files = files_of(["sweeps/plan"])
+    paths = [path.as_posix() for path in files]
+    assert paths == ["config.yaml", "data/push.csv", "sweeps/plan.yaml"]

@@ -18,9 +18,9 @@ def bounds():
     """Return the lower bound of each requirement of users."""
     extras = PROJECT["optional-dependencies"]
     wanted = [*PROJECT["dependencies"], *(line for name in USED_BY_USERS for line in extras[name])]
-    found = [re.match(r"([\w.-]+)>=([\d.]+)(?:;|$)", line) for line in wanted]
-    assert None not in found
-    return {match[1].lower(): match[2] for match in found if match}
+    matches = [re.match(r"([\w.-]+)>=([\d.]+)(?:;|$)", line) for line in wanted]
+    assert None not in matches
+    return {match[1].lower(): match[2] for match in matches if match}
 
 
 def exact():

@@ -35,8 +35,8 @@ def wheel(tmp_path_factory):
     if not here and any(text in done.stderr for text in NO_PACKAGE_INDEX):
         pytest.skip("hatchling is not installed, and no package index can be reached")
     assert done.returncode == 0, done.stderr
-    (found,) = folder.glob("rbstab-*.whl")
-    return found
+    (path,) = folder.glob("rbstab-*.whl")
+    return path
 
 
 class Installation:
@@ -103,15 +103,15 @@ def installed(
     if request.param == "with heyoka":
         yield environment
         return
-    has_own = stub.parent.exists()
-    if has_own:
+    had_heyoka = stub.parent.exists()
+    if had_heyoka:
         stub.parent.rename(hidden)
     stub.parent.mkdir()
     stub.write_text(NO_HEYOKA)
     assert not environment.has_heyoka()
     yield environment
     shutil.rmtree(stub.parent)
-    if has_own:
+    if had_heyoka:
         hidden.rename(stub.parent)
 
 

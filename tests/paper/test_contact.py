@@ -42,11 +42,11 @@ def printed_jacobian(body, motion, sign):
     """Return ∂Z/∂W of eq. 6, or with the sign -1 ∂W/∂Z of eq. 7, as the paper prints them."""
     R, B_inverse = body.contact_cross, np.linalg.inv(motion.B)
     spin = motion.A @ cross_matrix(R @ motion.Omega)
-    found = np.eye(12)
-    found[6:9, :3] = sign * motion.A @ R @ B_inverse
-    found[9:, :3] = -sign * spin @ B_inverse
-    found[9:, 3:6] = sign * motion.A @ R
-    return found
+    printed = np.eye(12)
+    printed[6:9, :3] = sign * motion.A @ R @ B_inverse
+    printed[9:, :3] = -sign * spin @ B_inverse
+    printed[9:, 3:6] = sign * motion.A @ R
+    return printed
 
 
 def test_eq_06_and_07_the_printed_jacobians_are_those_of_both_coordinates(rng):

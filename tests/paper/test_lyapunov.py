@@ -83,11 +83,11 @@ def test_eq_30_constant_h_is_the_energy_that_gravity_releases(rng, coordinates):
     system = random_system(rng, "free", coordinates)
     K_t, G = gain(system, "K_t"), gain(system, "weight")
     rest = nearest_rest_state(system)
-    assert rest.found
+    assert rest.rests_in_range
     assert rest.energy == pytest.approx(-0.5 * G @ np.linalg.solve(K_t, G), rel=1e-12)
     assert relative_error(rest.motion.X, np.linalg.solve(K_t, G)) < 1e-10
     np.testing.assert_allclose(rest.motion.Theta, 0, atol=1e-10)
-    at_rest = system.start(rest.motion, rest.own)
+    at_rest = system.start(rest.motion, rest.element_states)
     assert system.observe(at_rest).energy.sum() == pytest.approx(rest.energy, rel=1e-12)
     assert system.observe(random_state(rng, system)).energy.sum() > rest.energy
 
@@ -125,7 +125,7 @@ def test_eq_32_and_33_projected_controls(held):
 def test_eq_34_projected_lyapunov_function(held):
     system, y = held
     rest = nearest_rest_state(system)
-    assert rest.found
+    assert rest.rests_in_range
     np.testing.assert_array_equal(rest.motion.Theta, 0)
     R = system.body.contact_point
     offset = R - attitude(y[0:3]) @ R

@@ -76,7 +76,7 @@ def slope(u, a):
 def activation(signal, times, start=REST):
     """Return a(t) by an integrator of the scalar equation, from one jump or kink to the next."""
     stops = {0.15, 0.31, 0.51, 0.65, 0.1, 0.4, 0.9} if signal["kind"] != "sine" else set()
-    ends, a, found = sorted({*stops, times[-1]}), start, [start]
+    ends, a, values = sorted({*stops, times[-1]}), start, [start]
     for begin, end in zip([0.0, *ends], ends, strict=False):
 
         def rate(t, y, begin=begin, end=end):
@@ -88,17 +88,17 @@ def activation(signal, times, start=REST):
             rate, (begin, end), [a], "DOP853", rtol=1e-13, atol=1e-13, dense_output=True
         )
         chosen = times[(times > begin) & (times <= end)].tolist()
-        found, a = [*found, *(leg.sol(t)[0] for t in chosen)], leg.y[0, -1]
-    return np.array(found)
+        values, a = [*values, *(leg.sol(t)[0] for t in chosen)], leg.y[0, -1]
+    return np.array(values)
 
 
 @EACH
 @pytest.mark.parametrize("kind", SIGNALS)
 def test_the_activation_is_the_solution_of_the_published_equation(kind, name):
     run = motion({"muscles": muscles(SIGNALS[kind])}, name)
-    found = REST + run["muscles.rise"][:, 0]
-    np.testing.assert_allclose(found, activation(SIGNALS[kind], run["time"]), atol=1e-10)
-    assert np.ptp(found) > 0.1
+    simulated = REST + run["muscles.rise"][:, 0]
+    np.testing.assert_allclose(simulated, activation(SIGNALS[kind], run["time"]), atol=1e-10)
+    assert np.ptp(simulated) > 0.1
 
 
 def test_a_large_rise_and_a_large_fall_take_their_own_time_constants():
@@ -162,9 +162,9 @@ def test_the_natural_frequency_follows_the_activation(name):
         step = -x[rows] / v[rows]
         step = -(x[rows] + 0.5 * bend * step**2) / v[rows]
         zeros = t[rows] + step
-        found = np.pi / np.diff(zeros).mean()
+        frequency = np.pi / np.diff(zeros).mean()
         damped = np.sqrt(a * K[0, 0] / MASS - (a * 0.02 / (2 * MASS)) ** 2)
-        assert found == pytest.approx(damped, rel=1e-6)
+        assert frequency == pytest.approx(damped, rel=1e-6)
 
 
 @EACH
@@ -176,29 +176,29 @@ def test_with_a_constant_excitation_it_is_the_visco_elastic_tie(constant, name):
     tie = muscles({"kind": "constant"} if constant else SINE, **level)
     fixed = {"kind": "visco-elastic", "point": tie["point"], "anchor": tie["anchor"]}
     fixed |= {name: [a * entry for entry in tie[name]] for name in ("K_c", "L_c")}
-    one, two = motion({"tie": tie}, name), motion({"tie": fixed}, name)
+    run, expected = motion({"tie": tie}, name), motion({"tie": fixed}, name)
     for quantity in ("orientation", "angular_velocity", "position", "energy", "dissipation"):
-        np.testing.assert_allclose(one[quantity], two[quantity], atol=1e-11)
-    assert not one["supplied_energy"].any()
+        np.testing.assert_allclose(run[quantity], expected[quantity], atol=1e-11)
+    assert not run["supplied_energy"].any()
     if not constant:
         # Without the signal it also rests as that tie: m g/(u K_c) below its anchor, and lower.
-        np.testing.assert_allclose(one["rest_position"], two["rest_position"], atol=1e-9)
-        np.testing.assert_allclose(one["lyapunov"], two["lyapunov"], atol=1e-9)
+        np.testing.assert_allclose(run["rest_position"], expected["rest_position"], atol=1e-9)
+        np.testing.assert_allclose(run["lyapunov"], expected["lyapunov"], atol=1e-9)
 
 
 def test_the_eigenvalues_are_those_without_the_signal():
     """Of the body on the tie of u_0, and the rate of the activation at rest: half of each way."""
     fixed = {"kind": "visco-elastic", "point": [0.1, 0, -0.2], "anchor": [0.1, 0.02, -0.2]}
     fixed |= {"K_c": (REST * np.diag(K)).tolist(), "L_c": (REST * np.diag(L)).tolist()}
-    found = []
+    spectra = []
     for tie in (fixed, muscles({"kind": "constant"})):
         elements = {"upright": UPRIGHT, "tie": tie}
         system = problem_of(load_config(driven(elements, gravity=[0, 0, -9.81]))).system
         rest = nearest_rest_state(system)
-        found.append(linearise(system, rest.motion, rest.own).eigenvalues)
+        spectra.append(linearise(system, rest.motion, rest.element_states).eigenvalues)
     z = 0.5 + 1.5 * REST
     rate = -0.5 / (TIMES["activation_time"] * z) - 0.5 * z / TIMES["deactivation_time"]
-    expected, values = np.sort_complex([*found[0], rate]), np.sort_complex(found[1])
+    expected, values = np.sort_complex([*spectra[0], rate]), np.sort_complex(spectra[1])
     np.testing.assert_allclose(values, expected, rtol=1e-9)
 
 
@@ -209,19 +209,19 @@ def test_power_on_the_body_is_stored_dissipated_or_supplied(rng):
     """For any tie, activation and motion: Ė = -f'ṗ - lost + supplied, by a difference of E."""
     for _ in range(20):
         tie, path = random_element(rng, CoactivatedTie, FORM), random_path(rng, random_body(rng))
-        start, own = motion_from_centre(path.body, np.zeros(3), path.Z()), rng.uniform(0, 1, 1)
-        rates = tie.rates(start, own)
+        start, rise = motion_from_centre(path.body, np.zeros(3), path.Z()), rng.uniform(0, 1, 1)
+        rates = tie.rates(start, rise)
 
-        def stored(t, tie=tie, path=path, own=own, rates=rates):
+        def stored(t, tie=tie, path=path, rise=rise, rates=rates):
             motion = motion_from_centre(path.body, np.zeros(3), path.Z(t))
-            return tie.stored(motion, own + t * rates)
+            return tie.stored(motion, rise + t * rates)
 
-        wrench = tie.wrench(start, own)
+        wrench = tie.wrench(start, rise)
         taken = -(wrench.force @ start.V + wrench.couple @ start.Omega)
-        lost, supplied = tie.dissipated(start, own), tie.supplied(start, own)
+        lost, supplied = tie.dissipated(start, rise), tie.supplied(start, rise)
         scale = abs(taken) + lost + abs(supplied)
-        found = derivative(stored, 5e-4)
-        assert relative_error(found, taken - lost + supplied, scale) < 1e-9
+        power = derivative(stored, 5e-4)
+        assert relative_error(power, taken - lost + supplied, scale) < 1e-9
 
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
@@ -257,16 +257,18 @@ def test_derivatives_know_the_time_constants_and_when_the_muscles_begin():
     pytest.importorskip("heyoka")
     tie = muscles({"kind": "pulse", "start": 0.9, "duration": 5.0})
     data: Any = driven({"upright": UPRIGHT, "muscles": tie}, gravity=[0, 0, -9.81], initial=BALL)
-    found = sensitivities(load_config(data))
-    rows = {entry.key.removeprefix("elements.muscles."): k for k, entry in enumerate(found.entries)}
-    by = found.derivatives[:, found.column("final.muscles.rise[0]")]
+    derived = sensitivities(load_config(data))
+    rows = {
+        entry.key.removeprefix("elements.muscles."): k for k, entry in enumerate(derived.entries)
+    }
+    by = derived.derivatives[:, derived.column("final.muscles.rise[0]")]
     rate = slope(REST + SIZE, REST + simulate(data)["muscles.rise"][-1, 0])
     assert rate > 0.01
     assert by[rows["signal.start"]] == pytest.approx(-rate, rel=1e-9)
     scaled = sum(value * by[rows[key]] for key, value in TIMES.items())
     assert scaled == pytest.approx(-0.1 * rate, rel=1e-9)
     # The motion feels it too: against runs with other numbers.
-    by = found.derivatives[:, found.column("final.velocity[2]")]
+    by = derived.derivatives[:, derived.column("final.velocity[2]")]
     for key, h in (("excitation", 1e-5), ("amplitude", 1e-5), ("activation_time", 1e-7)):
         ends = [
             simulate(data | {"elements": data["elements"] | {"muscles": tie | {key: tie[key] + d}}})
@@ -314,8 +316,8 @@ def test_members_in_a_batch_rest_as_single_runs_do(monkeypatch):
     # No member needs a run, or a descent, of its own.
     monkeypatch.setattr("rbstab.sweep.members.ensemble.lyapunov_zero", None)
     nobody: Any = None
-    found = EnsembleEngine(plan, nobody).compute(0, 8).outcome
+    batch = EnsembleEngine(plan, nobody).compute(0, 8).outcome
     for column in ("rest_orientation", "final_orientation", "lyapunov_start", "lyapunov_end"):
-        np.testing.assert_allclose(found[column], alone[column], atol=1e-7)
-    assert not found["rest_unstable"].any()
-    assert np.isfinite(found["rest_orientation"]).all()
+        np.testing.assert_allclose(batch[column], alone[column], atol=1e-7)
+    assert not batch["rest_unstable"].any()
+    assert np.isfinite(batch["rest_orientation"]).all()

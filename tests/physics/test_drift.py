@@ -81,8 +81,8 @@ def test_projection_is_done_at_every_step():
     # body moves as if it had started from the projected state.
     system = held_system(0.0)
     start = start_at(system, E0, np.zeros(3))
-    found = solve("scipy", problem(system, start, [0.0, 1.0], project=True)).states[-1]
+    projected = solve("scipy", problem(system, start, [0.0, 1.0], project=True)).states[-1]
     put = solve("scipy", problem(system, start, [0.0, 1e-14], project=True)).states[-1]
     expected = solve("scipy", problem(system, put, [0.0, 1.0])).states[-1]
     left = solve("scipy", problem(system, start, [0.0, 1.0])).states[-1]
-    assert np.abs(found - expected).max() < 0.02 * np.abs(left - expected).max()
+    assert np.abs(projected - expected).max() < 0.02 * np.abs(left - expected).max()

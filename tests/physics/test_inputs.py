@@ -54,9 +54,9 @@ def test_an_oscillator_under_legs(kind, name):
     M = np.array([[0.0, 1.0], [-STIFFNESS / MASS, -DAMPING / MASS]])
     signal = load_config(driven({"push": force(LEGS[kind])})).elements["push"].signal
     exact = linear_response(M, np.array([0.0, PUSH / MASS]), _legs(signal, 1.0), run["time"])
-    found = np.column_stack([run["position"][:, 0], run["velocity"][:, 0]])
+    simulated = np.column_stack([run["position"][:, 0], run["velocity"][:, 0]])
     assert np.abs(exact).max() > 0.01
-    np.testing.assert_allclose(found, exact, atol=1e-12)
+    np.testing.assert_allclose(simulated, exact, atol=1e-12)
     np.testing.assert_array_equal(run["position"][:, 1:], 0)
 
 
@@ -152,9 +152,9 @@ def test_audit_and_engines(variant):
         )
         balance = run["supplied_power"].sum(axis=1) - run["dissipation"].sum(axis=1)
         np.testing.assert_allclose(run["lyapunov_rate"], balance, rtol=1e-13, atol=1e-13)
-    one, two = runs.values()
+    first, second = runs.values()
     for quantity in ("orientation", "angular_velocity", "position", "velocity", "supplied_energy"):
-        np.testing.assert_allclose(one[quantity], two[quantity], atol=1e-9)
+        np.testing.assert_allclose(first[quantity], second[quantity], atol=1e-9)
 
 
 @EACH
@@ -200,10 +200,10 @@ def test_energies_of_any_size(size, start):
     """The compiled engine measures its errors in an energy; that of the start may not fit."""
     elements = {"push": force(LEGS["pulse"], amplitude=size)}
     sections = {"controller": OSCILLATOR, "initial": {"position": [start, 0, 0]}}
-    one, two = (simulate(driven(elements, name, **sections)) for name in ENGINES)
-    for run in (one, two):
+    first, second = (simulate(driven(elements, name, **sections)) for name in ENGINES)
+    for run in (first, second):
         energy = max(np.abs(run["energy"]).max(), np.abs(run["supplied_energy"]).max())
         # Some move by hundreds of metres, and an error is relative to the largest state.
         assert np.abs(run["energy_residual"]).max() < 10 * AUDIT * energy
-    farthest = np.abs(one["position"]).max()
-    np.testing.assert_allclose(one["position"], two["position"], atol=1e-11 * farthest)
+    farthest = np.abs(first["position"]).max()
+    np.testing.assert_allclose(first["position"], second["position"], atol=1e-11 * farthest)

@@ -23,9 +23,9 @@ J_C = J + MASS * (R @ R * np.eye(3) - np.outer(R, R))
 def turn(axis, angle):
     c, s = np.cos(angle), np.sin(angle)
     i, j = [(1, 2), (2, 0), (0, 1)][axis]
-    found = np.eye(3)
-    found[i, i], found[j, j], found[i, j], found[j, i] = c, c, -s, s
-    return found
+    matrix = np.eye(3)
+    matrix[i, i], matrix[j, j], matrix[i, j], matrix[j, i] = c, c, -s, s
+    return matrix
 
 
 def spins(Theta):
@@ -89,8 +89,8 @@ def first_order_lag(tau):
 
 def followed(motors, others=(), spin=SPIN, duration=1.0):
     start = np.concatenate([np.zeros(3), spin, others])
-    found = solve_ivp(held_body(motors), (0, duration), start, "DOP853", rtol=1e-11, atol=1e-11)
-    return found.y[:6, -1]
+    solution = solve_ivp(held_body(motors), (0, duration), start, "DOP853", rtol=1e-11, atol=1e-11)
+    return solution.y[:6, -1]
 
 
 def run_of(actuators, engine="scipy", spin=SPIN, duration=1.0):
@@ -148,8 +148,8 @@ def test_without_a_limit_that_is_felt_nothing_changes():
     on_body = followed(smooth_limit(np.inf, np.inf, body_axes=True), spin=slow)
     assert np.abs(damped - on_body).max() > 1e-3
     # The energy keeps its digits, too.
-    for one in (run, only_force):
-        assert np.abs(one["energy_residual"]).max() < 1e-10 * one["lyapunov"][0]
+    for limited_run in (run, only_force):
+        assert np.abs(limited_run["energy_residual"]).max() < 1e-10 * limited_run["lyapunov"][0]
 
 
 def test_a_short_lag_is_hardly_felt():
@@ -180,21 +180,21 @@ def test_passive_motors_never_raise_the_energy_and_others_are_audited():
 def matrix_of_lag(tau):
     """The linear body at rest with motors that lag: [θ, dθ/dt, H, n], and dX = θ × -R."""
     to_X = np.array([np.cross(e, -R) for e in np.eye(3)]).T
-    M, none, one = np.linalg.inv(J_C), np.zeros((3, 3)), np.eye(3)
+    M, none, eye = np.linalg.inv(J_C), np.zeros((3, 3)), np.eye(3)
     return np.block(
         [
-            [none, one, none, none],
+            [none, eye, none, none],
             [none, none, M @ to_X.T, M],
-            [-np.diag(K_t) @ to_X / tau, -np.diag(L_t) @ to_X / tau, -one / tau, none],
-            [-np.diag(K_r) / tau, -np.diag(L_r) / tau, none, -one / tau],
+            [-np.diag(K_t) @ to_X / tau, -np.diag(L_t) @ to_X / tau, -eye / tau, none],
+            [-np.diag(K_r) / tau, -np.diag(L_r) / tau, none, -eye / tau],
         ]
     )
 
 
 def modes_of(config):
-    found = linearised_at_rest(config).linearisation
-    assert found is not None
-    return found.eigenvalues
+    linearisation = linearised_at_rest(config).linearisation
+    assert linearisation is not None
+    return linearisation.eigenvalues
 
 
 def growth(tau):
@@ -204,12 +204,12 @@ def growth(tau):
 @pytest.mark.parametrize("tau", [0.03, 0.06, 0.12])
 def test_the_modes_of_a_lag_are_those_of_a_plain_lag(tau):
     config = rbstab.load_config(PAPER, [f"controller.actuators={{lag: {tau}}}"])
-    found = modes_of(config)
+    modes = modes_of(config)
     expected = np.linalg.eigvals(matrix_of_lag(tau))
-    for one in expected:
+    for mode in expected:
         # -1/τ is there more than once, and a double eigenvalue has half of the digits.
-        assert np.abs(found - one).min() < 1e-5 * abs(one)
-    assert found.real.max() == pytest.approx(growth(tau), rel=1e-9)
+        assert np.abs(modes - mode).min() < 1e-5 * abs(mode)
+    assert modes.real.max() == pytest.approx(growth(tau), rel=1e-9)
 
 
 def test_the_first_case_is_stable_up_to_a_lag_of_0_0845_s():
@@ -222,10 +222,12 @@ def test_the_first_case_is_stable_up_to_a_lag_of_0_0845_s():
 
 def test_convergence_survives_small_motors():
     """Down to a twentieth of the largest couples the body of the paper comes to rest."""
-    found = {}
+    settling_times = {}
     for share, duration in ((0.5, 4.0), (0.2, 5.0), (0.1, 15.0), (0.05, 40.0)):
         run = run_of({"limit": limits(share)}, duration=duration)
         assert run.status == "completed"
-        found[share] = float(run["settling_time"])
+        settling_times[share] = float(run["settling_time"])
         assert np.abs(run["orientation"][-1]).max() < 0.05
-    assert found[0.5] < found[0.2] < found[0.1] < found[0.05] < 40
+    assert (
+        settling_times[0.5] < settling_times[0.2] < settling_times[0.1] < settling_times[0.05] < 40
+    )

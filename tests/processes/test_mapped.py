@@ -51,6 +51,6 @@ def test_a_killed_worker_loses_nothing(two_processors, last):
 
 
 def test_the_error_of_an_item_is_raised(two_processors):
-    found = mapped(refused, range(COUNT))
+    results = mapped(refused, range(COUNT))
     with pytest.raises(ZeroDivisionError):
-        list(found)
+        list(results)

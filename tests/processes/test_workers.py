@@ -32,15 +32,15 @@ def test_a_wait_ends_again_and_again(monkeypatch):
     monkeypatch.setattr(workers, "wait", task.waited)
     pool = SimpleNamespace(submit=lambda *_: task)
     monkeypatch.setattr(workers, "worker_pool", lambda *_: nullcontext(pool))
-    found = worked(str, ["a"], str, workers=2, may_begin=lambda: True, is_given_up=lambda: False)
-    assert list(found) == [("a", "done")]
+    results = worked(str, ["a"], str, workers=2, may_begin=lambda: True, is_given_up=lambda: False)
+    assert list(results) == [("a", "done")]
     assert len(task.waits) == 3
     assert all(0 < timeout < 1 for timeout in task.waits)
 
 
 @pytest.mark.parametrize("workers_", [1, 2])
 def test_the_error_of_a_task_is_raised(workers_):
-    found = worked(
+    results = worked(
         int,
         ["1", "x"],
         str,
@@ -48,9 +48,9 @@ def test_the_error_of_a_task_is_raised(workers_):
         may_begin=lambda: True,
         is_given_up=lambda: False,
     )
-    assert next(found) == ("1", 1)
+    assert next(results) == ("1", 1)
     with pytest.raises(ValueError, match="invalid literal"):
-        next(found)
+        next(results)
 
 
 def remember(word):

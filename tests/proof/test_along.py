@@ -24,7 +24,7 @@ def along(U, low, high, free=()):
     return AlongEnergy(Energy(substituted(U + BESIDE, given), free), low, high)
 
 
-def found(U, low, high, values=5):
+def searched(U, low, high, values=5):
     branches = Branches(along(U, low, high))
     for value in np.linspace(low, high, values):
         branches.search(float(value))
@@ -33,14 +33,16 @@ def found(U, low, high, values=5):
 
 def kinds(branches):
     turns = branches.turns.values()
-    return sorted((one.kind, round(one.value, 6), round(one.orientation[0], 6)) for one in turns)
+    return sorted(
+        (turn.kind, round(turn.value, 6), round(turn.orientation[0], 6)) for turn in turns
+    )
 
 
 def counts(intervals):
     """Return the counts without repetition, and whether most of all values are proved."""
-    rows = [(one.states, one.stable) for one in intervals]
+    rows = [(interval.states, interval.stable) for interval in intervals]
     width = intervals[-1].high - intervals[0].low
-    proved = sum(one.high - one.low for one in intervals if one.proved)
+    proved = sum(interval.high - interval.low for interval in intervals if interval.proved)
     return [
         row for k, row in enumerate(rows) if k == 0 or row != rows[k - 1]
     ], proved / width > 0.95
@@ -56,7 +58,7 @@ def test_bounds_over_an_interval_hold_for_each_parameter_of_it():
         b = OverInterval(whole, low, high).over(m - r, m + r)
         for p in (low, high, rng.uniform(low, high)):
             x = m + r * rng.uniform(-1, 1, (3, 1))
-            _, g, H = (one[..., 0] for one in whole.at(np.vstack([x, [[p - 0.25]]])))
+            _, g, H = (part[..., 0] for part in whole.at(np.vstack([x, [[p - 0.25]]])))
             at_m = whole.at(np.vstack([b.centre, [[p - 0.25]]]))
             inside = (b.gradient.lo - 1e-9 <= at_m[1][:3]) & (at_m[1][:3] <= b.gradient.hi + 1e-9)
             assert inside.all()
@@ -69,24 +71,24 @@ def test_bounds_over_an_interval_hold_for_each_parameter_of_it():
 
 def test_two_rest_states_meet_at_a_fold():
     """∂U/∂x = x² - (p - 1)."""
-    branches, intervals = found(X**3 / 3 - (P - 1) * X, 0, 2)
+    branches, intervals = searched(X**3 / 3 - (P - 1) * X, 0, 2)
     assert kinds(branches) == [("fold", 1, 0)]
     assert counts(intervals) == ([(0, 0), (2, 1)], True)
 
 
 def test_a_pitchfork_is_symmetric_and_a_crossing_is_not():
     """∂U/∂x = x³ - (p - 1) x, and x² - (p - 1) x."""
-    branches, intervals = found(X**4 / 4 - (P - 1) * X**2 / 2, 0, 2)
+    branches, intervals = searched(X**4 / 4 - (P - 1) * X**2 / 2, 0, 2)
     assert kinds(branches) == [("pitchfork", 1, 0)]
     assert counts(intervals) == ([(1, 1), (3, 2)], True)
-    branches, intervals = found(X**3 / 3 - (P - 1) * X**2 / 2, 0, 2.2)
+    branches, intervals = searched(X**3 / 3 - (P - 1) * X**2 / 2, 0, 2.2)
     assert kinds(branches) == [("crossing", 1, 0)]
     assert counts(intervals) == ([(2, 1)], True)
 
 
 def test_a_closed_branch_is_followed_once():
     """∂U/∂x = x² + (p - 1)² - 1/4: a circle, with a fold at each end."""
-    branches, intervals = found(X**3 / 3 + X * ((P - 1) ** 2 - 1 / 4), 0, 2)
+    branches, intervals = searched(X**3 / 3 + X * ((P - 1) ** 2 - 1 / 4), 0, 2)
     assert len(branches.curves) == 1
     assert kinds(branches) == [("fold", 0.5, 0), ("fold", 1.5, 0)]
     assert counts(intervals) == ([(0, 0), (2, 1), (0, 0)], True)
@@ -94,10 +96,10 @@ def test_a_closed_branch_is_followed_once():
 
 def test_a_branch_ends_where_it_leaves_the_range():
     """x = 3 p."""
-    branches, intervals = found(X**2 / 2 - 3 * P * X, 0.5, 2)
+    branches, intervals = searched(X**2 / 2 - 3 * P * X, 0.5, 2)
     assert not branches.turns
     assert counts(intervals) == ([(1, 1), (0, 0)], True)
-    ends = [one.low for one in intervals if not one.states]
+    ends = [interval.low for interval in intervals if not interval.states]
     assert min(ends) == pytest.approx(np.pi / 3, abs=1e-3)
 
 
@@ -110,8 +112,8 @@ def test_nothing_is_proved_about_a_turn(low, high):
 def test_variables_that_are_left_need_a_stiffness_that_is_definite_for_all_parameters():
     # Least over z, U is (1/2 - 1/(4 p)) x², and unstable for p < 1/2.
     for low, high, stable in ((1, 1.2, 1), (0.3, 0.32, 0)):
-        one = along(X**2 / 2 + P * FREE**2 + X * FREE, low, high, (3,))
-        assert proved_over(one, low, high, []) == (low, high, 1, stable, True)
+        energy = along(X**2 / 2 + P * FREE**2 + X * FREE, low, high, (3,))
+        assert proved_over(energy, low, high, []) == (low, high, 1, stable, True)
     wrong = [P * FREE**2, P**2 * FREE**2]
     # These are zero at both ends, or hide in a term that is linear in z.
     wrong += [FREE**2 + e for e in (P * FREE**4, (P + 1) * (P - 2) * FREE.cos(), FREE * FREE.cos())]

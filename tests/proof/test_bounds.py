@@ -126,7 +126,7 @@ def test_a_box_too_wide_for_one_minimiser_has_no_bounds(factor, end):
     """U = ½ z² + 4 (1 + (z - cθ1)²)^½ is convex, but Krawczyk's test fails as z moves with θ1."""
     U = HALF * W * W + 4 * (1 + (W - factor * X) ** 2).sqrt()
     hi = np.array([[end]])
-    wide, near = (BoundedEnergy(U, (0,), (3,)).over(-one, one) for one in (hi, hi / 100))
+    wide, near = (BoundedEnergy(U, (0,), (3,)).over(-corner, corner) for corner in (hi, hi / 100))
     assert (wide.value_over.lo[0], wide.value_over.hi[0]) == (-np.inf, np.inf)
     assert (wide.gradient_over.lo[0, 0], wide.gradient_over.hi[0, 0]) == (-np.inf, np.inf)
     assert not np.isfinite(wide.hessian.rad[0, 0, 0])
@@ -137,14 +137,15 @@ def test_the_known_least_cosine_is_applied():
     """1/cos θ2 over a box that ends at the double above π/2: bounded below, not above."""
     lo, hi = np.array([0.0, 1.5, 0.0]), np.array([0.1, np.nextafter(np.pi / 2, 2), 0.1])
     least = {atom(COS, Y): 0.0}
-    plain, known = (
-        BoundedEnergy(1 / Y.cos(), least=one).over(lo[:, None], hi[:, None]) for one in ({}, least)
+    plain, bounded = (
+        BoundedEnergy(1 / Y.cos(), least=values).over(lo[:, None], hi[:, None])
+        for values in ({}, least)
     )
     assert plain.value_over.lo[0] == -np.inf
-    assert known.value_over.lo[0] == pytest.approx(1 / np.cos(1.5), rel=1e-9)
-    assert known.value_over.hi[0] == np.inf
+    assert bounded.value_over.lo[0] == pytest.approx(1 / np.cos(1.5), rel=1e-9)
+    assert bounded.value_over.hi[0] == np.inf
     # d/dθ2 1/cos θ2 = sin/cos², which is least at the lower end.
-    assert known.gradient_over.lo[1, 0] == pytest.approx(np.sin(1.5) / np.cos(1.5) ** 2, rel=1e-6)
+    assert bounded.gradient_over.lo[1, 0] == pytest.approx(np.sin(1.5) / np.cos(1.5) ** 2, rel=1e-6)
     check(1 / Y.cos(), lo, np.array([0.1, 1.57, 0.1]), np.array([0.0, 1.56, 0.1]), least=least)
 
 

@@ -25,7 +25,7 @@ X, Y, Z = (variable(k) for k in range(3))
 BOWL = 10 * Y * Y + 10 * Z * Z
 
 
-def found(U, box=RANGE, closed=frozenset(), proved=True):
+def searched(U, box=RANGE, closed=frozenset(), proved=True):
     """Return the rest states and the regions of an energy."""
     energy = Energy(U, closed=closed)
     zeros = Search(BoundedEnergy(U, least=energy.least), box).run(20_000)
@@ -46,7 +46,7 @@ def wells_at(tilt):
 
 def test_a_closed_axis_has_no_faces():
     """Then the least energy is that of θ2 = ±π/2, by y alone: 10 (π/2)²."""
-    _, regions = found(3 * X * X + BOWL, closed=frozenset({0}))
+    _, regions = searched(3 * X * X + BOWL, closed=frozenset({0}))
     assert regions.certified.energy == pytest.approx(10 * (np.pi / 2) ** 2, rel=1e-9)
     assert regions.certified.face == "θ2 = -π/2"
 
@@ -68,12 +68,15 @@ def test_two_wells_end_at_the_saddle_between_them(two_wells):
 
 @pytest.fixture(scope="module")
 def two_wells():
-    return found(wells(0.25))
+    return searched(wells(0.25))
 
 
 def starts_of(zeros, regions, higher=0.0):
     """Return the regions for starts, up to their levels or higher."""
-    levels = [RegionLevel(one.rest_state - 1, one.energy_bound + higher) for one in regions.minima]
+    levels = [
+        RegionLevel(region.rest_state - 1, region.energy_bound + higher)
+        for region in regions.minima
+    ]
     return StartRegions(Energy(wells(0.25)), zeros, RANGE, levels)
 
 
@@ -131,7 +134,7 @@ def test_an_undecided_box_ends_all_regions(two_wells, x):
 def test_the_face_by_which_a_component_leaves_is_the_pass():
     """x² - x⁴/12 has its top at √6 in [-π, π]; here the range ends before it, at 2."""
     end = np.array([2.0, 1.0, 1.0])
-    _, regions = found(X * X - X**4 / 12 + BOWL, Box(-end, end))
+    _, regions = searched(X * X - X**4 / 12 + BOWL, Box(-end, end))
     (region,) = regions.minima
     assert {region.pass_face} == {"θ1 = -2"}
     assert region.lower_bound == pytest.approx(4 - 16 / 12, rel=1e-6)
@@ -141,7 +144,7 @@ def test_a_minimum_above_all_faces_has_a_region():
     """(x² - 1)² + 2x and the face x = -1.9 below the upper minimum: it ends at the saddle."""
     end = np.array([1.9, 1.0, 1.0])
     _, top, high = wells_at(1.0)
-    _, regions = found(wells(1), Box(np.array([-1.15, -1.0, -1.0]), end))
+    _, regions = searched(wells(1), Box(np.array([-1.15, -1.0, -1.0]), end))
     upper = regions.minima[-1]
     assert upper.lower_bound == pytest.approx(top - high, rel=1e-5)
     assert upper.lower_bound <= top - high
@@ -163,15 +166,15 @@ def test_no_cells_prove_more_than_the_pass(two_wells):
     """With cells of any size: those at first, and those after each step."""
     zeros, _ = two_wells
     cells = cells_of(wells(0.25), [zero.enclosure for zero in zeros.zeros])
-    saddle, known = wells_at(0.25)[1], [-np.inf, -np.inf]
+    saddle, previous = wells_at(0.25)[1], [-np.inf, -np.inf]
     while True:
         levels = [cells.flood(k).end.level for k in (0, 1)]
         assert max(levels) <= saddle
-        assert levels >= known  # smaller cells never prove less
+        assert levels >= previous  # smaller cells never prove less
         some = cells.ways(0, saddle - 1e-4).open
         if not len(some):
             break
-        cells, known = cells.divided(some), levels
+        cells, previous = cells.divided(some), levels
     assert min(levels) >= saddle - 1e-4
 
 
@@ -191,7 +194,7 @@ def test_each_face_counts():
         x, end = variable(axis), END[axis]
         # ½ end² at one end, and 1.5 end² at the other; at least 24 J on all other faces.
         U = BOWL + 10 * X * X - 9 * x * x - Fraction(sign) / (2 * Fraction(end)) * x**3
-        zeros, regions = found(U)
+        zeros, regions = searched(U)
         region = regions.minima[0]
         assert zeros.zeros[region.rest_state - 1].index == 0
         assert region.pass_face == f"θ{axis + 1} = {'-' * (sign < 0)}{'π/2' if axis == 1 else 'π'}"

@@ -44,11 +44,11 @@ def test_without_stiffness_or_with_a_barrier_nothing_is_confined():
 @pytest.mark.parametrize("load", [0, 3])
 def test_the_bound_is_above_what_a_known_state_needs(load):
     """½ (θ1² + θ3²) - 5 θ1 θ2 - load θ1: at θ2 = π/2 the state θ1 = 5 π/2 + load is reached."""
-    found = confined(energy(couple=-5, p=0 - load * X))
-    assert found is not None
-    assert found[0] >= 5 * np.pi / 2 + load
-    assert found[0] <= 1.01 * (5 * np.pi / 2 + load)
-    assert found[1] >= np.pi
+    limits = confined(energy(couple=-5, p=0 - load * X))
+    assert limits is not None
+    assert limits[0] >= 5 * np.pi / 2 + load
+    assert limits[0] <= 1.01 * (5 * np.pi / 2 + load)
+    assert limits[1] >= np.pi
 
 
 @pytest.mark.parametrize("seed", range(2))
@@ -59,26 +59,26 @@ def test_all_zeros_are_inside(seed):
     p = c[0] * X.cos() * (1 + HALF * Y.sin()) + c[1] * Z.sin() * X.sin() + c[2] * Z.cos()
     E = energy(k=(1, 6, 2), p=p, couple=1, stop=STOP)
     with np.errstate(all="ignore"):
-        found = confined(E)
-        assert found is not None
-        assert np.all(found < 20)
+        limits = confined(E)
+        assert limits is not None
+        assert np.all(limits < 20)
         V = BoundedEnergy(E.U)
         starts = rng.uniform(-1, 1, (3, 300)) * np.array([[12.0], [1.2], [12.0]])
         ends, last = newton(V, starts, 150)
     inside = (last < 1e-10) & (np.abs(ends[1]) < 1.2)
     assert inside.sum() > 10
-    assert np.all(np.abs(ends[0, inside]) <= found[0])
-    assert np.all(np.abs(ends[2, inside]) <= found[1])
+    assert np.all(np.abs(ends[0, inside]) <= limits[0])
+    assert np.all(np.abs(ends[2, inside]) <= limits[1])
     # The bound on slopes is no guess: |∂p/∂θ1| is at most the sum of these magnitudes.
-    assert found[0] <= 1.2 * (1.2 + 1.5 * c[0] + c[1]) + np.pi
+    assert limits[0] <= 1.2 * (1.2 + 1.5 * c[0] + c[1]) + np.pi
 
 
 def test_the_bound_is_sharp_for_one_wave():
     """At rest 2 θ1 + 6 cos θ1 + 1 = 0, so |θ1| <= (6 + 1) / 2."""
-    found = confined(Energy(X * X + X + 6 * X.sin() + HALF * Y * Y + 2 * Z * Z))
-    assert found is not None
-    assert 3.5 < found[0] < 3.5 * 1.15
-    assert found[1] == RANGE_END[2]
+    limits = confined(Energy(X * X + X + 6 * X.sin() + HALF * Y * Y + 2 * Z * Z))
+    assert limits is not None
+    assert 3.5 < limits[0] < 3.5 * 1.15
+    assert limits[1] == RANGE_END[2]
 
 
 def test_the_ends_of_a_box_that_confines_do_not_end_the_lowest_region():
@@ -94,11 +94,11 @@ def test_the_ends_of_a_box_that_confines_do_not_end_the_lowest_region():
         (False, ends[1] ** 2 / 2),
         (True, theta**2 / 2 + 8 - 8 * np.cos(theta)),
     ):
-        found = regions_of(body, zeros, Box(-end, end), confining=confining)
-        assert found.certified is not None
-        assert found.certified.energy_bound == pytest.approx(level, rel=1e-6)
-        assert found.minima[0].rest_state == 1
-        assert found.minima[0].energy_bound == pytest.approx(level, rel=1e-5)
+        regions = regions_of(body, zeros, Box(-end, end), confining=confining)
+        assert regions.certified is not None
+        assert regions.certified.energy_bound == pytest.approx(level, rel=1e-6)
+        assert regions.minima[0].rest_state == 1
+        assert regions.minima[0].energy_bound == pytest.approx(level, rel=1e-5)
 
 
 def test_a_stiff_body_is_not_searched_twice_and_a_very_soft_one_not_at_all():

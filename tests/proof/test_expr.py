@@ -29,13 +29,13 @@ CANONICAL = [
 ]
 
 
-@pytest.mark.parametrize(("one", "two"), CANONICAL)
-def test_equal_expressions_are_the_same(one, two):
-    assert one == two
-    assert one != two + X.step(1)
-    assert one.digest == two.digest
-    assert hash(one) == hash(two)
-    assert one.terms == two.terms
+@pytest.mark.parametrize(("left", "right"), CANONICAL)
+def test_equal_expressions_are_the_same(left, right):
+    assert left == right
+    assert left != right + X.step(1)
+    assert left.digest == right.digest
+    assert hash(left) == hash(right)
+    assert left.terms == right.terms
 
 
 def test_order_and_digest_do_not_depend_on_history():
@@ -97,21 +97,21 @@ def test_a_rotation_times_its_transpose_is_one():
 
 @settings(deadline=None, max_examples=25)
 @given(energies(), energies(), affine(), st.lists(st.floats(-2, 2), min_size=3, max_size=3))
-def test_arithmetic_keeps_the_value(one, two, x, point):
+def test_arithmetic_keeps_the_value(left, right, x, point):
     """Sums, products, powers and quotients, against those of the values in balls."""
     place = dict(enumerate(point))
     try:
-        a, b, c = (value(e, place) for e in (one, two, x))
+        a, b, c = (value(e, place) for e in (left, right, x))
     except ValueError:  # a step whose side is not known
         return
     cases = [
-        (one + two, a + b),
-        (one - two, a - b),
-        (one * two, a * b),
-        (one**3, a**3),
+        (left + right, a + b),
+        (left - right, a - b),
+        (left * right, a * b),
+        (left**3, a**3),
         (x.tanh(), c.tanh()),
-        (x.sinh() * one, c.sinh() * a),
-        (one / (two * two + 1), a / (b * b + 1)),
+        (x.sinh() * left, c.sinh() * a),
+        (left / (right * right + 1), a / (b * b + 1)),
     ]
     for e, exact in cases:
         near = value(e, place)

@@ -43,9 +43,9 @@ def between(low, high):
     return np.array([[float(low)], [float(high)]])
 
 
-def holds(found, exact):
+def holds(interval, exact):
     """Whether an interval contains a fraction, or what is known to a ball."""
-    (low,), (high,) = found
+    (low,), (high,) = interval
     assert not np.isnan([low, high]).any()
     number = Fraction if isinstance(exact, Fraction) else ball
     return not (
@@ -63,9 +63,9 @@ def multiples(x, factor):
 
 
 def constants(c):
-    found = intervals.constant(c)
-    yield found, c
-    assert (found[0] == found[1]) == (Fraction(float(c)) == c)
+    interval = intervals.constant(c)
+    yield interval, c
+    assert (interval[0] == interval[1]) == (Fraction(float(c)) == c)
 
 
 def parts(x, a):
@@ -121,15 +121,15 @@ def test_an_operation_contains_the_exact_results(name, count):
 
     def test(given):
         with ctx.workprec(BITS + 200):
-            assert all(holds(found, exact) for found, exact in operation(*given))
+            assert all(holds(interval, exact) for interval, exact in operation(*given))
 
     fuzz(test, st.tuples(*strategies), count=2 * count)
 
 
-def is_tight(found, low, high):
+def is_tight(interval, low, high):
     """The ends are those of the exact image, but for round-off."""
     size = 1e-13 * max(abs(low), abs(high), 1e-290)
-    np.testing.assert_allclose(found[:, 0], [low, high], rtol=0, atol=size)
+    np.testing.assert_allclose(interval[:, 0], [low, high], rtol=0, atol=size)
 
 
 def test_a_product_is_sharp_for_all_signs():
@@ -143,17 +143,17 @@ def test_a_product_is_sharp_for_all_signs():
 @pytest.mark.parametrize("n", [-3, -2, -1, 1, 2, 3, 4])
 def test_a_power_is_sharp(n):
     for low, high in ((2.0, 3.0), (-3.0, -2.0), (-2.0, 3.0), (0.0, 3.0), (-3.0, 0.0)):
-        found = intervals.power(between(low, high), n)
+        image = intervals.power(between(low, high), n)
         if low * high > 0:
-            is_tight(found, *sorted([low**n, high**n]))
+            is_tight(image, *sorted([low**n, high**n]))
         elif n > 0:
             ends = [low**n, high**n]
-            is_tight(found, 0.0 if n % 2 == 0 else ends[0], max(ends))
+            is_tight(image, 0.0 if n % 2 == 0 else ends[0], max(ends))
         elif n % 2 == 0:  # one bound of 1/x² is known
-            np.testing.assert_allclose(found[0], 1 / max(low**-n, high**-n), rtol=1e-13)
-            assert found[1] == np.inf
+            np.testing.assert_allclose(image[0], 1 / max(low**-n, high**-n), rtol=1e-13)
+            assert image[1] == np.inf
         else:
-            assert np.isfinite(found[:, 0]).tolist() == [low == 0, high == 0]
+            assert np.isfinite(image[:, 0]).tolist() == [low == 0, high == 0]
 
 
 @pytest.mark.parametrize(
@@ -176,10 +176,10 @@ def test_sines_and_rising_functions_are_sharp(low, high, least, most):
 
 
 def test_what_is_no_number_is_no_bound():
-    found = intervals.outward(np.array([[np.nan, 1.0], [np.nan, 2.0]]))
-    assert found[:, 0].tolist() == [-np.inf, np.inf]
-    assert found[0, 1] < 1.0
-    assert found[1, 1] > 2.0
+    widened = intervals.outward(np.array([[np.nan, 1.0], [np.nan, 2.0]]))
+    assert widened[:, 0].tolist() == [-np.inf, np.inf]
+    assert widened[0, 1] < 1.0
+    assert widened[1, 1] > 2.0
 
 
 def test_doubles_are_not_rounded():
@@ -194,7 +194,7 @@ def test_a_sum_of_sixty_products_is_still_between_its_bounds():
     rng = np.random.default_rng(3)
     for _ in range(50):
         a, b = rng.normal(size=(2, 60)) * 10.0 ** rng.integers(-3, 3, size=(2, 60))
-        found = intervals.product(np.stack([a, a]), np.stack([b, b]))
+        products = intervals.product(np.stack([a, a]), np.stack([b, b]))
         exact = sum(Fraction(x) * Fraction(y) for x, y in zip(a, b, strict=True))
-        low, high = found.sum(axis=1)
+        low, high = products.sum(axis=1)
         assert Fraction(float(low)) <= exact <= Fraction(float(high))

@@ -90,7 +90,7 @@ def test_the_guard_adds_its_energy_at_the_border(kind, added):
 
 def balances(at_rest, method, strength, soft_angle, seed):
     """Return the rest states with a guard beyond its angle that scipy finds."""
-    rng, found = np.random.default_rng(seed), []
+    rng, states = np.random.default_rng(seed), []
 
     def gradient(q):
         g = at_rest.gradient(q).copy()
@@ -106,8 +106,8 @@ def balances(at_rest, method, strength, soft_angle, seed):
         done = root(gradient, q, method="hybr")
         within = soft_angle < abs(done.x[1]) < np.pi / 2
         if done.success and within and np.abs(gradient(done.x)).max() < 1e-6:
-            found.append(done.x[:3])
-    return found
+            states.append(done.x[:3])
+    return states
 
 
 @pytest.mark.parametrize(
@@ -126,9 +126,9 @@ def test_scipy_finds_a_rest_state_beyond_only_where_none_is_excluded(
     f = exact(config)
     guard = guard_energy(kind, strength, soft_angle)
     excluded = nothing_rests_beyond(f, border_of(f), guard, soft_angle)
-    found = balances(configurations(problem_of(config).system), kind, strength, soft_angle, 1)
+    states = balances(configurations(problem_of(config).system), kind, strength, soft_angle, 1)
     assert excluded is expected
-    assert bool(found) is not expected
+    assert bool(states) is not expected
 
 
 def test_a_load_may_press_against_a_repelling_guard():

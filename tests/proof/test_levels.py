@@ -27,17 +27,17 @@ def numbers(count):
 def test_a_quadratic_function_is_between_its_bounds(a, A, u):
     """Exactly, in rational numbers, at a point and at all corners."""
     symmetric = np.array(A).reshape(3, 3) + np.array(A).reshape(3, 3).T
-    found = quadratic_range(np.array(a)[:, None], symmetric[:, :, None])
+    bounds = quadratic_range(np.array(a)[:, None], symmetric[:, :, None])
     points = [[max(-1.0, min(1.0, x)) for x in u], [0.0] * 3]
     points += [list(np.array(corner) * 2.0 - 1) for corner in np.ndindex(2, 2, 2)]
-    points.append(found.u[:, 0].tolist())
+    points.append(bounds.u[:, 0].tolist())
     for point in points:
         x, b = [Fraction(v) for v in point], [Fraction(v) for v in a]
         M = [[Fraction(v) for v in row] for row in symmetric.tolist()]
         value = sum((b[i] * x[i] for i in range(3)), Fraction(0))
         pairs = [(i, j) for i in range(3) for j in range(3)]
         value += sum((M[i][j] * x[i] * x[j] for i, j in pairs), Fraction(0)) / 2
-        assert Fraction(found.low[0]) <= value <= Fraction(found.high[0])
+        assert Fraction(bounds.low[0]) <= value <= Fraction(bounds.high[0])
 
 
 def pendulum(k=0, m=1):
@@ -49,12 +49,12 @@ def pendulum(k=0, m=1):
 
 
 JUMP = variable(1).sin() - Fraction(1, 4)
-OWN = variable(3) - variable(1).sin()
+OFFSET = variable(3) - variable(1).sin()
 KINDS = {
     "smooth": Energy(pendulum().U),
     "a force that jumps": Energy(JUMP * (2 * JUMP.step(1) - 1) + variable(0) ** 2),  # |h| + θ1²
     "a free variable": Energy(
-        3 * OWN * OWN + Fraction(1, 4) * variable(3) ** 4 - variable(1).cos(), free=(3,)
+        3 * OFFSET * OFFSET + Fraction(1, 4) * variable(3) ** 4 - variable(1).cos(), free=(3,)
     ),
 }
 
@@ -96,17 +96,17 @@ def test_the_least_value_of_a_face():
         x -= (x + 0.5 * np.cos(x)) / (1 - 0.5 * np.sin(x))
     lo = np.array([-np.pi, np.pi / 2, -np.pi])
     hi = np.array([np.pi, np.nextafter(np.pi / 2, 2), np.pi])
-    found = least_values(Ranges.of(pendulum(m=3)), Boxes(lo[:, None], hi[:, None]))
+    least = least_values(Ranges.of(pendulum(m=3)), Boxes(lo[:, None], hi[:, None]))
     exact = 3 + 0.5 * x * x + 0.5 * np.sin(x)
-    assert found.bound[0] <= exact <= found.value[0] + 1e-12
-    assert found.value[0] == pytest.approx(exact, rel=1e-12)
-    assert found.bound[0] == pytest.approx(exact, abs=1e-7)
-    assert found.at[0, 0] == pytest.approx(x, abs=1e-6)
+    assert least.bound[0] <= exact <= least.value[0] + 1e-12
+    assert least.value[0] == pytest.approx(exact, rel=1e-12)
+    assert least.bound[0] == pytest.approx(exact, abs=1e-7)
+    assert least.at[0, 0] == pytest.approx(x, abs=1e-6)
 
 
 def test_a_search_at_its_limit_has_a_weaker_bound_that_holds():
     """One box is not enough."""
     lo, hi = -np.full((3, 1), 2.0), np.full((3, 1), 2.0)
-    found = least_values(Ranges.of(pendulum()), Boxes(lo, hi), limit=1)
-    assert found.bound[0] < -0.1
-    assert found.value[0] >= 0.0
+    least = least_values(Ranges.of(pendulum()), Boxes(lo, hi), limit=1)
+    assert least.bound[0] < -0.1
+    assert least.value[0] >= 0.0

@@ -117,14 +117,14 @@ def test_what_is_not_quadratic_stays():
     """Y has a fourth power, Z a stiffness that depends on θ1; counted from their centre."""
     s, X, Y, Z = V[0].sin(), V[3], V[4], V[5]
     total = HALF * (X * X + Y * Y + Z * Z) - X * s - Y * s + Y**4 + (2 + s) * Z * Z
-    found = eliminated(total, range(3, 6))
-    assert found.free == (4, 5)
-    assert found.minimiser == {3: s}
+    reduced = eliminated(total, range(3, 6))
+    assert reduced.free == (4, 5)
+    assert reduced.minimiser == {3: s}
     q = np.array([0.3, 0, 0, np.nan, 0.2, -0.1])
     sine = np.sin(0.3)
-    y, z = q[4] + value_at(found.shift[4], q), q[5] + value_at(found.shift[5], q)
+    y, z = q[4] + value_at(reduced.shift[4], q), q[5] + value_at(reduced.shift[5], q)
     exact = -0.5 * sine**2 + 0.5 * (y * y + z * z) - y * sine + y**4 + (2 + sine) * z * z
-    assert value_at(found.U, q) == pytest.approx(exact, rel=1e-13)
+    assert value_at(reduced.U, q) == pytest.approx(exact, rel=1e-13)
 
 
 @pytest.mark.parametrize("c", [0, -1])

@@ -80,16 +80,16 @@ def test_a_surface_holds_the_body_where_the_closed_form_is(weights, couple, offs
     share = share_of(couple, offset, weights)
     assert (0 < share < 1) == on
     if ridge:
-        found = proved(parabola(weights) + couple * h - couple * h.step(1) * h)
+        zeros = proved(parabola(weights) + couple * h - couple * h.step(1) * h)
         places = [F(0)] * (share > 0) + [F(1)] * (share < 1) + [share] * on
     else:
-        found = proved(parabola(weights) + couple * h.step(1) * h)
+        zeros = proved(parabola(weights) + couple * h.step(1) * h)
         places = [min(max(share, F(0)), F(1))]
-    assert found.proved
-    assert len(found.zeros) == len(places)
-    for one in places:
-        point, held = place(one, couple, weights), on and one == share
-        (zero,) = (zero for zero in found.zeros if np.abs(zero.point - point).max() < 1e-9)
+    assert zeros.proved
+    assert len(zeros.zeros) == len(places)
+    for fraction in places:
+        point, held = place(fraction, couple, weights), on and fraction == share
+        (zero,) = (zero for zero in zeros.zeros if np.abs(zero.point - point).max() < 1e-9)
         assert encloses(zero, point)
         assert (zero.normal is not None) == held
         assert zero.ridge == (held and ridge)
@@ -108,11 +108,11 @@ def test_where_the_share_is_at_its_ends_nothing_is_claimed(edge, sign):
     offset = centre_side - edge * couple * sum(n * n for n in NORMAL)
     h = plane(offset)
     U = parabola() + (0 if sign > 0 else couple * h) + sign * couple * h.step(1) * h
-    found = proved(U, limit=500)
-    assert not found.proved
-    assert len(found.zeros) == int(sign < 0)  # a ridge has another state, away from it
+    zeros = proved(U, limit=500)
+    assert not zeros.proved
+    assert len(zeros.zeros) == int(sign < 0)  # a ridge has another state, away from it
     on = place(F(edge), couple, WEIGHTS[0])
-    assert found.undecided.touch(Box(on - 1e-6, on + 1e-6)).any()
+    assert zeros.undecided.touch(Box(on - 1e-6, on + 1e-6)).any()
 
 
 def test_a_sphere_about_a_hill_has_states_of_each_index():
@@ -120,15 +120,15 @@ def test_a_sphere_about_a_hill_has_states_of_each_index():
     h = V[0] ** 2 + V[1] ** 2 + V[2] ** 2 - F(1, 4)
     end = np.array([1.0, 1.1, 1.2])
     weights = (F(-1), F(-2), F(-3))
-    found = proved(parabola(weights, (F(0),) * 3) + 10 * h.step(1) * h, Box(-end, end))
-    assert found.proved
-    held = [zero for zero in found.zeros if zero.normal is not None]
-    assert (len(found.zeros), len(held)) == (7, 6)
+    zeros = proved(parabola(weights, (F(0),) * 3) + 10 * h.step(1) * h, Box(-end, end))
+    assert zeros.proved
+    held = [zero for zero in zeros.zeros if zero.normal is not None]
+    assert (len(zeros.zeros), len(held)) == (7, 6)
     for zero in held:
         axis = int(np.argmax(np.abs(zero.point)))
         np.testing.assert_allclose(np.abs(zero.point), 0.5 * np.eye(3)[axis], atol=1e-12)
         assert zero.index == 2 - axis
-    (middle,) = (zero for zero in found.zeros if zero.normal is None)
+    (middle,) = (zero for zero in zeros.zeros if zero.normal is None)
     assert middle.index == 3
 
 
@@ -136,21 +136,21 @@ def test_a_sphere_about_a_hill_has_states_of_each_index():
 def test_a_domain_ends_before_the_states_on_both_sides(share):
     """U = -½ θ1² + max(θ1 - λ, 0) + ...: maxima along θ1 on both sides of the held minimum."""
     h = V[0] - share
-    found = proved(parabola((F(-1), F(1), F(1)), (F(0),) * 3) + h.step(1) * h)
-    assert found.proved
-    places = sorted((float(zero.point[0]), zero.normal is not None) for zero in found.zeros)
+    zeros = proved(parabola((F(-1), F(1), F(1)), (F(0),) * 3) + h.step(1) * h)
+    assert zeros.proved
+    places = sorted((float(zero.point[0]), zero.normal is not None) for zero in zeros.zeros)
     np.testing.assert_allclose([x for x, _ in places], [0, float(share), 1], atol=1e-12)
     assert [on for _, on in places] == [False, True, False]
 
 
 def test_where_two_planes_meet_it_is_not_decided():
-    one, two = V[1] - F(2, 5), V[0] - F(1, 10)
-    U = parabola() + 5 * one.step(1) * one + 5 * two.step(1) * two
-    found = proved(U, limit=500)
-    assert not found.proved
-    assert found.zeros == ()
+    first, second = V[1] - F(2, 5), V[0] - F(1, 10)
+    U = parabola() + 5 * first.step(1) * first + 5 * second.step(1) * second
+    zeros = proved(U, limit=500)
+    assert not zeros.proved
+    assert zeros.zeros == ()
     corner = np.array([0.1, 0.4, -0.2])
-    assert found.undecided.touch(Box(corner, corner)).any()
+    assert zeros.undecided.touch(Box(corner, corner)).any()
 
 
 def test_a_jump_in_energy_that_is_zero_elsewhere_holds_nothing_there():
@@ -208,9 +208,9 @@ def test_all_states_between_and_at_stops_are_listed(free):
     U += free * (HALF * LEAN * LEAN - F(1, 4) * LEAN * V[1])
     energy, end = Energy(U, free=(3,) * free, stop=HALF), np.array([2.0, 0.5, 2.0])
     bounds = BoundedEnergy(U, free=energy.free)
-    found = rest_zeros(energy, bounds, Box(-end, end), 20_000)
-    assert found.proved
-    listed = sorted((zero.point[1], zero.normal is not None, zero.index) for zero in found.zeros)
+    zeros = rest_zeros(energy, bounds, Box(-end, end), 20_000)
+    assert zeros.proved
+    listed = sorted((zero.point[1], zero.normal is not None, zero.index) for zero in zeros.zeros)
     top = 0.3 / (1 + free / 16)
     assert listed == [(-0.5, True, 0), (pytest.approx(top, abs=1e-12), False, 1), (0.5, True, 0)]
 

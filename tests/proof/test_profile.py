@@ -21,9 +21,9 @@ END = np.array([np.pi, np.pi / 2, np.pi])
 
 
 def end_of(energy):
-    found = confined(energy)
-    assert found is not None
-    return np.array([found[0], np.pi / 2, found[1]])
+    limits = confined(energy)
+    assert limits is not None
+    return np.array([limits[0], np.pi / 2, limits[1]])
 
 
 def case(name="paper/case1_permanent", *changes):
@@ -49,13 +49,13 @@ def test_no_start_of_scipy_ends_lower(config):
     rng = np.random.default_rng(5)
     pitch = PITCH[1:] if 1 in energy.closed else PITCH
     for angle, least in zip(pitch, least_along_pitch(energy, pitch, end), strict=True):
-        found = least_energy(at_rest, 1, angle, rng, 6)
-        assert least == pytest.approx(found, rel=1e-5, abs=1e-5)
+        lowest = least_energy(at_rest, 1, angle, rng, 6)
+        assert least == pytest.approx(lowest, rel=1e-5, abs=1e-5)
 
 
 def test_a_barrier_is_added():
     plain, closed = exact(case()), exact(guarded(stiffness=7))
-    curves = [least_along_pitch(one, PITCH[1:], END) for one in (plain, closed)]
+    curves = [least_along_pitch(energy, PITCH[1:], END) for energy in (plain, closed)]
     added = 3.5 * np.tan(PITCH[1:]) ** 2
     assert without_barriers(closed).U == plain.U
     np.testing.assert_allclose(curves[1] - curves[0], added, rtol=1e-9, atol=1e-9)
@@ -63,5 +63,5 @@ def test_a_barrier_is_added():
 
 def test_the_curve_ends_at_a_stop():
     energy = exact(case("examples/stop"))
-    found = least_along_pitch(energy, np.array([-0.91, -0.9, 0.0, 0.9, 0.91]), END)
-    np.testing.assert_array_equal(np.isinf(found), [True, False, False, False, True])
+    curve = least_along_pitch(energy, np.array([-0.91, -0.9, 0.0, 0.9, 0.91]), END)
+    np.testing.assert_array_equal(np.isinf(curve), [True, False, False, False, True])

@@ -40,19 +40,19 @@ class Landscape:
     def value(self, x):
         """Return U at points of shape (3, points)."""
         s, c = np.sin(x), np.cos(x)
-        found = np.tensordot(self.bowl, x * x, 1) + np.tensordot(self.single[1], s, 1)
-        found = found + np.tensordot(self.single[0], np.cos(2 * x), 1)
-        return found + np.einsum("kj,k...,j...->...", self.products, s, c)
+        U = np.tensordot(self.bowl, x * x, 1) + np.tensordot(self.single[1], s, 1)
+        U = U + np.tensordot(self.single[0], np.cos(2 * x), 1)
+        return U + np.einsum("kj,k...,j...->...", self.products, s, c)
 
     def slope(self, x):
         """Return ∇U at one point."""
         s, c = np.sin(x), np.cos(x)
-        found = 2 * self.bowl * x - 2 * self.single[0] * np.sin(2 * x) + self.single[1] * c
-        return found + c * (self.products @ c) - s * (self.products.T @ s)
+        gradient = 2 * self.bowl * x - 2 * self.single[0] * np.sin(2 * x) + self.single[1] * c
+        return gradient + c * (self.products @ c) - s * (self.products.T @ s)
 
 
 @pytest.fixture(scope="module", params=[1, 2])
-def found(request):
+def searched(request):
     """Return a landscape, its rest states, and their regions."""
     landscape = Landscape(request.param)
     zeros = Search(BoundedEnergy(landscape.energy.U), RANGE).run(20_000)
@@ -60,9 +60,9 @@ def found(request):
     return landscape, zeros, regions_of(landscape.energy, zeros, RANGE)
 
 
-def test_the_rest_states_are_those_that_many_starts_find(found):
+def test_the_rest_states_are_those_that_many_starts_find(searched):
     """SciPy's from 200 points, on the gradient in closed form; each index by differences."""
-    landscape, zeros, _ = found
+    landscape, zeros, _ = searched
     listed, seen = np.array([zero.point for zero in zeros.zeros]), set()
     for start in np.random.default_rng(1).uniform(-END, END, (200, 3)):
         x = root(landscape.slope, start, tol=1e-13).x
@@ -77,9 +77,9 @@ def test_the_rest_states_are_those_that_many_starts_find(found):
         assert zero.index == np.sum(np.linalg.eigvalsh(slopes[:3] - slopes[3:]) < 0)
 
 
-def test_no_region_ends_above_a_way_on_a_grid(found):
+def test_no_region_ends_above_a_way_on_a_grid(searched):
     """Each way on the grid from a minimum to another or the border is a way."""
-    landscape, zeros, regions = found
+    landscape, zeros, regions = searched
     axes = [np.linspace(-end, end, n) for end, n in zip(END, GRID, strict=True)]
     U = landscape.value(np.stack(np.meshgrid(*axes, indexing="ij")))
     # Between two nodes U is above both by h²/8 times the largest second derivative, at most.
@@ -93,15 +93,15 @@ def test_no_region_ends_above_a_way_on_a_grid(found):
     nodes = [node(zero.point) for zero in zeros.zeros]
     for region in regions.minima:
         parts, _ = label(region.energy_bound - slack > U)
-        own = (parts == parts[nodes[region.rest_state - 1]]) & (parts > 0)
-        assert own[1:-1, 1:-1, 1:-1].sum() == own.sum()
+        basin = (parts == parts[nodes[region.rest_state - 1]]) & (parts > 0)
+        assert basin[1:-1, 1:-1, 1:-1].sum() == basin.sum()
         for at, zero in zip(nodes, zeros.zeros, strict=True):
-            assert not own[at] or at == nodes[region.rest_state - 1] or not is_minimum(zero)
+            assert not basin[at] or at == nodes[region.rest_state - 1] or not is_minimum(zero)
 
 
-def test_each_pass_is_a_saddle_or_on_a_face(found):
+def test_each_pass_is_a_saddle_or_on_a_face(searched):
     """It has the energy that is said, within the margin of the search."""
-    landscape, zeros, regions = found
+    landscape, zeros, regions = searched
     for region in regions.minima:
         x = np.array(region.pass_at)
         height = landscape.value(x) - landscape.value(zeros.zeros[region.rest_state - 1].point)

@@ -48,8 +48,8 @@ def test_a_state_whose_index_is_not_proved_has_no_region():
     rest, body = rest_states(system), body_of(system)
     first, second, top = rest.zeros.zeros
     doubtful = replace(rest.zeros, zeros=(first, replace(second, index=None), top))
-    found = regions_in(body.energy, doubtful, Box(-rest.end, rest.end), body.bounded)
-    assert {region.rest_state for region in found.minima} == {1}
+    regions = regions_in(body.energy, doubtful, Box(-rest.end, rest.end), body.bounded)
+    assert {region.rest_state for region in regions.minima} == {1}
     alone = regions_of(rest_states(system, proof=False))
     assert alone.minima == ()
     assert alone.certified is None or alone.certified.energy_bound is None

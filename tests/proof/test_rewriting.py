@@ -16,8 +16,8 @@ from rbstab.proof.exact.rewriting import (
     quadratic_in,
     spread,
     substituted,
-    with_known_steps,
     with_outlined_steps,
+    with_unit_steps,
 )
 
 X, Y, Z, W = (variable(k) for k in range(4))
@@ -25,11 +25,11 @@ POINTS = st.lists(st.floats(-2, 2), min_size=3, max_size=3)
 HALF = Fraction(1, 2)
 
 
-def same_value(one, two, point):
+def same_value(left, right, point):
     """Whether both expressions have one value at a point; no step may be just there."""
     place = dict(enumerate(point))
     try:
-        a, b = value(one, place), value(two, place)
+        a, b = value(left, place), value(right, place)
     except ValueError:
         assume(False)
         raise
@@ -43,11 +43,11 @@ patient = settings(
 
 @patient
 @given(energies(), steps(), steps(), POINTS)
-def test_known_and_outlined_steps_keep_the_value(U, one, two, point):
-    total = U + one * two + one * X.cos() + two.sin() * one
-    known = with_known_steps(total)
-    assert same_value(total, known, point)
-    assert same_value(total, with_outlined_steps(known), point)
+def test_known_and_outlined_steps_keep_the_value(U, first, second, point):
+    total = U + first * second + first * X.cos() + second.sin() * first
+    rewritten = with_unit_steps(total)
+    assert same_value(total, rewritten, point)
+    assert same_value(total, with_outlined_steps(rewritten), point)
     assert same_value(total, spread(total), point)
 
 
@@ -59,23 +59,23 @@ def test_substitution_is_evaluation_in_two_steps(U, other, point):
         inner = value(other, dict(enumerate(point)))
         assume(abs(float(inner)) < 20)
         expected = value(U, {0: inner, 1: point[1], 2: point[2]})
-        found = value(moved, dict(enumerate(point)))
+        actual = value(moved, dict(enumerate(point)))
     except ValueError:
         return
-    assert abs(float(found - expected)) <= 1e-50 * (1 + abs(float(expected)))
+    assert abs(float(actual - expected)) <= 1e-50 * (1 + abs(float(expected)))
 
 
 @patient
 @given(terms(), terms(), POINTS, POINTS)
-def test_a_derivative_is_that_of_the_series_along_a_line(one, two, point, rates):
+def test_a_derivative_is_that_of_the_series_along_a_line(first, second, point, rates):
     """Not at a step, which counts as a constant."""
-    U = one * two + one / (2 + two * two)
+    U = first * second + first / (2 + second * second)
     with ctx.workprec(BITS):
         line = {k: arb_series([x, v], 2) for k, (x, v) in enumerate(zip(point, rates, strict=True))}
-        found = derivative(U, {k: expr(Fraction(v)) for k, v in enumerate(rates)})
+        slope = derivative(U, {k: expr(Fraction(v)) for k, v in enumerate(rates)})
         try:  # √x has no derivative at 0
             expected = series(U, line, 2)[1]
-            difference = value(found, dict(enumerate(point))) - expected
+            difference = value(slope, dict(enumerate(point))) - expected
         except ValueError:
             assume(False)
     assert abs(float(difference)) <= 1e-50 * (1 + abs(float(expected)))
@@ -84,11 +84,11 @@ def test_a_derivative_is_that_of_the_series_along_a_line(one, two, point, rates)
 def test_in_a_term_with_a_step_its_argument_is_positive():
     """step(g) (2 + 3g)^½ g²: the root is taken of 2 + 3 positive(g), which has no pole."""
     g = X - 1
-    e = with_known_steps(g.step(2) * (2 + 3 * g).sqrt() * g**2)
+    e = with_unit_steps(g.step(2) * (2 + 3 * g).sqrt() * g**2)
     kinds = {a.kind for a in e.all_atoms}
     assert POSITIVE in kinds
     # A falling argument is left as it is: g positive would raise it.
-    falling = with_known_steps(g.step(2) * (2 - 3 * g).exp())
+    falling = with_unit_steps(g.step(2) * (2 - 3 * g).exp())
     assert POSITIVE not in {a.kind for a in falling.all_atoms}
 
 
@@ -132,13 +132,13 @@ def test_an_inverse_is_one_exactly_or_the_matrix_is_not_definite(entries):
             [sum(A[k][i] * A[k][j] for k in range(3)) + shift * (i == j) for j in range(3)]
             for i in range(3)
         ]
-        found = inverse_of_definite(G)
-        assert found is not None or shift == 0
-        if found is None:
+        inverse = inverse_of_definite(G)
+        assert inverse is not None or shift == 0
+        if inverse is None:
             continue
         for i in range(3):
             for j in range(3):
-                assert sum(G[i][k] * found[k][j] for k in range(3)) == (i == j)
+                assert sum(G[i][k] * inverse[k][j] for k in range(3)) == (i == j)
         assert inverse_of_definite([[-x for x in row] for row in G]) is None
 
 

@@ -51,7 +51,7 @@ def test_random_bodies_are_as_proved(config, texts):
 
 def rest_states_by_scipy(at_rest, rng, starts):
     """Return the Θ of the rest states in the range that scipy finds from random configurations."""
-    found = list[np.ndarray]()
+    orientations = list[np.ndarray]()
     for start in range(starts):
         q = np.zeros(at_rest.size)
         if start:
@@ -60,15 +60,15 @@ def rest_states_by_scipy(at_rest, rng, starts):
         Theta = solution.x[:3]
         inside = np.all(np.abs(Theta) < [np.pi, np.pi / 2, np.pi])
         at_zero = np.abs(at_rest.gradient(solution.x)).max() < 1e-6
-        new = all(np.abs(Theta - other).max() > 1e-5 for other in found)
+        new = all(np.abs(Theta - other).max() > 1e-5 for other in orientations)
         if inside and at_zero and new:
-            found.append(Theta)
-    return found
+            orientations.append(Theta)
+    return orientations
 
 
 def border(system):
     """Return points on the border of the range; a stop is none, as it ends no motion."""
-    stops = [one.angle for one in system.elements if one.holds]
+    stops = [element.angle for element in system.elements if element.holds]
     # Of a barrier the ends of θ2 have no energy in doubles.
     high = np.array([np.pi, *(stops or [(1 - 1e-9) * np.pi / 2]), np.pi])
     lines = [np.linspace(-1, 1, 5)] * 2
@@ -120,12 +120,14 @@ def pendulum(low, high, second=False):
         weight = replace(gravity, weight=convert(gravity.weight))
         return replace(system, body=body, elements=(weight, replace(rotational, K_r=convert(K_r))))
 
-    def own(numbers):
+    def from_doubles(numbers):
         return exact(numbers, lambda a: np.asarray(a, dtype=float))
 
     low, high = Fraction(low), Fraction(high)
     count = 2 if second else 1
-    return Members(exact, own), Part(((low + high) / 2,) * count, ((high - low) / 2,) * count)
+    return Members(exact, from_doubles), Part(
+        ((low + high) / 2,) * count, ((high - low) / 2,) * count
+    )
 
 
 @pytest.mark.parametrize(

@@ -29,9 +29,9 @@ def some_boxes(rng, count, largest):
 
 @pytest.mark.parametrize(("config", "texts"), CASES)
 def test_slopes_of_each_body_are_within_the_bounds(config, texts):
-    known, largest = seen_within_the_bounds(config, texts)
+    count, largest = seen_within_the_bounds(config, texts)
     # The bounds are not far too wide: some body comes near them.
-    assert known > 500
+    assert count > 500
     assert largest > 0.2
 
 
@@ -47,22 +47,22 @@ def seen_within_the_bounds(config, texts, radius=0.1):
         local = Family(energies_of(members, part)).over(lo, hi)
         directions = [*np.eye(3), *rng.normal(size=(6, 3))]
         bounds = [local.along(np.repeat(y[:, None], 24, 1)) for y in directions]
-    largest, known = 0.0, 0
+    largest, count = 0.0, 0
     for numbers in some_bodies(part, rng, 5):
         at_rest = configurations(member(members, numbers))
         share = rng.uniform(size=lo.shape)  # in half of the boxes a corner
         share[:, ::2] = np.round(share[:, ::2])
-        found = slopes(at_rest, (lo + (hi - lo) * share).T)
-        slack = 1e-9 * (1 + np.abs(found).max())
+        gradients = slopes(at_rest, (lo + (hi - lo) * share).T)
+        slack = 1e-9 * (1 + np.abs(gradients).max())
         for y, (rise, _, spread) in zip(directions, bounds, strict=True):
-            apart = np.abs(found @ y - rise)
+            apart = np.abs(gradients @ y - rise)
             finite = np.isfinite(spread)
             assert np.all(apart[finite] <= spread[finite] + slack)
             largest = max(largest, float((apart[finite] / (spread[finite] + slack)).max()))
-            known += int(finite.sum())
-        assert np.all(local.plain.lo[1:] - slack <= found.T)
-        assert np.all(local.plain.hi[1:] + slack >= found.T)
-    return known, largest
+            count += int(finite.sum())
+        assert np.all(local.plain.lo[1:] - slack <= gradients.T)
+        assert np.all(local.plain.hi[1:] + slack >= gradients.T)
+    return count, largest
 
 
 ALONE = [
@@ -97,8 +97,8 @@ def test_what_elimination_leaves_is_bounded(monkeypatch, percent):
     monkeypatch.setattr("rbstab.proof.robust.energies.PRODUCTS", 0)
     config = config_of("visco-elastic", gravity=HEAVY)
     texts = [f"controller.K_c[0]=±{percent}%"]
-    known, largest = seen_within_the_bounds(config, texts, 1e-9)
-    assert known > 500
+    count, largest = seen_within_the_bounds(config, texts, 1e-9)
+    assert count > 500
     assert largest > 0.9
 
 
@@ -128,12 +128,12 @@ def test_majorants_bound_all_matrices():
     rng = np.random.default_rng(5)
     A, others = rng.normal(size=(4, 4)), 0.02 * rng.normal(size=(5, 4, 4))
     middle, others = A @ A.T + np.eye(4), others + np.swapaxes(others, 1, 2)
-    found = lower_bound(middle, others, np.zeros((4, 4)))
-    assert found is not None
-    F = found.factor
+    bound = lower_bound(middle, others, np.zeros((4, 4)))
+    assert bound is not None
+    F = bound.factor
     for signs in product((-1, 1), repeat=5):
         H = middle + np.einsum("f,fij->ij", signs, others)
-        assert np.linalg.eigvalsh(F @ H @ F.T).min() >= found.least
+        assert np.linalg.eigvalsh(F @ H @ F.T).min() >= bound.least
     assert lower_bound(middle, 30 * others, np.zeros((4, 4))) is None
     # A stiffness that changes by a half leaves a half.
     K = np.diag([1.0, 2.0, 3.0])

@@ -36,19 +36,19 @@ def proved(U, box=WIDE, limit=LIMIT, **more):
         return Search(BoundedEnergy(U), box, **more).run(limit)
 
 
-def same_points(found, expected, tolerance=1e-9):
+def same_points(zeros, expected, tolerance=1e-9):
     """Each zero is one of the expected points, its enclosure contains it, and none is missing."""
     left = [np.array(point, dtype=float) for point in expected]
-    assert len(found.zeros) == len(left)
-    for zero in found.zeros:
+    assert len(zeros.zeros) == len(left)
+    for zero in zeros.zeros:
         (k,) = (k for k, x in enumerate(left) if np.abs(x - zero.point).max() < tolerance)
         x = left.pop(k)
         assert np.all(zero.enclosure.lo <= x + 1e-14)
         assert np.all(x - 1e-14 <= zero.enclosure.hi)
         assert np.all(zero.domain.lo <= zero.enclosure.lo)
         assert np.all(zero.enclosure.hi <= zero.domain.hi)
-    for zero in found.zeros:
-        assert sum(zero.domain.contains(other.point) for other in found.zeros) == 1
+    for zero in zeros.zeros:
+        assert sum(zero.domain.contains(other.point) for other in zeros.zeros) == 1
 
 
 def test_a_product_of_wells_has_all_indices():
@@ -57,18 +57,18 @@ def test_a_product_of_wells_has_all_indices():
     U = sum(
         ((v * v - s * s) ** 2 * Fraction(1, 4) for v, s in zip((X, Y, Z), a, strict=True)), expr(0)
     )
-    found = proved(U)
-    assert found.proved
+    zeros = proved(U)
+    assert zeros.proved
     places = [(-float(s), 0.0, float(s)) for s in a]
-    same_points(found, [(x, y, z) for x in places[0] for y in places[1] for z in places[2]])
+    same_points(zeros, [(x, y, z) for x in places[0] for y in places[1] for z in places[2]])
     for k in range(4):
-        assert sum(zero.index == k for zero in found.zeros) == comb(3, k) * 2 ** (3 - k)
-    for zero in found.zeros:
+        assert sum(zero.index == k for zero in zeros.zeros) == comb(3, k) * 2 ** (3 - k)
+    for zero in zeros.zeros:
         assert zero.index == int(np.sum(np.abs(zero.point) < 0.1))
         exact = 0.25 * sum((v * v - float(s) ** 2) ** 2 for v, s in zip(zero.point, a, strict=True))
         assert zero.energy == pytest.approx(exact, abs=1e-12)
         assert (zero.enclosure.hi - zero.enclosure.lo).max() < 1e-12
-    energies = [zero.energy for zero in found.zeros]
+    energies = [zero.energy for zero in zeros.zeros]
     assert energies == sorted(energies)
 
 
@@ -76,40 +76,40 @@ def test_a_product_of_wells_has_all_indices():
 def test_a_pendulum_stands_where_its_one_equation_says(ratio):
     """kθ = sin θ: three zeros for k < 1 in (-π, π), else one; about to part they are not proved."""
     k, ratio = Fraction(ratio), float(ratio)
-    found = proved(X.cos() + HALF * (k * X * X + Y * Y + Z * Z))
+    zeros = proved(X.cos() + HALF * (k * X * X + Y * Y + Z * Z))
     if abs(ratio - 1) < 1e-12:
-        assert not found.proved
-        assert found.zeros == ()
-        assert found.undecided.touch(cube(0.0)).any()
-        assert 0.999 < found.share <= 1.0
+        assert not zeros.proved
+        assert zeros.zeros == ()
+        assert zeros.undecided.touch(cube(0.0)).any()
+        assert 0.999 < zeros.share <= 1.0
         return
-    assert found.proved
+    assert zeros.proved
     expected = [(0.0, 0, 0)]
     if ratio < 1:
         root = brentq(lambda x: np.sin(x) / x - ratio, 1e-9, np.pi, xtol=1e-15, rtol=1e-15)
         expected += [(root, 0, 0), (-root, 0, 0)]
     if abs(ratio - 1) > 1e-5:  # else the root itself is known to less
-        same_points(found, expected)
-    assert len(found.zeros) == len(expected)
-    assert {zero.index for zero in found.zeros} == ({0, 1} if ratio < 1 else {0})
+        same_points(zeros, expected)
+    assert len(zeros.zeros) == len(expected)
+    assert {zero.index for zero in zeros.zeros} == ({0, 1} if ratio < 1 else {0})
 
 
 @pytest.mark.parametrize("soft", ["0", "1e-7"])
 def test_one_angle_without_stiffness_is_a_family(soft):
     """U = 5 θ1² + 5 θ2² + ½ soft θ3²: without stiffness all (0, 0, θ3) are at rest."""
     c = Fraction(soft)
-    found = proved(5 * X * X + 5 * Y * Y + HALF * c * Z * Z)
-    assert found.family == (c == 0)
-    assert found.proved == (c != 0)
-    assert len(found.zeros) == int(c != 0)
-    assert found.examined < 5_000
+    zeros = proved(5 * X * X + 5 * Y * Y + HALF * c * Z * Z)
+    assert zeros.family == (c == 0)
+    assert zeros.proved == (c != 0)
+    assert len(zeros.zeros) == int(c != 0)
+    assert zeros.examined < 5_000
     if c == 0:
-        assert len(found.singular) >= search.FAMILY_TRIES
-        for x in found.singular:
+        assert len(zeros.singular) >= search.FAMILY_TRIES
+        for x in zeros.singular:
             np.testing.assert_allclose(x[:2], 0, atol=1e-9)
-        assert found.undecided.count > 0
-        assert found.undecided.lo[2].min() <= -3
-        assert found.undecided.hi[2].max() >= 3
+        assert zeros.undecided.count > 0
+        assert zeros.undecided.lo[2].min() <= -3
+        assert zeros.undecided.hi[2].max() >= 3
 
 
 @pytest.mark.parametrize(("axis", "sign"), [(0, -1), (1, 1), (2, 1)])
@@ -139,15 +139,15 @@ def test_a_zero_on_the_border_is_undecided(axis, sign):
 @pytest.mark.parametrize("limit", [0, 1, 10])
 def test_a_limit_leaves_every_zero_proved_or_undecided(limit):
     U = sum(((v * v - 1) ** 2 * Fraction(1, 4) for v in (X, Z)), HALF * Y * Y)
-    found = proved(U, limit=limit)
-    assert not found.proved
-    assert found.examined >= limit
-    assert 0 <= found.share <= 1
+    zeros = proved(U, limit=limit)
+    assert not zeros.proved
+    assert zeros.examined >= limit
+    assert 0 <= zeros.share <= 1
     for x in (-1, 0, 1):
         for z in (-1, 0, 1):
             point = np.array([x, 0.0, z], dtype=float)
-            known = any(zero.domain.contains(point) for zero in found.zeros)
-            assert known or found.undecided.touch(Box(point, point)).any()
+            listed = any(zero.domain.contains(point) for zero in zeros.zeros)
+            assert listed or zeros.undecided.touch(Box(point, point)).any()
 
 
 def test_newton_says_where_it_does_not_arrive():
@@ -171,14 +171,14 @@ def test_newton_says_where_it_does_not_arrive():
 
 def test_proofs_that_cannot_be_told_apart_leave_it_undecided():
     run = Search(BoundedEnergy(HALF * (X * X + Y * Y + Z * Z)), cube(1.0))
-    one, two = (isolated(run.energy, np.full(3, x)) for x in (-0.2, 0.3))
-    assert one is not None
-    assert two is not None
-    run._add(replace(one, domain=Box(np.full(3, -0.45), np.full(3, 0.05))))
-    run._add(replace(two, domain=Box(np.full(3, -0.05), np.full(3, 0.65))))
-    found = run.run(LIMIT)
-    assert not found.proved
-    assert found.undecided.count >= 1
+    first, second = (isolated(run.energy, np.full(3, x)) for x in (-0.2, 0.3))
+    assert first is not None
+    assert second is not None
+    run._add(replace(first, domain=Box(np.full(3, -0.45), np.full(3, 0.05))))
+    run._add(replace(second, domain=Box(np.full(3, -0.05), np.full(3, 0.65))))
+    zeros = run.run(LIMIT)
+    assert not zeros.proved
+    assert zeros.undecided.count >= 1
 
 
 def test_zeros_of_the_least_energy_over_further_variables():
@@ -186,10 +186,10 @@ def test_zeros_of_the_least_energy_over_further_variables():
     U = HALF * W * W - W * X.sin() + Fraction(1, 4) * X.sin() ** 2 + HALF * (Y * Y + Z * Z)
     energy = BoundedEnergy(U, free=(3,))
     with np.errstate(all="ignore"):
-        found = Search(energy, cube([2.0, 1.0, 1.0])).run(LIMIT)
-    assert found.proved
-    same_points(found, [(x, 0, 0) for x in (-np.pi / 2, 0, np.pi / 2)])
-    assert [zero.index for zero in found.zeros] == [0, 0, 1]
+        zeros = Search(energy, cube([2.0, 1.0, 1.0])).run(LIMIT)
+    assert zeros.proved
+    same_points(zeros, [(x, 0, 0) for x in (-np.pi / 2, 0, np.pi / 2)])
+    assert [zero.index for zero in zeros.zeros] == [0, 0, 1]
 
 
 def test_a_zero_on_the_end_of_the_pitch_stays_undecided():
@@ -198,6 +198,6 @@ def test_a_zero_on_the_end_of_the_pitch_stays_undecided():
     U = U + 25 * X.sin() * Y.sin() * Z.sin()
     corner = -np.full(3, np.nextafter(np.pi / 2, 4))  # ∇U is zero at θ1 = θ2 = θ3 = -π/2
     box = Box(corner - np.array([0.3, 0.0, 0.3]), corner + 0.2)
-    found = Search(BoundedEnergy(U, least={COSINE: 0.0}), box).run(5000)
-    assert not found.proved
-    assert found.undecided.touch(Box(corner - 1e-9, corner + 1e-9)).any()
+    zeros = Search(BoundedEnergy(U, least={COSINE: 0.0}), box).run(5000)
+    assert not zeros.proved
+    assert zeros.undecided.touch(Box(corner - 1e-9, corner + 1e-9)).any()

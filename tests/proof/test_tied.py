@@ -11,8 +11,8 @@ from support.pose import attitude
 from support.tied_springs import (
     K_D,
     energy_of,
-    found_by_scipy,
     ligament_of,
+    rest_states_by_scipy,
     slope_of,
     spring_of,
     tied_system,
@@ -63,10 +63,10 @@ def test_bounds_contain_the_least_energy_over_the_position():
 
     middle, width = rng.uniform(-0.9, 0.9, (3, 5)) * END[:, None], 0.05
     b = body.bounded.over(middle - width, middle + width)
-    known = np.flatnonzero(np.isfinite(b.value.lo))
-    assert len(known) > 2
+    finite = np.flatnonzero(np.isfinite(b.value.lo))
+    assert len(finite) > 2
     offset = body.bounded.at(zero)[0][0] - least(np.zeros(3))
-    for k in known:
+    for k in finite:
         assert b.value.lo[k] - 1e-6 <= least(middle[:, k]) + offset <= b.value.hi[k] + 1e-6
         x = middle[:, k] + rng.uniform(-width, width, 3)
         slope = [(least(x + h) - least(x - h)) / 2e-4 for h in 1e-4 * np.eye(3)]
@@ -85,20 +85,20 @@ def test_no_rest_state_that_scipy_finds_is_missed(K_d):
     """
     springs, soft = ([BENT], 0.3) if K_d is None else ([spring_of()], 0.2)
     changes = {"soft": soft, "K_d": K_d}
-    slope, found = slope_of(springs, **changes), body_of(springs, soft, K_d=K_d)
-    reached = found_by_scipy(springs, np.random.default_rng(0), 5, **changes)
+    slope, body = slope_of(springs, **changes), body_of(springs, soft, K_d=K_d)
+    reached = rest_states_by_scipy(springs, np.random.default_rng(0), 5, **changes)
     assert reached
-    rest = found.proved(300 if K_d is None else 100_000)
+    rest = body.proved(300 if K_d is None else 100_000)
     assert rest.proved == (K_d is not None)
     left = rest.zeros.undecided
     for y in reached:
-        near = [np.abs(y[:3] - one.orientation).max() < 1e-5 for one in rest.states]
+        near = [np.abs(y[:3] - state.orientation).max() < 1e-5 for state in rest.states]
         assert any(near) or left.touch(Box(y[:3] - 1e-6, y[:3] + 1e-6)).any()
-    for one in rest.states:
-        y = np.concatenate([one.orientation, one.position])
+    for state in rest.states:
+        y = np.concatenate([state.orientation, state.position])
         np.testing.assert_allclose(slope(y), 0.0, atol=1e-3)
         H = np.array([slope(y + h) - slope(y - h) for h in 1e-4 * np.eye(6)])
-        assert not one.index_proved or one.index == np.sum(np.linalg.eigvalsh(H) < 0)
+        assert not state.index_proved or state.index == np.sum(np.linalg.eigvalsh(H) < 0)
 
 
 def border_by_scipy(springs):
@@ -152,13 +152,13 @@ def with_line(more):
 def test_an_energy_is_taken_apart_into_lines_and_what_is_convex():
     """Norms are convex; and where the line has no length, only its own term is left out."""
     more = Z0**4 + (1 + (Z1 - Z0) ** 2).sqrt() + ((Z0 + 1) ** 2 + Z1**2 + Z2**2 + 2).sqrt()
-    found = springs_of(with_line(more), FREE)
-    (line,) = found.lines
+    springs = springs_of(with_line(more), FREE)
+    (line,) = springs.lines
     assert line.weight == 2
     assert line.offset == OFFSET
-    assert 100 * (1 - 1e-7) < found.stiffness <= 100
+    assert 100 * (1 - 1e-7) < springs.stiffness <= 100
     place = {3: -np.sin(0.7), 4: -np.cos(0.7), 5: -1.0, 0: 0.7}
-    (collapsed,) = found.collapsed(with_line(more), FREE)
+    (collapsed,) = springs.collapsed(with_line(more), FREE)
     rest = value(with_line(more) - with_line(expr(0)), place)
     squares = 50 * np.sin(0.7) ** 2 + 100 * np.cos(0.7) ** 2 + 150
     assert float(value(collapsed, {0: 0.7})) == pytest.approx(squares + float(rest), rel=1e-12)

@@ -22,14 +22,14 @@ def exact(kind, extra, x):
     """Return g, g', g''/2 and g'''/6 at a double."""
     with ctx.workprec(BITS):
         at = arb_series([ball(x), 1], 4)
-        found = at**extra if kind == "power" else getattr(at, kind)()
-        return [found[k] for k in range(4)]
+        series = at**extra if kind == "power" else getattr(at, kind)()
+        return [series[k] for k in range(4)]
 
 
 def over(kind, extra, low, high):
     """Return the coefficients over an interval."""
-    found = coefficients(kind, extra, np.array([[low], [high]]), 3)
-    return [Intervals.of(one) for one in found]
+    rows = coefficients(kind, extra, np.array([[low], [high]]), 3)
+    return [Intervals.of(row) for row in rows]
 
 
 @pytest.mark.parametrize(("kind", "extra"), KINDS)
@@ -38,10 +38,10 @@ def test_at_a_point_they_are_those_numbers(kind, extra):
     wide = over(kind, extra, 0.3, 2.5)
     for x in (0.3, 1.0, 3**-0.5, 2.5):
         at = over(kind, extra, x, x)
-        for found, of_all, value in zip(at, wide, exact(kind, extra, x), strict=True):
-            assert contains(found, 0, value)
+        for narrow, of_all, value in zip(at, wide, exact(kind, extra, x), strict=True):
+            assert contains(narrow, 0, value)
             assert contains(of_all, 0, value)
-            assert found.hi[0] - found.lo[0] < 1e-12 * max(1.0, abs(float(value)))
+            assert narrow.hi[0] - narrow.lo[0] < 1e-12 * max(1.0, abs(float(value)))
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
@@ -52,4 +52,6 @@ def test_what_ends_is_known_and_what_has_no_bound_is_not():
     root = over("sqrt", None, 0.0, 4.0)
     assert root[0].lo[0] == 0.0
     without = [*root[1:], *over("log", None, 0.0, 4.0)]
-    assert all(one.lo[0] == -np.inf and one.hi[0] == np.inf for one in without)
+    assert all(
+        coefficient.lo[0] == -np.inf and coefficient.hi[0] == np.inf for coefficient in without
+    )

@@ -51,21 +51,21 @@ def lab(tone, vision):
     return np.array([116 * root[1] - 16, 500 * (root[0] - root[1]), 200 * (root[1] - root[2])])
 
 
-def distance(one, other, vision):
-    return float(np.linalg.norm(lab(one, vision) - lab(other, vision)))
+def distance(tone, other, vision):
+    return float(np.linalg.norm(lab(tone, vision) - lab(other, vision)))
 
 
 @pytest.mark.parametrize("vision", VISION.values(), ids=VISION)
 def test_answers_can_be_told_apart(vision):
-    for one, other in combinations(ANSWERS.values(), 2):
-        assert distance(one, other, vision) > 23, (one, other)
+    for tone, other in combinations(ANSWERS.values(), 2):
+        assert distance(tone, other, vision) > 23, (tone, other)
 
 
 @pytest.mark.parametrize("vision", VISION.values(), ids=VISION)
 def test_outcomes_can_be_told_apart(vision):
     tones = [ANSWERS[number] for number in OUTCOME_COLOURS]
-    for one, other in combinations(tones, 2):
-        assert distance(one, other, vision) > 28, (one, other)
+    for tone, other in combinations(tones, 2):
+        assert distance(tone, other, vision) > 28, (tone, other)
 
 
 @pytest.mark.parametrize("page", ["#FFFFFF", "#14181C"])
@@ -77,7 +77,7 @@ def test_answers_show_on_a_page(page):
 @pytest.mark.parametrize("number", [*ANSWERS, *range(len(COLOURS))])
 def test_numbers_on_a_colour_are_in_the_tone_with_more_contrast(number):
     """The contrast of WCAG 2: of both tones, the larger one, which is at least 4.5."""
-    own = float(XYZ[1] @ linear(colour(number)))
-    ratios = {"#FFFFFF": 1.05 / (own + 0.05), "#000000": (own + 0.05) / 0.05}
+    luminance = float(XYZ[1] @ linear(colour(number)))
+    ratios = {"#FFFFFF": 1.05 / (luminance + 0.05), "#000000": (luminance + 0.05) / 0.05}
     assert contrast(number) == max(ratios, key=lambda tone: ratios[tone])
     assert max(ratios.values()) > 4.5

@@ -69,9 +69,9 @@ def test_wrong_sweep_beside_a_run(files, tmp_path):
     # After it was read, another program wrote something else to the file.
     sweep.path.write_bytes(b"something else")
     written: list[object] = []
-    found = produce(sources, "a command", None, "text", written.append)
-    assert (len(found.runs), len(found.sweeps), len(written)) == (1, 0, 1)
-    assert "members.h5" in found.unread[0].path
+    reported = produce(sources, "a command", None, "text", written.append)
+    assert (len(reported.runs), len(reported.sweeps), len(written)) == (1, 0, 1)
+    assert "members.h5" in reported.unread[0].path
 
 
 def test_error_of_a_writer_shows_the_result_that_causes_it(files, tmp_path, monkeypatch):
@@ -91,9 +91,9 @@ def test_error_of_a_writer_shows_the_result_that_causes_it(files, tmp_path, monk
         fail_for_other(report, tmp_path / "report", "html", force=True)
         written.append(report)
 
-    found = produce(sources, "a command", None, "html", write)
-    assert [run.path.name for run in found.runs] == ["good.h5"]
-    assert "cannot be drawn" in found.unread[0].reason
+    reported = produce(sources, "a command", None, "html", write)
+    assert [run.path.name for run in reported.runs] == ["good.h5"]
+    assert "cannot be drawn" in reported.unread[0].reason
     assert len(written) == 1
 
 

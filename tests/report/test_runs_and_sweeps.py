@@ -17,7 +17,7 @@ LENGTH = re.compile(r"(?:\d |\[)(km|m|cm|mm|µm)\]?$")
 
 def lengths(report):
     """Return every text of a report that ends with a unit of length, with that unit."""
-    found: dict[str, str] = {}
+    units: dict[str, str] = {}
     for block in (block for section in report.sections for block in section.blocks):
         texts = []
         if isinstance(block, Cards):
@@ -27,8 +27,8 @@ def lengths(report):
             texts += [cell.text for row in block.rows for cell in row]
         elif isinstance(block, Figure):
             texts = [axis.text for panel in block.panels for axis in (panel.x, panel.y)]
-        found |= {text: unit[1] for text in texts if (unit := LENGTH.search(text))}
-    return found
+        units |= {text: unit[1] for text in texts if (unit := LENGTH.search(text))}
+    return units
 
 
 @pytest.fixture
@@ -40,11 +40,11 @@ def report(tmp_path):
 
 
 def test_lengths_have_one_unit(report):
-    found = lengths(report)
-    assert set(found.values()) == {"m"}
+    units = lengths(report)
+    assert set(units.values()) == {"m"}
     for where in ("peak |E|", "peak E1", "peak contact displacement", "contact displacement E"):
-        assert any(text.startswith(where) for text in found), where
-    assert "largest |E1|, |E2| or |E3| [m]" in found
+        assert any(text.startswith(where) for text in units), where
+    assert "largest |E1|, |E2| or |E3| [m]" in units
 
 
 def test_a_word_on_cards_of_runs_and_sweeps_is_explained_once(report):

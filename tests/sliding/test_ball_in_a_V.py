@@ -26,10 +26,10 @@ def test_every_axis_crosses_when_its_parabolas_say(engine):
     times = np.linspace(0, 4.9, 11)
     run = solve_sliding(engine, ball_in_a_V(M, K, load, np.zeros(3), x, np.zeros(3), times))
     for axis in range(3):
-        found = run.switches.switch_times[run.switches.switch_axes == axis]
-        expected = crossings(x[axis], load[axis], len(found) + 1)
-        assert len(found) > 5
-        assert found == pytest.approx(expected[:-1], abs=1e-10)
+        switch_times = run.switches.switch_times[run.switches.switch_axes == axis]
+        expected = crossings(x[axis], load[axis], len(switch_times) + 1)
+        assert len(switch_times) > 5
+        assert switch_times == pytest.approx(expected[:-1], abs=1e-10)
         assert expected[-1] > 4.9
     # At each of 30 crossings the compiled flow moves the axis off by 1e-12 of its flight.
     assert audit(run) < 1e-10
@@ -50,6 +50,6 @@ def test_through_a_boundary_layer(engine):
         M, K, np.zeros(3), np.zeros(3), np.full(3, x0), np.zeros(3), times, layer=width
     )
     run = solve_sliding(engine, problem)
-    found = run.switches.switch_times[run.switches.switch_axes == 1]
-    assert found == pytest.approx([entry, entry + 2 * zero], abs=1e-10)
+    switch_times = run.switches.switch_times[run.switches.switch_axes == 1]
+    assert switch_times == pytest.approx([entry, entry + 2 * zero], abs=1e-10)
     assert audit(run) < 1e-11

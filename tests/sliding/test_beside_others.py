@@ -62,15 +62,15 @@ def test_an_impact_throws_the_axes_off_and_they_arrive_again(engine_name):
     """All of them slide before it and soon after it; at the impact each is released."""
     config = example("slope_exact_20000", STOP, engine=engine_name, samples=251)
     run = rbstab.simulate(config)
-    impacts, found = (
+    impacts, changes = (
         run["impact_time"],
         list(zip(run["transition_time"], transitions(run), strict=True)),
     )
     assert len(impacts) == 2
     for time, after in zip(impacts, [*impacts[1:], 0.25], strict=True):
-        kinds = [kind for t, kind in found if t == time]
+        kinds = [kind for t, kind in changes if t == time]
         assert kinds == [(axis, "release") for axis in (1, 2, 3)]
-        later = sorted(kind for t, kind in found if time < t < after)
+        later = sorted(kind for t, kind in changes if time < t < after)
         assert later == [(axis, "stick") for axis in (1, 2, 3)]
     assert (run["mode"][-1] == 0).all()
     assert run["trusted_until"] == 0.25
@@ -162,8 +162,8 @@ def test_what_is_refused_beside_it(case):
     config = example("position_exact_2000", elements)
     with pytest.raises(ConfigError) as caught:
         load_config(config | {"controller": config["controller"] | changes})
-    (found,) = caught.value.problems
-    assert f" elements: {words}" in str(found)
+    (problem,) = caught.value.problems
+    assert f" elements: {words}" in str(problem)
     if case == "implicit":
         smooth = {"spring": {"kind": "attitude", "K": [1.0] * 3, "L": [1.0] * 3}}
         load_config(

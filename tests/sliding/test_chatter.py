@@ -54,9 +54,9 @@ def test_switches_beyond(K_s, bands):
         counts.append(
             [switches_at(run, time) if time <= run.times[-1] else np.inf for time in bands]
         )
-    for (low, high), found in zip(bands.values(), np.sort(counts, axis=0).T, strict=True):
-        assert low <= found[41]
-        assert found[18] <= high
+    for (low, high), ordered in zip(bands.values(), np.sort(counts, axis=0).T, strict=True):
+        assert low <= ordered[41]
+        assert ordered[18] <= high
 
 
 def neighbours(count, *arguments, **options):

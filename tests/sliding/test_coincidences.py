@@ -35,8 +35,8 @@ def test_three_axes_cross_at_every_instant(engine, sides):
     expected = np.arange(fall, 4.9, 2 * fall)
     assert len(expected) > 10
     for axis in range(3):
-        found = run.switches.switch_times[run.switches.switch_axes == axis]
-        assert found == pytest.approx(expected, abs=1e-10)
+        switch_times = run.switches.switch_times[run.switches.switch_axes == axis]
+        assert switch_times == pytest.approx(expected, abs=1e-10)
     assert run.states[:, 6:9] * sides == pytest.approx(
         np.repeat(run.states[:, 6:7] * sides[0], 3, axis=1), abs=1e-10
     )
@@ -67,6 +67,6 @@ def test_a_parabola_that_touches_the_position(engine):
     assert (run.switches.modes[-1] == 1).all()
     assert run.switches.counts[-1, 0] % 2 == 0
     assert run.switches.counts[-1, 1:].tolist() == [0, 2]
-    found = run.switches.switch_times[run.switches.switch_axes == 2]
+    switch_times = run.switches.switch_times[run.switches.switch_axes == 2]
     first = 1 - speed / 2
-    assert found == pytest.approx([first, first + 2 * speed / 32], abs=1e-10)
+    assert switch_times == pytest.approx([first, first + 2 * speed / 32], abs=1e-10)

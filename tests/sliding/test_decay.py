@@ -42,8 +42,8 @@ def bounces(d, x, speed, duration):
 def test_every_bounce_of_a_ball_is_in_closed_form(ball, axis):
     start = ball.states[0]
     expected = bounces(RATES[axis], start[6 + axis], start[9 + axis], ball.times[-1])
-    found = ball.switches.switch_times[ball.switches.switch_axes == axis]
-    assert len(expected) == len(found) > 4000
+    switch_times = ball.switches.switch_times[ball.switches.switch_axes == axis]
+    assert len(expected) == len(switch_times) > 4000
     # Each switch moves the axis off the surface by 1e-12 of its flight: n²/2 of that in n flights.
-    assert found[:100] == pytest.approx(expected[:100], abs=1e-11)
-    assert found == pytest.approx(expected, abs=1e-7)
+    assert switch_times[:100] == pytest.approx(expected[:100], abs=1e-11)
+    assert switch_times == pytest.approx(expected, abs=1e-7)

@@ -61,17 +61,17 @@ ENDS = {
 }
 
 
-def bits(found):
+def bits(run):
     """Return all results of a run in a form that can be compared."""
     arrays = (
-        found.times,
-        found.states,
-        found.lyapunov_change,
-        found.contact_work,
-        *found.switches[:6],
+        run.times,
+        run.states,
+        run.lyapunov_change,
+        run.contact_work,
+        *run.switches[:6],
     )
-    counts = found.status, found.detail, found.steps, found.evaluations, found.switches.transitions
-    return [a.tobytes() for a in arrays], counts, found.trusted_until
+    counts = run.status, run.detail, run.steps, run.evaluations, run.switches.transitions
+    return [a.tobytes() for a in arrays], counts, run.trusted_until
 
 
 def bits_of(name):
@@ -100,9 +100,9 @@ def test_no_order_of_problems_changes_a_bit(alone, seed):
 def test_an_event_is_not_deaf_after_another_run():
     """heyoka ignores an event for 1e-10 s after it fired; this start leaves within 4e-11 s."""
     assert solve_sliding("heyoka", turning(5.0)).status is RunStatus.RANGE_LEFT
-    found = solve_sliding("heyoka", turning(5.0, angle=np.arccos(1e-3) - 2e-10))
-    assert found.status is RunStatus.RANGE_LEFT
-    assert found.times[-1] == pytest.approx(4e-11, rel=1e-4)
+    run = solve_sliding("heyoka", turning(5.0, angle=np.arccos(1e-3) - 2e-10))
+    assert run.status is RunStatus.RANGE_LEFT
+    assert run.times[-1] == pytest.approx(4e-11, rel=1e-4)
 
 
 @pytest.fixture
@@ -142,4 +142,4 @@ def test_what_is_compiled_does_not_keep_its_runs(monkeypatch):
     monkeypatch.setattr(driven_run, "Driver", Noted)
     solve_sliding("heyoka", replace(PROBLEMS["s = E"](), diagnosed=False))
     gc.collect()
-    assert [one() for one in kept] == [None]
+    assert [reference() for reference in kept] == [None]

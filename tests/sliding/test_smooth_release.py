@@ -82,8 +82,8 @@ def test_off_a_slope(engine, axis, sign):
 
     release = brentq(excess, arrival, 1, xtol=1e-15)
     assert kinds(run, axis) == [("stick", True), ("release", True)]
-    found = [time for time, _, _ in run.switches.transitions]
-    assert found == pytest.approx([arrival, release], abs=1e-12)
+    transition_times = [time for time, _, _ in run.switches.transitions]
+    assert transition_times == pytest.approx([arrival, release], abs=1e-12)
     left = acceleration(sign * K, sign).integ(1, lbnd=release, k=-slope * displacement(release))
     left = left.integ(1, lbnd=release, k=displacement(release))
     sliding = (run.times > arrival) & (run.times < release)

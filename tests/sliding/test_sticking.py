@@ -57,19 +57,19 @@ def test_the_impulse_takes_the_velocity_of_every_axis(F, held):
     """p = -W⁻¹F changes Ω by Sp and V by p/m, and ½F'W⁻¹F is lost, also with held axes."""
     y, problem = at(F), bound_by([1e6, 1e6, 1e6])
     system = problem.system
-    found = stick_of(problem, y, held)
+    stuck = stick_of(problem, y, held)
     W, turn = mobility(y)
     p = -np.linalg.solve(W, np.array(F))
-    before, after = system.motion(y[:12]), system.motion(found.state[:12])
-    assert found.axes == tuple(axis for axis in range(3) if not held[axis])
-    assert sides_and_holds(found.system) == ([0, 0, 0], [1, 1, 1])
+    before, after = system.motion(y[:12]), system.motion(stuck.state[:12])
+    assert stuck.axes == tuple(axis for axis in range(3) if not held[axis])
+    assert sides_and_holds(stuck.system) == ([0, 0, 0], [1, 1, 1])
     assert after.Omega - before.Omega == pytest.approx(turn @ p, rel=1e-12)
     gained = after.V - before.V
     assert gained == pytest.approx(p / system.body.mass, rel=1e-12)
     assert after.Theta.tolist() == before.Theta.tolist()
-    assert (found.state[6:12] == 0).all()
-    assert found.state[12:].tolist() == y[12:].tolist()
-    assert found.discarded == pytest.approx(-0.5 * p @ np.array(F), rel=1e-9)
+    assert (stuck.state[6:12] == 0).all()
+    assert stuck.state[12:].tolist() == y[12:].tolist()
+    assert stuck.discarded == pytest.approx(-0.5 * p @ np.array(F), rel=1e-9)
 
 
 def test_the_energy_of_the_chatter_is_that_of_the_velocity_and_of_the_displacement():
@@ -95,10 +95,10 @@ def test_every_held_axis_has_to_bear_its_force(weak):
     for share, allowed in ((1.0001, True), (0.9999, False)):
         bounds = np.full(3, 1e6)
         bounds[weak] = share * force[weak]
-        found = stick_of(bound_by(bounds), STATE)
-        assert (found is not None and found.axes == (0, 1, 2)) == allowed
-        if found is not None and not allowed:
-            assert weak not in found.axes or len(found.axes) < 3
+        weaker = stick_of(bound_by(bounds), STATE)
+        assert (weaker is not None and weaker.axes == (0, 1, 2)) == allowed
+        if weaker is not None and not allowed:
+            assert weak not in weaker.axes or len(weaker.axes) < 3
 
 
 @pytest.mark.parametrize("held", range(3))
@@ -110,8 +110,8 @@ def test_an_axis_that_is_held_must_bear_what_others_put_on_it(held):
     needed = np.abs(all_stuck.system.observe(all_stuck.state[:12]).contact_force)
     bounds = np.full(3, 1e6)
     bounds[held] = 0.999 * needed[held]
-    found = stick_of(bound_by(bounds), y, holds)
-    assert found is None or len(found.axes) < 2
+    stuck = stick_of(bound_by(bounds), y, holds)
+    assert stuck is None or len(stuck.axes) < 2
 
 
 @each_engine

@@ -59,11 +59,11 @@ def changed(name, **fields):
     return replace(whole, variables={**whole.variables, **new})
 
 
-def same(found, expected):
-    assert (found.kind, dict(found.attributes)) == (expected.kind, dict(expected.attributes))
-    assert list(found.variables) == list(expected.variables)
+def same(actual, expected):
+    assert (actual.kind, dict(actual.attributes)) == (expected.kind, dict(expected.attributes))
+    assert list(actual.variables) == list(expected.variables)
     for name, v in expected.variables.items():
-        other = found.variables[name]
+        other = actual.variables[name]
         assert (other.dimensions, *other[2:]) == (v.dimensions, *v[2:]), name
         assert (other.data.dtype, other.data.shape) == (v.data.dtype, v.data.shape), name
         if v.is_text:
@@ -85,14 +85,14 @@ def test_what_is_written_is_read(file):
 
 def test_some_arrays_of_some_runs(file):
     """Arrays that are not along `run` are always read."""
-    found: Dataset = read_dataset(file, KIND, ["energy"])
-    assert set(dataset()) - set(found) == {"position", "status", "id", "count"}
+    some: Dataset = read_dataset(file, KIND, ["energy"])
+    assert set(dataset()) - set(some) == {"position", "status", "id", "count"}
     whole: Dataset = read_dataset(file, KIND, row=2)
-    one = whole.variables
-    assert one["position"].data.tolist() == NUMBERS[2].tolist()
-    assert one["position"].dimensions == ("axis",)
-    assert one["run"].data == 5
-    assert one["part"].dimensions == ("part",)
+    arrays = whole.variables
+    assert arrays["position"].data.tolist() == NUMBERS[2].tolist()
+    assert arrays["position"].dimensions == ("axis",)
+    assert arrays["run"].data == 5
+    assert arrays["part"].dimensions == ("part",)
 
 
 def test_other_readers(file):
@@ -106,7 +106,7 @@ def test_other_readers(file):
         assert (data.attrs["kind"], data.attrs["format"]) == (KIND, 1)
     with netCDF4.Dataset(file) as data:
         sizes = {"run": 4, "axis": 3, "part": 2, "switch": 0}
-        assert {name: len(one) for name, one in data.dimensions.items()} == sizes
+        assert {name: len(dimension) for name, dimension in data.dimensions.items()} == sizes
         assert data["plan"][...] == "title: ö\n"
         assert data["certificate"]["check"][:].tolist() == ["Feder µ\nb", "kinetic"]
     with h5py.File(file) as data:

@@ -43,9 +43,9 @@ def test_numbers_and_texts_come_back_to_the_last_digit(tmp_path):
     # Other programs may write the keys in another order.
     data = json.loads(path.read_text(encoding="utf-8"))
     path.write_text(json.dumps(dict(reversed(data.items())), ensure_ascii=False), encoding="utf-8")
-    found = read_document(path)
-    assert found == DATA
-    assert [x.hex() for x in found["numbers"]] == [x.hex() for x in DATA["numbers"]]
+    stored = read_document(path)
+    assert stored == DATA
+    assert [x.hex() for x in stored["numbers"]] == [x.hex() for x in DATA["numbers"]]
     assert [p.name for p in path.parent.iterdir()] == ["a.json"]
     assert DATA["text"] in path.read_text(encoding="utf-8")
 

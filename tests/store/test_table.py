@@ -40,10 +40,10 @@ def write(path, arrays, attributes=None, extras=None):
     write_dataset(path, Table(variables, attributes or {}, kind=SHARD))
 
 
-def same(found, expected):
+def same(actual, expected):
     for name, data in expected.items():
-        assert found[name].dtype == data.dtype
-        assert found[name].tobytes() == data.tobytes()
+        assert actual[name].dtype == data.dtype
+        assert actual[name].tobytes() == data.tobytes()
 
 
 @pytest.fixture

@@ -39,8 +39,8 @@ def test_a_dataset_has_codes_with_their_words_and_selects_by_varied_values():
 def test_what_a_table_lacks_is_nan_or_an_empty_text():
     whole = flat_columns(three_members(), ("run",))
     bare = FlatColumns({"run": np.array([8])}, {"run": "1"})
-    found = joined([whole, bare])
-    assert found.arrays["run"].tolist() == [0, 1, 2, 8]
-    assert found.arrays["status"].tolist() == ["late", "done", "late", ""]
-    np.testing.assert_array_equal(found.arrays["speed"], [5.0, 7.0, 9.0, np.nan])
-    assert found.units == {"run": "1", "speed": "rad/s", "status": "1"}
+    table = joined([whole, bare])
+    assert table.arrays["run"].tolist() == [0, 1, 2, 8]
+    assert table.arrays["status"].tolist() == ["late", "done", "late", ""]
+    np.testing.assert_array_equal(table.arrays["speed"], [5.0, 7.0, 9.0, np.nan])
+    assert table.units == {"run": "1", "speed": "rad/s", "status": "1"}

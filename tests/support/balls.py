@@ -71,8 +71,8 @@ def along(e, point, direction, length):
         lines = {
             k: arb_series([ball(x), arb(direction.get(k, 0))], length) for k, x in point.items()
         }
-        found = series(e, lines, length)
-        return [found[k] for k in range(length)]
+        coefficients = series(e, lines, length)
+        return [coefficients[k] for k in range(length)]
 
 
 def value(e, point):
@@ -102,33 +102,33 @@ def hessian(e, point, numbers):
 
 def lowest(e, point, free):
     """Return the point with the variables `free` where e is least, by Newton's method."""
-    found = {k: ball(x) for k, x in point.items()} | {k: arb(0) for k in free}
+    place = {k: ball(x) for k, x in point.items()} | {k: arb(0) for k in free}
     with ctx.workprec(BITS):
         for _ in range(200):
-            g = gradient(e, found, free)
-            step = arb_mat(hessian(e, found, free)).solve(arb_mat([[x] for x in g]))
+            g = gradient(e, place, free)
+            step = arb_mat(hessian(e, place, free)).solve(arb_mat([[x] for x in g]))
             longest = max(abs(float(step[i, 0])) for i in range(len(free)))
             cut = min(1.0, 0.5 / max(longest, 1e-300))
             for i, k in enumerate(free):
-                found[k] = (found[k] - cut * step[i, 0]).mid()
+                place[k] = (place[k] - cut * step[i, 0]).mid()
             if longest < 1e-70:
-                return found
+                return place
     raise ValueError("the lowest point is not found")
 
 
 def reduced(e, point, numbers, free):
     """Return V = min e over `free`, ∇V and ∇²V = e_aa - e_ab e_bb⁻¹ e_ba."""
     at = lowest(e, point, free) if free else point
-    found = value(e, at), gradient(e, at, numbers), hessian(e, at, numbers)
+    derivatives = value(e, at), gradient(e, at, numbers), hessian(e, at, numbers)
     if not free:
-        return found
+        return derivatives
     with ctx.workprec(BITS):
         H = hessian(e, at, [*numbers, *free])
         n = len(numbers)
         cross = arb_mat([row[n:] for row in H[:n]])
         schur = cross * arb_mat([row[n:] for row in H[n:]]).solve(cross.transpose())
         reduced_hessian = [[H[i][j] - schur[i, j] for j in range(n)] for i in range(n)]
-    return found[0], found[1], reduced_hessian
+    return derivatives[0], derivatives[1], reduced_hessian
 
 
 def contains(x, place, exact):

@@ -70,25 +70,28 @@ CASES: list[tuple[Config, list[str]]] = [
 def box_of(config, *texts) -> tuple[Members, Part]:
     """Return the members of a config within tolerances, and their box."""
     tolerances = tolerances_of(config, texts)
-    part = Part(tuple(one.middle for one in tolerances), tuple(one.radius for one in tolerances))
+    part = Part(
+        tuple(tolerance.middle for tolerance in tolerances),
+        tuple(tolerance.radius for tolerance in tolerances),
+    )
     return members_of(config, tolerances), part
 
 
 def some_bodies(part, rng, count, *, corners=True):
     """Return the numbers of random bodies in a box; half of them are corners."""
-    found = []
+    bodies = []
     for index in range(count):
         z = rng.uniform(-1, 1, size=len(part.middle))
         if corners and index % 2:
             z = np.sign(z)
         pairs = zip(part.middle, part.radius, z.tolist(), strict=True)
-        found.append(tuple(middle + radius * Fraction(value) for middle, radius, value in pairs))
-    return found
+        bodies.append(tuple(middle + radius * Fraction(value) for middle, radius, value in pairs))
+    return bodies
 
 
 def member(members, numbers):
     """Return the system of one body in doubles."""
-    return members.own([float(number) for number in numbers])
+    return members.from_doubles([float(number) for number in numbers])
 
 
 def least_over_x(at_rest, Theta):
@@ -110,12 +113,12 @@ def least_energy(at_rest, axis, angle, rng, starts, *, end=np.inf):
     high[:3] = end
     low = -high
     low[axis] = high[axis] = angle
-    found, tight = [], {"ftol": 0.0, "gtol": 0.0}
+    energies, tight = [], {"ftol": 0.0, "gtol": 0.0}
     for _ in range(starts):
         q = np.zeros(at_rest.size)
         q[:3] = rng.uniform(-5, 5, 3)
         bounds = np.stack([low, high], axis=1)
         start = np.clip(q, low, high)
         done = minimize(at_rest.energy, start, jac=at_rest.gradient, bounds=bounds, options=tight)
-        found.append(float(done.fun))
-    return min(found)
+        energies.append(float(done.fun))
+    return min(energies)

@@ -27,7 +27,7 @@ RANGE: dict[str, Any] = {
     "stiffness": 10.0,
     "outer_stiffness": 2.0,
 }
-ONE_OF_EACH = {"range": RANGE, "strut": STRUT, "tie": TIE, "upright": UPRIGHT}
+EACH_KIND = {"range": RANGE, "strut": STRUT, "tie": TIE, "upright": UPRIGHT}
 
 BAND: dict[str, Any] = {
     "kind": "ligament",
@@ -84,7 +84,7 @@ def config_data(elements=None, controller=CONTROLLER, **changes):
         "title": "Elements",
         "body": {"mass": 41.0, "inertia": [10.0, 8.0, 9.0], "contact_point": [0.15, 0.1, -0.42]},
         "gravity": [0.0, 0.0, -9.81],
-        "elements": ONE_OF_EACH if elements is None else elements,
+        "elements": EACH_KIND if elements is None else elements,
         "initial": {"orientation": [0.1, 0.2, 0.3], "angular_velocity": [1.0, 0.5, -0.7]},
         "integration": {"duration": 0.5, "samples": 21},
     }
@@ -103,8 +103,8 @@ def random_elements(rng, count):
 
     def matrix(scale):
         root = rng.normal(size=(3, 3))
-        found = scale * (root @ root.T + np.eye(3))
-        return ((found + found.T) / 2).tolist()
+        positive = scale * (root @ root.T + np.eye(3))
+        return ((positive + positive.T) / 2).tolist()
 
     def number(low, high):
         return float(rng.uniform(low, high))

@@ -76,10 +76,10 @@ class Held:
 
     def attitude(self, Theta):
         """Return A and the columns of B⁻¹: the axes of the three rotations in the body."""
-        one, two, three = (_turn(k, Theta[k]) for k in range(3))
-        A = np.einsum("ijm,jkm,klm->ilm", one, two, three)
-        back = np.einsum("ijm,jkm->ikm", two, three)
-        return A, np.stack([back[0], three[1], np.eye(3)[2][:, None] + 0 * Theta], axis=1)
+        first, second, third = (_turn(k, Theta[k]) for k in range(3))
+        A = np.einsum("ijm,jkm,klm->ilm", first, second, third)
+        back = np.einsum("ijm,jkm->ikm", second, third)
+        return A, np.stack([back[0], third[1], np.eye(3)[2][:, None] + 0 * Theta], axis=1)
 
     def energy(self, Theta, Omega):
         """Return ½Ω'JcΩ + ½Θ'K_rΘ + ½X'K_tX with X = R - AR."""
@@ -147,8 +147,8 @@ def random_held(seed):
 
 def _turn(axis, angle):
     i, j = (axis + 1) % 3, (axis + 2) % 3
-    found = np.zeros((3, 3, len(angle)))
-    found[axis, axis] = 1.0
-    found[i, i] = found[j, j] = np.cos(angle)
-    found[j, i], found[i, j] = np.sin(angle), -np.sin(angle)
-    return found
+    turn = np.zeros((3, 3, len(angle)))
+    turn[axis, axis] = 1.0
+    turn[i, i] = turn[j, j] = np.cos(angle)
+    turn[j, i], turn[i, j] = np.sin(angle), -np.sin(angle)
+    return turn

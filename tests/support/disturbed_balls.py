@@ -13,7 +13,7 @@ from flint import arb, ctx
 from rbstab.proof.check.cover import cover
 from rbstab.proof.check.taylor import constant, derivative, leaf, summed, through, times
 
-ONE = arb(1)
+UNITY = arb(1)
 
 
 class S:
@@ -26,7 +26,7 @@ class S:
         return other if isinstance(other, S) else S({(): arb(other)}, self.order)
 
     def __add__(self, other):
-        return S(summed([(ONE, self.series), (ONE, self._of(other).series)]), self.order)
+        return S(summed([(UNITY, self.series), (UNITY, self._of(other).series)]), self.order)
 
     def __mul__(self, other):
         if not isinstance(other, S):
@@ -69,10 +69,10 @@ def forms(held, cross, Theta):
     """Return the matrices of V over (1, Ω) and of V' over (1, Ω, w), and the trace of A."""
     (s1, c1), (s2, c2), (s3, c3) = (angle.sin_cos() for angle in Theta)
     o = 0 * s1
-    one = np.array([[o + 1, o, o], [o, c1, -s1], [o, s1, c1]])
-    two = np.array([[c2, o, s2], [o, o + 1, o], [-s2, o, c2]])
-    three = np.array([[c3, -s3, o], [s3, c3, o], [o, o, o + 1]])
-    A = one @ two @ three
+    first = np.array([[o + 1, o, o], [o, c1, -s1], [o, s1, c1]])
+    second = np.array([[c2, o, s2], [o, o + 1, o], [-s2, o, c2]])
+    third = np.array([[c3, -s3, o], [s3, c3, o], [o, o, o + 1]])
+    A = first @ second @ third
     C = np.array([[c2 * c3, s3, o], [-c2 * s3, c3, o], [s2, o, o + 1]])  # Ω = C Θ̇
     by_two = np.array([[-s2 * c3, o, o], [s2 * s3, o, o], [c2, o, o]])
     by_three = np.array([[-c2 * s3, c3, o], [-c2 * c3, -s3, o], [o, o, o]])
@@ -176,8 +176,8 @@ def proves(held, claim, limit=20_000):
         return "falling" if bounded and definite(falling, falling_over, radii) else None
 
     with ctx.workprec(128):
-        found = cover(((-tilt, tilt),) * 3, reason, limit)
-    return found.open is None, found.boxes
+        covering = cover(((-tilt, tilt),) * 3, reason, limit)
+    return covering.open is None, covering.boxes
 
 
 def _with(box, radii):

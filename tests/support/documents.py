@@ -28,12 +28,12 @@ def section(text, heading, level="##"):
 
 def tables(text):
     """Return the tables, each a list of rows of cells: the head, then those below its line."""
-    found = []
+    parsed = []
     for block in re.findall(r"(?:^\|.*\|\n)+", text, flags=re.MULTILINE):
         split = (re.split(r"(?<!\\)\|", line)[1:-1] for line in block.splitlines())
         head, _, *rows = [[cell.strip() for cell in line] for line in split]
-        found.append([head, *rows])
-    return found
+        parsed.append([head, *rows])
+    return parsed
 
 
 def blocks_of(text, language):
@@ -44,16 +44,16 @@ def blocks_of(text, language):
 @cache
 def names_in(path):
     """Return the names of the functions, classes, their members and the constants of a module."""
-    tree, found = ast.parse(path.read_text(encoding="utf-8")), set()
+    tree, names = ast.parse(path.read_text(encoding="utf-8")), set()
     classes = [node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
-    for owner, node in (("", tree), *((f"{one.name}.", one) for one in classes)):
-        for one in node.body:
-            if isinstance(one, ast.FunctionDef | ast.ClassDef):
-                found |= {one.name, owner + one.name}
-            elif isinstance(one, ast.Assign | ast.AnnAssign):
-                targets = one.targets if isinstance(one, ast.Assign) else [one.target]
-                found |= {owner + target.id for target in targets if isinstance(target, ast.Name)}
-    return frozenset(found)
+    for owner, node in (("", tree), *((f"{member.name}.", member) for member in classes)):
+        for member in node.body:
+            if isinstance(member, ast.FunctionDef | ast.ClassDef):
+                names |= {member.name, owner + member.name}
+            elif isinstance(member, ast.Assign | ast.AnnAssign):
+                targets = member.targets if isinstance(member, ast.Assign) else [member.target]
+                names |= {owner + target.id for target in targets if isinstance(target, ast.Name)}
+    return frozenset(names)
 
 
 def numbers(text):
@@ -76,5 +76,7 @@ def assert_same_drawing(path, made):
     """Assert that a stored SVG is the one that its script makes, but for round-off."""
     stored, number = path.read_text(encoding="utf-8"), re.compile(r"-?\d+\.\d+")
     assert number.sub("#", stored) == number.sub("#", made), "run `make figures`"
-    one, other = ([float(n) for n in number.findall(text)] for text in (stored, made))
-    assert one == pytest.approx(other, abs=0.2)
+    stored_numbers, made_numbers = (
+        [float(n) for n in number.findall(text)] for text in (stored, made)
+    )
+    assert stored_numbers == pytest.approx(made_numbers, abs=0.2)

@@ -203,10 +203,10 @@ def case_id(case):
 
 def random_element(rng, kind, form=None):
     """Return a random element in one of its forms, by default in the first."""
-    known = fields(cast("Any", kind))
-    values = {"name": "one"} if any(field.name == "name" for field in known) else {}
+    declared = fields(cast("Any", kind))
+    values = {"name": "one"} if any(field.name == "name" for field in declared) else {}
     values |= {gain.name: random_gain(rng, gain) for gain in kind.gains}
     values |= (form or forms_of(kind)[0]).fields(rng)
-    missing = [f.name for f in known if f.default is MISSING and f.name not in values]
+    missing = [f.name for f in declared if f.default is MISSING and f.name not in values]
     assert not missing, f"{kind.__name__}: no declared gains, add them to `FORMS`: {missing}"
     return kind(**values)

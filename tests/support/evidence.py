@@ -56,8 +56,8 @@ def round_off(system, start):
 
 def check(run, name):
     """Return the check of a run with this name."""
-    (found,) = [line for line in checks.checks_of(run) if line.check == name]
-    return found
+    (match,) = [line for line in checks.checks_of(run) if line.check == name]
+    return match
 
 
 def state_of(system, Z):

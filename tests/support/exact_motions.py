@@ -16,18 +16,18 @@ COLUMNS = 14
 
 def middles(values):
     """Return numbers without their errors, as exact balls."""
-    found = np.empty(len(values), dtype=object)
+    middle = np.empty(len(values), dtype=object)
     for index, value in enumerate(values):
-        found[index] = (value if isinstance(value, arb) else arb(value)).mid()
-    return found
+        middle[index] = (value if isinstance(value, arb) else arb(value)).mid()
+    return middle
 
 
 def state_after(system, y, step):
     """Return the state a step later; the step must be short."""
     with ctx.workprec(BITS):
-        found, change = _extrapolated(system.rates, y, arb(step))
+        state, change = _extrapolated(system.rates, y, arb(step))
     assert change < 1e-25
-    return found
+    return state
 
 
 def state_through(system, y, step):
@@ -38,7 +38,7 @@ def state_through(system, y, step):
     crossings = 0
     with ctx.workprec(BITS):
         left, tiny, g = arb(step), arb(2) ** -80, guards_at(system, y)
-        modes, piece = [float(one > 0) for one in g], arb(step)
+        modes, piece = [float(guard > 0) for guard in g], arb(step)
         while left > 0:
             system = with_modes(system, tuple(modes))
             piece = piece if piece < left else left

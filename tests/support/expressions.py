@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from rbstab.proof.exact.atoms import INNER, OF
 from rbstab.proof.exact.expr import atom, expr, only, variable
-from rbstab.proof.exact.rewriting import with_known_steps, with_outlined_steps
+from rbstab.proof.exact.rewriting import with_outlined_steps, with_unit_steps
 
 RATIONAL = st.fractions(-3, 3, max_denominator=8)
 
@@ -66,7 +66,7 @@ def energies(draw, numbers=(0, 1, 2)):
             term = term * variable(draw(st.sampled_from(numbers))).cos()
         total = total + term
     if draw(st.booleans()):
-        total = with_known_steps(total)
+        total = with_unit_steps(total)
         total = with_outlined_steps(total) if draw(st.booleans()) else total
     return total
 

@@ -63,14 +63,14 @@ class Command:
 
     def workers(self):
         """Return its worker processes that serve; helpers of the library are left out."""
-        found = []
+        processes = []
         for child in psutil.Process(self.pid).children(recursive=True):
             try:
                 if "popen_loky" in " ".join(child.cmdline()):
-                    found.append(child)
+                    processes.append(child)
             except psutil.Error:
                 continue
-        return found
+        return processes
 
     def send(self, number):
         """Send a signal to the command; it may have ended."""

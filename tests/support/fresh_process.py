@@ -10,7 +10,7 @@ def printed_with_hash_seeds(script, path):
 
     The hash seed decides the order of sets: a name that depends on it is printed twice.
     """
-    found = set()
+    outputs = set()
     for seed in ("1", "42"):
         done = subprocess.run(
             [sys.executable, "-c", script, str(path)],
@@ -20,5 +20,5 @@ def printed_with_hash_seeds(script, path):
             check=True,
             timeout=60,
         )
-        found.add(done.stdout.strip())
-    return found
+        outputs.add(done.stdout.strip())
+    return outputs

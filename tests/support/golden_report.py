@@ -54,7 +54,10 @@ def _said(report):
     for block in blocks:
         if isinstance(block, Cards):
             (card,) = block.cards
-            said |= {one.question: f"{one.word}. {one.sentence}" for one in card.statements}
+            said |= {
+                statement.question: f"{statement.word}. {statement.sentence}"
+                for statement in card.statements
+            }
             said |= dict(card.facts)
             said["alarm"] = card.alarm
         elif isinstance(block, Table) and block.name == "runs":

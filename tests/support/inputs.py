@@ -98,9 +98,9 @@ def linear_response(rates, push, legs, times):
         s = np.array([level + slope * (begin - start), slope])
         return (expm(augmented * (end - begin)) @ np.concatenate([y, s]))[:size]
 
-    y, t, found = np.zeros(size), 0.0, []
+    y, t, states = np.zeros(size), 0.0, []
     for end in times.tolist():
         for stop in [*legs[(legs[:, 2] > t) & (legs[:, 2] < end), 2].tolist(), end]:
             y, t = moved(y, t, stop), stop
-        found.append(y)
-    return np.array(found)
+        states.append(y)
+    return np.array(states)

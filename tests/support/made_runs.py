@@ -60,14 +60,14 @@ def made_result(config=None, *, verdicts=None, level=(np.nan, np.nan), **attribu
         "axis": Variable(("axis",), np.array([1, 2, 3]), "1", "component of a vector"),
         "part": Variable(("part",), np.array(PARTS, dtype=object), "1", "part of the system"),
     }
-    found = {**dict.fromkeys(CHECKS, "consistent"), REGION: "unknown", **(verdicts or {})}
+    words = {**dict.fromkeys(CHECKS, "consistent"), REGION: "unknown", **(verdicts or {})}
     lines: dict[str, list[Any]] = {
-        "check": list(found),
-        "verdict": list(found.values()),
+        "check": list(words),
+        "verdict": list(words.values()),
         "value": [1e-12] * len(CHECKS) + [level[0]],
         "bound": [1e-8] * len(CHECKS) + [level[1]],
         "when": [0.5] * len(CHECKS) + [np.nan],
-        "quantity": ["max |r| / largest energy"] * len(found),
+        "quantity": ["max |r| / largest energy"] * len(words),
     }
     for name, column in lines.items():
         kind = object if isinstance(column[0], str) else float
@@ -97,10 +97,10 @@ def _arrays():
     energy[:, 0] = v
     dissipation = np.zeros_like(energy)
     dissipation[:, 3] = DECAY * v
-    found = dict.fromkeys(
+    vectors = dict.fromkeys(
         ("velocity", "contact_force", "stabilizing_force", "stabilizing_couple"), zero
     )
-    return found | {
+    return vectors | {
         "time": t,
         "orientation": Theta,
         "angular_velocity": Omega,

@@ -17,7 +17,7 @@ from rbstab.sweep.members.engine import Shard
 from rbstab.sweep.members.outcome import STATUSES, columns_of
 from rbstab.sweep.plan.load import load_plan
 from rbstab.sweep.plan.plan import plan_id
-from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
+from rbstab.sweep.proofs.columns import CONVERGENCE_COLUMNS
 from support.configs import VISCO_ELASTIC, plain
 
 SPIN = "initial.angular_velocity"
@@ -65,22 +65,24 @@ def write_sweep(path, vary, columns=lambda _: {}, **plan_keys):
         digests = [folder.read(number).digest for number in range(folder.shards)]
         attributes["shards_digest"] = digest_of_all(digests)
     varied = varied_columns(plan, 0, plan.members)
-    varied = {name: one._replace(data=arrays[name]) for name, one in varied.items()}
-    known = columns_from(KNOWN_COLUMNS, arrays)
-    found = {RUN: known[RUN], **varied, **known, **plan_variables(plan)}
-    write_dataset(path, Table(found, attributes, kind=MEMBERS), replace=True)
+    varied = {name: variable._replace(data=arrays[name]) for name, variable in varied.items()}
+    convergence = columns_from(CONVERGENCE_COLUMNS, arrays)
+    variables = {RUN: convergence[RUN], **varied, **convergence, **plan_variables(plan)}
+    write_dataset(path, Table(variables, attributes, kind=MEMBERS), replace=True)
     return SweepFile(0, "sweep-1", path.parent.name, path)
 
 
 def _arrays(plan, columns):
     varied = varied_columns(plan, 0, plan.members)
-    arrays = {name: one.data for name, one in varied.items()} | {RUN: np.arange(plan.members)}
+    arrays = {name: variable.data for name, variable in varied.items()} | {
+        RUN: np.arange(plan.members)
+    }
     for name, column in columns_of(plan).items():
         arrays[name] = np.ones((plan.members, *column.shape), dtype=column.dtype)
     for name in ("status", "rest_orientation", "rest_unstable", "final_orientation"):
         if name in arrays:
             arrays[name][:] = 0
-    for name, column in KNOWN_COLUMNS.items():
+    for name, column in CONVERGENCE_COLUMNS.items():
         arrays[name] = np.zeros(plan.members, column.dtype)
     given = columns(arrays)
     return arrays | {k: np.asarray(v).astype(arrays[k].dtype) for k, v in given.items()}

@@ -24,11 +24,11 @@ def measured(report):
         file, outer = _file_of(case.attrib["classname"])
         name = "::".join([*outer, case.attrib["name"].partition("[")[0]])
         times[file, name].append(float(case.attrib["time"]))
-    found: Seconds = defaultdict(dict)
+    means: Seconds = defaultdict(dict)
     for (file, name), seconds in sorted(times.items()):
         mean = sum(seconds) / len(seconds)
-        found[file][name] = round(mean, 3) if sum(seconds) >= LEAST else 0.0
-    return found
+        means[file][name] = round(mean, 3) if sum(seconds) >= LEAST else 0.0
+    return means
 
 
 def _file_of(dotted):
@@ -43,7 +43,7 @@ def _file_of(dotted):
     raise FileNotFoundError(dotted)
 
 
-def _known(seconds):
+def _kept(seconds):
     """Yield the times that matter, of files that exist."""
     for file, tests in sorted(seconds.items()):
         kept = {name: time for name, time in sorted(tests.items()) if time}
@@ -57,7 +57,7 @@ def main(reports):
     for report in reports:
         for file, tests in measured(Path(report)).items():
             seconds.setdefault(file, {}).update(tests)
-    text = json.dumps(dict(_known(seconds)), indent=1)
+    text = json.dumps(dict(_kept(seconds)), indent=1)
     SECONDS_FILE.write_text(text + "\n", encoding="utf-8")
 
 

@@ -43,11 +43,11 @@ def some_starts(states, count, seed=0):
     """Return random corners of a set, and points inside, as z and w."""
     rng, n = np.random.default_rng(seed), states.radius.shape[1]
     corners = [np.array(z) for z in product((-1.0, 1.0), repeat=states.space.variables)]
-    found = []
+    starts = []
     for k in range(count):
         z = corners[k % len(corners)] if k % 3 else rng.uniform(-1, 1, states.space.variables)
-        found.append((z, rng.choice([-1.0, 1.0], n) * states.radius[0]))
-    return found
+        starts.append((z, rng.choice([-1.0, 1.0], n) * states.radius[0]))
+    return starts
 
 
 def ends(config, states, step, starts):
@@ -58,9 +58,9 @@ def ends(config, states, step, starts):
         yield place_in_frame(step.end, z.tolist(), end) / step.end.radius[0]
 
 
-def assert_equal(many, k, one, j):
+def assert_equal(many, k, other, j):
     """Check that two steps are the same, bit for bit."""
-    assert many.h[k] == one.h[j]
-    assert many.proved[k] == one.proved[j]
+    assert many.h[k] == other.h[j]
+    assert many.proved[k] == other.proved[j]
     for name in ("polynomial", "frame", "radius"):
-        assert np.array_equal(getattr(many.end, name)[k], getattr(one.end, name)[j]), name
+        assert np.array_equal(getattr(many.end, name)[k], getattr(other.end, name)[j]), name

@@ -161,7 +161,9 @@ def main(rooms, processes):
             for part in PROGRAM:
                 shutil.copytree(ROOT / part, tree / part)
             trees.put(tree)
-        alive = [one for one, lives in zip(chosen, pool.map(run, chosen), strict=True) if lives]
+        alive = [
+            survivor for survivor, lives in zip(chosen, pool.map(run, chosen), strict=True) if lives
+        ]
     unexpected = [mutant for mutant in alive if not mutant.survives]
     click.echo(f"{len(chosen)} mutants, {len(alive)} survivors, {len(unexpected)} unexpected")
     for mutant in alive:

@@ -45,9 +45,9 @@ def quantities(data, near, method=SMOOTH):
     hints = {
         n: t for n, t in zip(names, near.values, strict=True) if n.endswith("time") or "time[" in n
     }
-    found: dict[str, Any] = {name: hint for name, hint in hints.items() if np.isnan(hint)}
+    values: dict[str, Any] = {name: hint for name, hint in hints.items() if np.isnan(hint)}
     width = method.half_width
-    windows = {n: _window(hint, end, width) for n, hint in hints.items() if n not in found}
+    windows = {n: _window(hint, end, width) for n, hint in hints.items() if n not in values}
     times = np.unique(np.concatenate([[0.0, end], *windows.values()]))
     trajectory = solve("heyoka", replace(problem, times=times, rtol=1e-16))
     impacts = np.zeros(0) if trajectory.impacts is None else trajectory.impacts.times
@@ -65,11 +65,11 @@ def quantities(data, near, method=SMOOTH):
             motions = [system.motion(states[t]) for t in window]
             E, F = (np.array([getattr(m, name)[axis] for m in motions]) for name in "EF")
             t, peak = _peak(window, E, F)
-            found |= {f"peak_time[{axis}]": t, f"peak_contact_displacement[{axis}]": peak}
+            values |= {f"peak_time[{axis}]": t, f"peak_contact_displacement[{axis}]": peak}
     if "settling_time" in windows:
         rest = nearest_rest_state(smooth_rest_system(problem)).energy
         v = {t: systems[t].observe(y).energy.sum() - rest for t, y in states.items()}
-        found["settling_time"] = _settling(windows["settling_time"], v)
+        values["settling_time"] = _settling(windows["settling_time"], v)
     last = system.observe(states[end])
     motion = last.motion
     for name, value in (
@@ -79,8 +79,8 @@ def quantities(data, near, method=SMOOTH):
         ("velocity", motion.V),
         ("connector_state", last.own_states),
     ):
-        found |= {f"final.{name}[{axis}]": entry for axis, entry in enumerate(value)}
-    return np.array([found[name] for name in names])
+        values |= {f"final.{name}[{axis}]": entry for axis, entry in enumerate(value)}
+    return np.array([values[name] for name in names])
 
 
 def differences(data, given, method=SMOOTH):

@@ -217,12 +217,12 @@ def skipped(page, text):
 
 def blocks(text):
     """Return the blocks of a page that are programs or outputs."""
-    found, lines = [], iter(enumerate(text.splitlines()))
+    parsed, lines = [], iter(enumerate(text.splitlines()))
     for number, line in lines:
         if opening := OPENING.match(line):
             inner = itertools.takewhile(lambda pair: not pair[1].startswith("```"), lines)
-            found.append(Block(opening[1], [content for _, content in inner], number + 1))
-    return found
+            parsed.append(Block(opening[1], [content for _, content in inner], number + 1))
+    return parsed
 
 
 def commands(block):
@@ -245,8 +245,8 @@ def execute(command):
         return done.returncode, done.stdout + done.stderr
     assert Path(words[0]).name == "rbstab", f"nobody knows how to run: {command}"
     words, target = (words[1:-2], words[-1]) if ">" in words else (words[1:], None)
-    found = [sorted(str(path) for path in Path().glob(w)) if "*" in w else [w] for w in words]
-    ran = CliRunner().invoke(cli, list(itertools.chain(*found)), prog_name="rbstab")
+    expanded = [sorted(str(path) for path in Path().glob(w)) if "*" in w else [w] for w in words]
+    ran = CliRunner().invoke(cli, list(itertools.chain(*expanded)), prog_name="rbstab")
     if ran.exception is not None and not isinstance(ran.exception, SystemExit):
         raise ran.exception
     if target is None:
@@ -274,8 +274,8 @@ def rewritten(text, differences):
 
 def pages():
     """Return the pages of the documentation, relative to the repository."""
-    found = [*ROOT.glob("docs/*.md"), ROOT / "README.md", ROOT / "results/README.md"]
-    return sorted(path.relative_to(ROOT).as_posix() for path in found)
+    paths = [*ROOT.glob("docs/*.md"), ROOT / "README.md", ROOT / "results/README.md"]
+    return sorted(path.relative_to(ROOT).as_posix() for path in paths)
 
 
 def differences_of(page, folder):
@@ -292,11 +292,11 @@ def main(names):
             differences = differences_of(page, Path(folder))
         text = path.read_text(encoding="utf-8")
         path.write_text(rewritten(text, differences), encoding="utf-8")
-        for one in differences:
-            left = one.excerpt or one.shown.count("...") > 1
+        for difference in differences:
+            left = difference.excerpt or difference.shown.count("...") > 1
             by_hand += left
             verb = "change by hand" if left else "written"
-            sys.stdout.write(f"{page}:{one.start + 1}: {verb}\n")
+            sys.stdout.write(f"{page}:{difference.start + 1}: {verb}\n")
     return 1 if by_hand else 0
 
 

@@ -66,5 +66,6 @@ def _same_line(shown, printed):
     a, b = (" ".join(NUMBER.sub("#", line).split()) for line in (shown, printed))
     numbers = zip(NUMBER.findall(shown), NUMBER.findall(printed), strict=True)
     return a == b and all(
-        math.isclose(float(one), float(other), rel_tol=2e-3, abs_tol=2e-9) for one, other in numbers
+        math.isclose(float(left), float(right), rel_tol=2e-3, abs_tol=2e-9)
+        for left, right in numbers
     )

@@ -42,9 +42,9 @@ def rest_states(system, exact_system=None, *, proof=True, seed=0, box_limit=MOST
     """Return the rest states of a system in the range of eq. 5, proved or looked for."""
     with np.errstate(all="ignore"):
         body = body_of(system, exact_system)
-        found = body.proved(box_limit) if proof else body.searched(seed)
-    _BODIES[found] = body
-    return found
+        rest = body.proved(box_limit) if proof else body.searched(seed)
+    _BODIES[rest] = body
+    return rest
 
 
 def unwrapped_rest_states(rest, limit=None):

@@ -10,19 +10,19 @@ _NUMBERS = (
 _GUARD = """
     mode_count = 2
 
-    def guards(self, motion, own):
+    def guards(self, motion, states):
         pitch = motion.Theta[1]
         return np.array([pitch - self.soft, -pitch - self.soft])
 """
 
 STIFF_GUARD = element_text(
     f"""{_GUARD}
-    def wrench(self, motion, own):
-        above, below = self.mode * self.guards(motion, own)
+    def wrench(self, motion, states):
+        above, below = self.mode * self.guards(motion, states)
         return couple_on_body(-self.k * (above - below) * motion.B[1])
 
-    def stored(self, motion, own):
-        above, below = self.guards(motion, own)
+    def stored(self, motion, states):
+        above, below = self.guards(motion, states)
         return 0.5 * self.k * (self.mode[0] * above * above + self.mode[1] * power(below, 2))
     """,
     _NUMBERS,
@@ -31,11 +31,11 @@ STIFF_GUARD = element_text(
 
 REPELLING_GUARD = element_text(
     f"""{_GUARD}
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         return couple_on_body(-self.k * (self.mode[0] - self.mode[1]) * motion.B[1])
 
-    def stored(self, motion, own):
-        return self.k * (self.mode @ self.guards(motion, own))
+    def stored(self, motion, states):
+        return self.k * (self.mode @ self.guards(motion, states))
     """,
     _NUMBERS,
 )
@@ -52,10 +52,10 @@ LETS_GO = LETS_GO.replace("class Latch", "class Mine")
 
 CUBIC_OF_CENTRE = element_text(
     """
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         return force_at_centre(-self.k * power(motion.X, 3))
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         return 0.25 * (self.k @ power(motion.X, 4))
     """,
     'Gain("k", "N/m^3", "stiffness", shape="diagonal")',
@@ -65,14 +65,14 @@ CUBIC_OF_CENTRE = element_text(
 FLOOR = element_text("""
     mode_count = 1
 
-    def guards(self, motion, own):
+    def guards(self, motion, states):
         return np.array([-motion.X[2] - 0.1])
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         depth = -motion.X[2] - 0.1
         return force_at_centre(np.array([0.0, 0.0, self.mode[0] * self.k * depth]))
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         depth = -motion.X[2] - 0.1
         return 0.5 * self.k * self.mode[0] * depth * depth
     """)
@@ -82,14 +82,14 @@ WEIGHT = element_text(
     """
     mode_count = 1
 
-    def guards(self, motion, own):
+    def guards(self, motion, states):
         return np.array([line(motion, self.point, self.anchor).length - self.length])
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         along = line(motion, self.point, self.anchor)
         return force_at(motion, self.point, -self.mode[0] * self.k * along.direction)
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         along = line(motion, self.point, self.anchor)
         return self.mode[0] * self.k * (along.length - self.length)
     """,

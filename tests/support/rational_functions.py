@@ -26,8 +26,8 @@ class RationalFunction:
     def _lift(self, other):
         if isinstance(other, RationalFunction):
             return other
-        one = self.denominator.context().constant(1)
-        return RationalFunction(one * fmpq(*float(other).as_integer_ratio()), one)
+        unity = self.denominator.context().constant(1)
+        return RationalFunction(unity * fmpq(*float(other).as_integer_ratio()), unity)
 
     def _combine(self, other, combine):
         if isinstance(other, np.ndarray):
@@ -78,9 +78,9 @@ class Symbols:
 
     def __init__(self, names):
         self._context = fmpq_mpoly_ctx.get(names, Ordering.lex)
-        one = self._context.constant(1)
+        unity = self._context.constant(1)
         generators = self._context.gens()
-        self._free = [RationalFunction(generator, one) for generator in reversed(generators)]
+        self._free = [RationalFunction(generator, unity) for generator in reversed(generators)]
 
     def vector(self, size=3):
         """Return new variables, shape (size,)."""

@@ -19,15 +19,15 @@ def problems(tag, root=ROOT):
     version = tag.removeprefix("v")
     project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     citation = yaml.safe_load((root / "CITATION.cff").read_text(encoding="utf-8"))
-    found = [] if tag.startswith("v") else [f"the tag {tag} does not begin with v"]
+    disagreements = [] if tag.startswith("v") else [f"the tag {tag} does not begin with v"]
     for file, stated in (("pyproject.toml", project), ("CITATION.cff", citation)):
         if str(stated["version"]) != version:
-            found.append(f"{file} has version {stated['version']}, and the tag is {tag}")
+            disagreements.append(f"{file} has version {stated['version']}, and the tag is {tag}")
     if "date-released" not in citation:
-        found.append("CITATION.cff has no date-released")
+        disagreements.append("CITATION.cff has no date-released")
     if not notes(tag, root):
-        found.append(f"CHANGELOG.md has no section {version} with changes")
-    return found
+        disagreements.append(f"CHANGELOG.md has no section {version} with changes")
+    return disagreements
 
 
 def notes(tag, root=ROOT):
@@ -42,12 +42,12 @@ def notes(tag, root=ROOT):
 
 def main(tag):
     """Print the notes of a tag, or what disagrees with it; return the exit code."""
-    found = problems(tag)
-    for problem in found:
+    disagreements = problems(tag)
+    for problem in disagreements:
         click.echo(problem, err=True)
-    if not found:
+    if not disagreements:
         click.echo(notes(tag))
-    return 1 if found else 0
+    return 1 if disagreements else 0
 
 
 if __name__ == "__main__":

@@ -51,11 +51,11 @@ def sealed(content):
     return content + f"\nrbstab format {FORMAT:03d} sha256 {digest}\n".encode()
 
 
-def assert_equal(found, expected):
+def assert_equal(actual, expected):
     """Assert that two results are bitwise equal, with names, order, units and texts."""
-    assert list(found.variables) == list(expected.variables)
+    assert list(actual.variables) == list(expected.variables)
     for name, variable in expected.variables.items():
-        other = found.variables[name]
+        other = actual.variables[name]
         assert other.dimensions == variable.dimensions, name
         assert (other.unit, other.long_name) == (variable.unit, variable.long_name), name
         assert other.data.dtype == variable.data.dtype, name
@@ -64,10 +64,10 @@ def assert_equal(found, expected):
             assert other.data.tolist() == variable.data.tolist(), name
         else:
             assert other.data.tobytes() == variable.data.tobytes(), name
-    assert found.attributes == expected.attributes
-    kinds = {name: type(value) for name, value in found.attributes.items()}
+    assert actual.attributes == expected.attributes
+    kinds = {name: type(value) for name, value in actual.attributes.items()}
     assert kinds == {name: type(value) for name, value in expected.attributes.items()}
-    assert found.config == expected.config
+    assert actual.config == expected.config
 
 
 def flip(path, share=0.5):

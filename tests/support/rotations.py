@@ -99,12 +99,12 @@ def stationary_points(energy, count, seed):
     def slopes(A, h=1e-5):
         return [(energy(turned(A, h * d)) - energy(turned(A, -h * d))) / (2 * h) for d in np.eye(3)]
 
-    found = []
+    points = []
     for start in Rotation.random(count, random_state=seed).as_matrix():
         end = root(lambda x, A=start: slopes(turned(A, x)), np.zeros(3), tol=1e-10)
         if end.success and np.abs(end.fun).max() < 1e-5:
-            found.append(turned(start, end.x))
-    return found
+            points.append(turned(start, end.x))
+    return points
 
 
 def negative_directions(energy, A):

@@ -43,9 +43,9 @@ def _check_figure(figure):
 def figures_in(sections):
     """Return all figures by name; the names must be unique."""
     blocks = [block for section in sections for block in section.blocks]
-    found = [block for block in blocks if isinstance(block, Figure)]
-    by_name = {figure.name: figure for figure in found}
-    assert len(by_name) == len(found), "names of figures are not unique"
+    figures = [block for block in blocks if isinstance(block, Figure)]
+    by_name = {figure.name: figure for figure in figures}
+    assert len(by_name) == len(figures), "names of figures are not unique"
     return by_name
 
 

@@ -64,9 +64,9 @@ def ball_in_a_V(mass, K_s, load, damping, X, V, times, layer=None, **switching):
 def turning_balls(times, rate=0.0, angle=0.0):
     """Return three balls in a V on a body that turns about its second axis: θ'' = -θ - θ'."""
     still, X = np.zeros(3), np.array([0.3, 0.2, 0.5])
-    found = ball_in_a_V(2.0, 30.0, np.array([0.0, 5.0, -10.0]), still, X, still, times)
-    found.start[1], found.start[4] = angle, rate
-    return found
+    balls = ball_in_a_V(2.0, 30.0, np.array([0.0, 5.0, -10.0]), still, X, still, times)
+    balls.start[1], balls.start[4] = angle, rate
+    return balls
 
 
 def pushed_ball(  # noqa: PLR0917

@@ -103,18 +103,18 @@ class Soaked(NamedTuple):
     @property
     def problems(self):
         """Return what is wrong, as sentences."""
-        found = [
+        sentences = [
             f"the {name} grew by {size / 1e6:.0f} MB (at most {MAX_GROWTH / 1e6:.0f} MB)"
             for name, size in self.growth.items()
             if size > MAX_GROWTH
         ]
-        found += [
+        sentences += [
             f"the {name} needed {size / 1e6:.0f} MB to write {self.file_size / 1e6:.0f} MB"
             for name, size in self.finishing.items()
             if size > 2 * self.file_size + MAX_FINISHING
         ]
-        found += [] if self.equal else ["the results differ from those of an undisturbed sweep"]
-        return found + ([] if self.kills else ["no worker was killed: the sweep is too short"])
+        sentences += [] if self.equal else ["the results differ from those of an undisturbed sweep"]
+        return sentences + ([] if self.kills else ["no worker was killed: the sweep is too short"])
 
 
 def soak(folder, members, kill_interval, say=print):
@@ -198,13 +198,13 @@ def shard_files_of(folder):
     return list(folder.glob("[0-9]*.h5"))
 
 
-def _equal(one, other):
-    files = [read_sweep(path / "members.h5") for path in (one, other)]
+def _equal(folder, other):
+    files = [read_sweep(path / "members.h5") for path in (folder, other)]
     digests = {table.attributes["shards_digest"] for table in files}
     same = all(
         files[0][name].tobytes() == files[1][name].tobytes() for name in ["run", *files[0].columns]
     )
-    return len(digests) == 1 and same and shard_files(one) == shard_files(other)
+    return len(digests) == 1 and same and shard_files(folder) == shard_files(other)
 
 
 def main():
@@ -214,14 +214,14 @@ def main():
     parser.add_argument("--kill-interval", type=float, default=KILL_INTERVAL, help="s")
     given = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        found = soak(Path(folder), given.members, given.kill_interval)
-    growth = ", ".join(f"{name} {size / 1e6:+.0f} MB" for name, size in found.growth.items())
-    print(f"{found.seconds:6.0f} s  {found.kills} workers were killed; growth: {growth}")  # noqa: T201
-    needed = f"{found.finishing['sweep'] / 1e6:.0f} MB to write {found.file_size / 1e6:.0f} MB"
+        soaked = soak(Path(folder), given.members, given.kill_interval)
+    growth = ", ".join(f"{name} {size / 1e6:+.0f} MB" for name, size in soaked.growth.items())
+    print(f"{soaked.seconds:6.0f} s  {soaked.kills} workers were killed; growth: {growth}")  # noqa: T201
+    needed = f"{soaked.finishing['sweep'] / 1e6:.0f} MB to write {soaked.file_size / 1e6:.0f} MB"
     print(f"the sweep needed {needed}")  # noqa: T201
-    for problem in found.problems:
+    for problem in soaked.problems:
         print(f"FAILED: {problem}")  # noqa: T201
-    if found.problems:
+    if soaked.problems:
         sys.exit(1)
     print("PASSED: the results are equal, and the memory is flat")  # noqa: T201
 

@@ -16,7 +16,7 @@ class Spring(Element):
     k: Any
     g: Any
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         return force_at_contact(-self.k * self.g(motion.E))
 
 

@@ -59,11 +59,11 @@ def random_set(config, seed=0, *, width=1e-2, error=1e-6, variables=2, degree=4)
     polynomial[:, 0] = start
     n = len(start)
     frame = scale[:, np.newaxis] * (np.eye(n) + 0.1 * rng.uniform(-1, 1, (n, n)))
-    one = (part[np.newaxis] for part in (polynomial, frame, np.full(n, error)))
-    return MotionSet(space, *one), scale
+    parts = (part[np.newaxis] for part in (polynomial, frame, np.full(n, error)))
+    return MotionSet(space, *parts), scale
 
 
 def together(*sets):
     """Return several sets of motions as one `MotionSet`, in their order."""
-    parts = [(one.polynomial, one.frame, one.radius) for one in sets]
+    parts = [(motion_set.polynomial, motion_set.frame, motion_set.radius) for motion_set in sets]
     return MotionSet(sets[0].space, *map(np.concatenate, zip(*parts, strict=True)))

@@ -25,11 +25,11 @@ class Drive(Element):
     name: str = "drive"
     couple: Number
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         """Return the couple, by the second row of B."""
         return couple_on_body(self.couple * motion.B[PITCH])
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         """Return the energy -cθ2, J."""
         return -self.couple * motion.Theta[PITCH]
 
@@ -57,22 +57,22 @@ def solution(given, engine_name):
     return engine(engine_name)(given)
 
 
-def energies(found):
+def energies(trajectory):
     """Return the sum of all energies at each sample, J."""
-    pairs = zip(found.systems, found.states, strict=True)
+    pairs = zip(trajectory.systems, trajectory.states, strict=True)
     return np.array([system.observe(y).energy.sum() for system, y in pairs])
 
 
-def residual(found):
+def residual(trajectory):
     """Return the largest |v(t) - v(0) - ∫v' dt + what impacts took away|, J."""
-    v = energies(found)
-    assert found.impacts is not None
-    return float(np.abs(v - v[0] - found.lyapunov_change + found.impacts.lost).max())
+    v = energies(trajectory)
+    assert trajectory.impacts is not None
+    return float(np.abs(v - v[0] - trajectory.lyapunov_change + trajectory.impacts.lost).max())
 
 
 def couple_of(system, y):
     """Return the couple τ on θ2 by which the stop holds a body."""
-    (place,) = [i for i, one in enumerate(system.elements) if one.holds]
+    (place,) = [i for i, element in enumerate(system.elements) if element.holds]
     observed = system.observe(y)
     couple = observed.wrenches[place].couple
     # N'Ω = (B⁻ᵀN)'Θ̇

@@ -166,7 +166,7 @@ METHODS["rest"] = SWITCHING._replace(step=1e-4)
 CASES["embedded-full-gains"]["body"]["inertia"] = [[10, 0.6, -0.4], [0.6, 8, 0.5], [-0.4, 0.5, 3]]
 
 
-def stored_differences(name, found):
+def stored_differences(name, derived):
     """Return the stored derivatives of a case, for the entries and quantities that were found.
 
     Shape (entries, quantities).
@@ -174,8 +174,8 @@ def stored_differences(name, found):
     stored = json.loads(FILE.read_text(encoding="utf-8"))[name]
     # The derivatives of another config would be of no use.
     assert stored["config"] == CASES[name]
-    assert stored["entries"] == [entry.key for entry in found.entries]
-    assert stored["quantities"] == [quantity.name for quantity in found.quantities]
+    assert stored["entries"] == [entry.key for entry in derived.entries]
+    assert stored["quantities"] == [quantity.name for quantity in derived.quantities]
     return np.array(stored["derivatives"])
 
 
@@ -183,12 +183,12 @@ def main():
     """Compute the derivatives of all cases, and store them."""
     lines = []
     for name, data in CASES.items():
-        found = sensitivities(data)
+        derived = sensitivities(data)
         case = {
             "config": data,
-            "entries": [entry.key for entry in found.entries],
-            "quantities": [quantity.name for quantity in found.quantities],
-            "derivatives": differences(data, found, METHODS[name]).tolist(),
+            "entries": [entry.key for entry in derived.entries],
+            "quantities": [quantity.name for quantity in derived.quantities],
+            "derivatives": differences(data, derived, METHODS[name]).tolist(),
         }
         lines.append(f"{json.dumps(name)}: {json.dumps(case)}")
     FILE.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")

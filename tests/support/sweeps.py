@@ -47,16 +47,16 @@ class FakeEngine:
         time.sleep(self.delay * (stop - start))
         if any(start <= member < stop for member in self.raising):
             raise ZeroDivisionError("made up")
-        found = columns_of_failed(stop - start)
+        outcome = columns_of_failed(stop - start)
         spin = self.plan.values(start, stop)["initial.angular_velocity[0]"]
         for k, (name, column) in enumerate(COLUMNS.items()):
             if column.dtype == "f8":
-                found[name][:] = np.sin((k + 1) * spin).reshape(-1, *[1] * len(column.shape))
-        found["status"][:] = STATUSES.index(RunStatus.COMPLETED)
+                outcome[name][:] = np.sin((k + 1) * spin).reshape(-1, *[1] * len(column.shape))
+        outcome["status"][:] = STATUSES.index(RunStatus.COMPLETED)
         for member in self.failing:
             if start <= member < stop:
-                found["status"][member - start] = STATUSES.index(RunStatus.DIVERGED)
-        return Shard(found, self._traces(start, stop, spin))
+                outcome["status"][member - start] = STATUSES.index(RunStatus.DIVERGED)
+        return Shard(outcome, self._traces(start, stop, spin))
 
     def _traces(self, start, stop, spin):
         chosen = self.plan.keep.selected(start, stop)

@@ -6,23 +6,23 @@ CORD = element_text(
     """
     states = (OwnState("creep", "D", "m", "creep", size=1),)
 
-    def share(self, motion, own):
-        return (position(motion, self.point)[0] - own[0]) / 0.3
+    def share(self, motion, states):
+        return (position(motion, self.point)[0] - states[0]) / 0.3
 
-    def rates(self, motion, own):
-        return (6 * (exp(self.share(motion, own)) - 1) - 30 * own) / 2
+    def rates(self, motion, states):
+        return (6 * (exp(self.share(motion, states)) - 1) - 30 * states) / 2
 
-    def wrench(self, motion, own):
-        tension = 6 * (exp(self.share(motion, own)) - 1)
+    def wrench(self, motion, states):
+        tension = 6 * (exp(self.share(motion, states)) - 1)
         pull = force_at(motion, self.point, np.array([-tension, 0, 0]))
         return pull
 
-    def stored(self, motion, own):
-        x = self.share(motion, own)
-        return 1.8 * (exp(x) - x - 1) + 15 * own[0] ** 2
+    def stored(self, motion, states):
+        x = self.share(motion, states)
+        return 1.8 * (exp(x) - x - 1) + 15 * states[0] ** 2
 
-    def dissipated(self, motion, own):
-        return 2 * self.rates(motion, own)[0] ** 2
+    def dissipated(self, motion, states):
+        return 2 * self.rates(motion, states)[0] ** 2
     """,
     'POINT, Gain("k", "1", "strength of the switches", shape="number"), '
     'Gain("soft", "rad", "angle", shape="number")',
@@ -32,7 +32,7 @@ CORD = element_text(
 SWITCHES = """
     mode_count = 2
 
-    def guards(self, motion, own):
+    def guards(self, motion, states):
         pitch = motion.Theta[1]
         return np.array([pitch - self.soft, -pitch - self.soft])
 
@@ -41,12 +41,12 @@ SWITCHES = """
 STIFF = {
     "    def rates": SWITCHES,
     "        return pull\n": """\
-        above, below = self.mode * self.guards(motion, own)
+        above, below = self.mode * self.guards(motion, states)
         push = couple_on_body(-self.k * (above - below) * motion.B[1])
         return pull._replace(couple=pull.couple + push.couple)
 """,
-    "+ 15 * own[0] ** 2": """+ 15 * own[0] ** 2 + 0.5 * self.k * (
-            self.mode @ power(self.guards(motion, own), 2)
+    "+ 15 * states[0] ** 2": """+ 15 * states[0] ** 2 + 0.5 * self.k * (
+            self.mode @ power(self.guards(motion, states), 2)
         )""",
 }
 """What makes the cord one with a stiff guard."""
@@ -57,7 +57,8 @@ REPELLING = {
         push = couple_on_body(-self.k * (self.mode[0] - self.mode[1]) * motion.B[1])
         return pull._replace(couple=pull.couple + push.couple)
 """,
-    "+ 15 * own[0] ** 2": "+ 15 * own[0] ** 2 + self.k * (self.mode @ self.guards(motion, own))",
+    "+ 15 * states[0] ** 2": "+ 15 * states[0] ** 2 "
+    "+ self.k * (self.mode @ self.guards(motion, states))",
 }
 """What makes the cord one with a repelling guard."""
 
@@ -69,33 +70,34 @@ TIGHTER = element_text(
     def longer(self, motion):
         return position(motion, self.point)[1] + self.soft
 
-    def guards(self, motion, own):
+    def guards(self, motion, states):
         return np.array([self.longer(motion)])
 
-    def slopes(self, motion, own):
-        e = position(motion, self.point)[0] - own[0]
+    def slopes(self, motion, states):
+        e = position(motion, self.point)[0] - states[0]
         p = self.mode[0] * power(self.longer(motion), 2)
-        first = -20 * e - 40 * power(e, 3) + 10 * own[0] - 4 * own[1] + 2 * self.k * own[0] * p
-        return np.array([first, 12 * own[1] - 4 * own[0]])
+        first = -20 * e - 40 * power(e, 3) + 10 * states[0] - 4 * states[1]
+        first = first + 2 * self.k * states[0] * p
+        return np.array([first, 12 * states[1] - 4 * states[0]])
 
-    def rates(self, motion, own):
-        return -0.5 * self.slopes(motion, own)
+    def rates(self, motion, states):
+        return -0.5 * self.slopes(motion, states)
 
-    def wrench(self, motion, own):
-        e = position(motion, self.point)[0] - own[0]
+    def wrench(self, motion, states):
+        e = position(motion, self.point)[0] - states[0]
         g = self.mode[0] * self.longer(motion)
-        pull = np.array([20 * e + 40 * power(e, 3), 2 * self.k * (1 + power(own[0], 2)) * g, 0])
+        pull = np.array([20 * e + 40 * power(e, 3), 2 * self.k * (1 + power(states[0], 2)) * g, 0])
         return force_at(motion, self.point, -pull)
 
-    def stored(self, motion, own):
-        e = position(motion, self.point)[0] - own[0]
+    def stored(self, motion, states):
+        e = position(motion, self.point)[0] - states[0]
         springs = 10 * power(e, 2) + 10 * power(e, 4)
-        matrix = 5 * own[0] * own[0] - 4 * own[0] * own[1] + 6 * own[1] * own[1]
+        matrix = 5 * states[0] * states[0] - 4 * states[0] * states[1] + 6 * states[1] * states[1]
         p = self.mode[0] * power(self.longer(motion), 2)
-        return springs + matrix + self.k * (1 + power(own[0], 2)) * p
+        return springs + matrix + self.k * (1 + power(states[0], 2)) * p
 
-    def dissipated(self, motion, own):
-        a, b = self.slopes(motion, own)
+    def dissipated(self, motion, states):
+        a, b = self.slopes(motion, states)
         return 0.5 * (power(a, 2) + power(b, 2))
     """,
     'POINT, Gain("k", "N/m", "stiffness", shape="number"), '
@@ -106,26 +108,26 @@ TIGHTER = element_text(
 CLUTCH = (
     TIGHTER[: TIGHTER.index("    def longer")]
     + """\
-    def guards(self, motion, own):
+    def guards(self, motion, states):
         return np.array([motion.Theta[1] + self.soft])
 
-    def rates(self, motion, own):
-        return np.array([self.mode[0] * velocity(motion, self.point)[0], 0]) - self.k * own
+    def rates(self, motion, states):
+        return np.array([self.mode[0] * velocity(motion, self.point)[0], 0]) - self.k * states
 
-    def wrench(self, motion, own):
-        return force_at(motion, self.point, np.array([-self.mode[0] * self.k * own[0], 0, 0]))
+    def wrench(self, motion, states):
+        return force_at(motion, self.point, np.array([-self.mode[0] * self.k * states[0], 0, 0]))
 
-    def stored(self, motion, own):
-        return 0.5 * self.k * (own @ own)
+    def stored(self, motion, states):
+        return 0.5 * self.k * (states @ states)
 
-    def dissipated(self, motion, own):
-        return self.k * self.k * (own @ own)
+    def dissipated(self, motion, states):
+        return self.k * self.k * (states @ states)
 """
 )
 """Its energy has no kink, but its force jumps at the switch while the own state is not at rest."""
 
 LINEAR = (
-    ("6 * (exp(self.share(motion, own)) - 1)", "60 * self.share(motion, own)"),
+    ("6 * (exp(self.share(motion, states)) - 1)", "60 * self.share(motion, states)"),
     ("1.8 * (exp(x) - x - 1)", "9 * x * x"),
 )
 """What makes a cord a linear one, with an energy that is quadratic in X and D."""
@@ -139,8 +141,8 @@ def linear(text):
 
 
 def text_of(changes):
-    found = CORD
+    text = CORD
     for old, new in changes.items():
-        assert old in found
-        found = found.replace(old, new)
-    return found
+        assert old in text
+        text = text.replace(old, new)
+    return text

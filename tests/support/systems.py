@@ -65,5 +65,5 @@ def random_Z(rng):
 def random_state(rng, system):
     """Return a random state vector of a system (in `manifold`: not on the constraint manifold)."""
     size = system.coordinates.size
-    own = rng.normal(size=system.size - size) * 0.2
-    return np.concatenate([random_Z(rng)[:size], own])
+    states = rng.normal(size=system.size - size) * 0.2
+    return np.concatenate([random_Z(rng)[:size], states])

@@ -36,9 +36,9 @@ class Collected:
 def chosen_by(target):
     """Return the sets of markers whose tests a target of make runs where there is a browser."""
     recipe = (ROOT / "Makefile").read_text().partition(f"\n{target}: $(READY)")[2]
-    found = re.search(r"-m '(.*?)'", recipe)
-    assert found is not None
-    given = found.group(1)
+    match = re.search(r"-m '(.*?)'", recipe)
+    assert match is not None
+    given = match.group(1)
     expression = given.replace("$(AND_BROWSERLESS)", "").replace("$(BROWSERLESS)", "")
     every = [
         {name for name, there in zip(MARKERS, flags, strict=True) if there}
@@ -60,9 +60,9 @@ def test_what_runs_for_every_change_is_all_but_the_long_tests():
     commands = (ROOT / ".ci" / "run").read_text().splitlines()
     targets = [line.split()[1] for line in commands if line.startswith("make test")]
     assert targets == ["test", "test-heavy"]
-    found = [marks for target in targets for marks in chosen_by(target)]
+    chosen = [marks for target in targets for marks in chosen_by(target)]
     expected = [marks for marks in chosen_by("test-long") if "long" not in marks]
-    assert sorted(map(sorted, found)) == sorted(map(sorted, expected))
+    assert sorted(map(sorted, chosen)) == sorted(map(sorted, expected))
 
 
 def test_the_quick_tests_are_some_of_those_before_a_commit():
@@ -114,7 +114,7 @@ def test_cases_that_use_each_value_once_are_kept():
     ]
     mark_by_time(cases, {"a.py": {"test_b": 0.4 * LIMITS["slow"]}})
     kept = [case.callspec.params for case in cases if not case.marks]
-    assert [{**one, "rng": 0} for one in kept] == [
+    assert [{**params, "rng": 0} for params in kept] == [
         {"variant": "x", "engine": "p", "rng": 0},
         {"variant": "y", "engine": "q", "rng": 0},
     ]

@@ -48,16 +48,16 @@ def energy_of(springs, Theta, X, *, soft=1.0, K_d=None):
     series = K_C if K_d is None else np.linalg.inv(np.linalg.inv(K_C) + np.linalg.inv(K_d))
     A = attitude(Theta)
     E = X + A @ R - R
-    found = (
+    energy = (
         0.5 * X @ K_T @ X
         - np.dot(HEAVY, X)
         + 0.5 * soft * Theta @ K_R @ Theta
         + 0.5 * E @ series @ E
     )
-    for one in springs:
-        length = np.linalg.norm(X + A @ one.point - one.anchor)
-        found += 0.5 * one.stiffness * (length - one.rest_length) ** 2
-    return float(found)
+    for spring in springs:
+        length = np.linalg.norm(X + A @ spring.point - spring.anchor)
+        energy += 0.5 * spring.stiffness * (length - spring.rest_length) ** 2
+    return float(energy)
 
 
 def slope_of(springs, **changes):
@@ -74,17 +74,17 @@ def slope_of(springs, **changes):
     return slope
 
 
-def found_by_scipy(springs, rng, starts, **changes):
+def rest_states_by_scipy(springs, rng, starts, **changes):
     """Return rest states [Θ, X] in the range of eq. 5 that SciPy finds from random starts."""
     slope = slope_of(springs, **changes)
     end = np.array([np.pi, np.pi / 2, np.pi])
-    found = list[Any]()
+    states = list[Any]()
     for _ in range(starts):
         Theta = rng.uniform(-end, end)
         start = np.concatenate([Theta, R - attitude(Theta) @ R + 0.1 * rng.normal(size=3)])
         y = root(slope, start, tol=1e-11).x
         inside = np.all(np.abs(y[:3]) < end - 1e-6)
-        known = any(np.abs(y - other).max() < 1e-4 for other in found)
-        if inside and not known and np.abs(slope(y)).max() < 1e-3:
-            found.append(y)
-    return found
+        listed = any(np.abs(y - other).max() < 1e-4 for other in states)
+        if inside and not listed and np.abs(slope(y)).max() < 1e-3:
+            states.append(y)
+    return states

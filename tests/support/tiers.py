@@ -37,8 +37,8 @@ Seconds = dict[str, dict[str, float]]
 
 def read_seconds():
     """Return the measured times."""
-    found: Seconds = json.loads(SECONDS_FILE.read_text(encoding="utf-8"))
-    return found
+    seconds: Seconds = json.loads(SECONDS_FILE.read_text(encoding="utf-8"))
+    return seconds
 
 
 def names_of(node_id):

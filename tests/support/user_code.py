@@ -30,10 +30,10 @@ def element_text(body, gains='Gain("k", "N/m", "stiffness", shape="number")'):
 
 
 SPRING = element_text("""
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         return force_at_centre(-self.k * motion.X)
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         return 0.5 * self.k * (motion.X @ motion.X)
     """)
 """A linear spring of the centre of gravity."""
@@ -41,16 +41,16 @@ SPRING = element_text("""
 
 TIE = element_text(
     """
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         e = position(motion, self.point) - self.anchor
         f = velocity(motion, self.point)
         return force_at(motion, self.point, -self.K_c @ e - self.L_c @ f)
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         e = position(motion, self.point) - self.anchor
         return 0.5 * (e @ self.K_c @ e)
 
-    def dissipated(self, motion, own):
+    def dissipated(self, motion, states):
         f = velocity(motion, self.point)
         return f @ self.L_c @ f
     """,
@@ -62,19 +62,19 @@ MAXWELL = element_text(
     """
     states = (OwnState("extension", "s", "m", "extension of the spring", size=1),)
 
-    def rates(self, motion, own):
+    def rates(self, motion, states):
         along = line(motion, self.point, self.anchor)
-        return np.array([along.rate]) - self.k / self.c * own
+        return np.array([along.rate]) - self.k / self.c * states
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         along = line(motion, self.point, self.anchor)
-        return force_at(motion, self.point, -self.k * own[0] * along.direction)
+        return force_at(motion, self.point, -self.k * states[0] * along.direction)
 
-    def stored(self, motion, own):
-        return 0.5 * self.k * own[0] * own[0]
+    def stored(self, motion, states):
+        return 0.5 * self.k * states[0] * states[0]
 
-    def dissipated(self, motion, own):
-        return (self.k * own[0]) * (self.k * own[0]) / self.c
+    def dissipated(self, motion, states):
+        return (self.k * states[0]) * (self.k * states[0]) / self.c
     """,
     'POINT, ANCHOR, Gain("k", "N/m", "stiffness", shape="number"), '
     'Gain("c", "N s/m", "damping", shape="number")',
@@ -85,15 +85,15 @@ ROPE = element_text(
     """
     mode_count = 1
 
-    def guards(self, motion, own):
+    def guards(self, motion, states):
         return np.array([line(motion, self.point, self.anchor).length - self.k])
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         along = line(motion, self.point, self.anchor)
         tension = self.mode[0] * (along.length - self.k)
         return force_at(motion, self.point, -tension * along.direction)
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         extension = line(motion, self.point, self.anchor).length - self.k
         return 0.5 * self.mode[0] * extension * extension
     """,
@@ -105,7 +105,7 @@ CREEPING_TIE = Path(__file__).parents[2] / "configs" / "examples" / "creeping_ti
 """The file of the example: an element of users that is the embedded tie of the program."""
 
 
-def mine(**parameters):
+def python_section(**parameters):
     """Return the section of an element whose file `mine.py` has the class `Mine`."""
     return {"kind": "python", "file": "mine.py", "class": "Mine", "parameters": parameters}
 
@@ -140,8 +140,8 @@ def traitor(marker):
     return (
         f"{HEAD}\n{leave}\n\nclass Mine(Element):\n    {leave}\n"
         '    gains = (Gain("k", "N/m", "stiffness", shape="number"),)\n\n'
-        f"    def wrench(self, motion, own):\n        {leave}\n"
+        f"    def wrench(self, motion, states):\n        {leave}\n"
         "        return force_at_centre(-self.k * motion.X)\n\n"
-        f"    def stored(self, motion, own):\n        {leave}\n"
+        f"    def stored(self, motion, states):\n        {leave}\n"
         "        return 0.5 * self.k * (motion.X @ motion.X)\n"
     )

@@ -45,13 +45,13 @@ exact = np.vectorize(mpmath.mpf, otypes=[object])
 
 def statements(system, y):
     """Return all that the first element of a system states of itself."""
-    element, motion, own = system.elements[0], system.motion(y), y[system.coordinates.size :]
+    element, motion, states = system.elements[0], system.motion(y), y[system.coordinates.size :]
     return np.concatenate(
         [
-            *element.wrench(motion, own),
-            [element.stored(motion, own), element.dissipated(motion, own)],
-            element.rates(motion, own),
-            element.guards(motion, own),
+            *element.wrench(motion, states),
+            [element.stored(motion, states), element.dissipated(motion, states)],
+            element.rates(motion, states),
+            element.guards(motion, states),
         ]
     )
 
@@ -84,17 +84,17 @@ def test_complex_numbers_give_the_floats_and_their_derivatives(evaluated):
 def test_fifty_digits_agree_with_floats(evaluated):
     function, system, y = evaluated
     with mpmath.workdps(50):
-        found = function(map_parameters(system, lambda _, value: exact(value)), exact(y))
-    assert relative_error(function(system, y), found.astype(float)) < 1e-14
-    assert function is statements or {type(one) for one in found[-2:]} == {mpmath.mpf}
+        precise = function(map_parameters(system, lambda _, value: exact(value)), exact(y))
+    assert relative_error(function(system, y), precise.astype(float)) < 1e-14
+    assert function is statements or {type(number) for number in precise[-2:]} == {mpmath.mpf}
 
 
 def test_intervals_agree_with_floats_and_hold_the_values_inside_them(evaluated, rng):
     function, system, y = evaluated
     as_balls = map_parameters(system, lambda _, value: arbs(value))
     with ctx.workprec(200):
-        found = np.array([float(arb(entry)) for entry in function(as_balls, arbs(y))])
-    assert relative_error(function(system, y), found) < 1e-14
+        middles = np.array([float(arb(entry)) for entry in function(as_balls, arbs(y))])
+    assert relative_error(function(system, y), middles) < 1e-14
     reach = 1e-3
     box = np.array([arb(entry, reach) for entry in y.tolist()], dtype=object)
     wide = function(as_balls, box)
@@ -115,8 +115,8 @@ def test_symbols_of_the_compiled_engine_agree_with_floats(evaluated):
     unknowns = state_symbols(system.size)
     expressions = [hy.expression(0.0) + entry for entry in function(symbolic, unknowns)]
     compiled = hy.cfunc(expressions, vars=list(unknowns))
-    known = parameter_values(system)
-    assert known.shape == (count,)
+    parameters = parameter_values(system)
+    assert parameters.shape == (count,)
     # heyoka drops the last parameters, which belong to the anchor, where nothing reads them.
-    actual = compiled(y, pars=known[: compiled.nparams])
+    actual = compiled(y, pars=parameters[: compiled.nparams])
     assert relative_error(actual, function(system, y)) < 1e-14

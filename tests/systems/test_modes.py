@@ -48,8 +48,8 @@ def test_modes_are_those_of_the_state(system, y, expected):
 def test_modes_of_complex_numbers_and_of_balls(system, y, expected):
     """A complex step must not change them."""
     assert modes_of(with_modes_at(system, y + 1e-200j)) == expected
-    found = in_balls(lambda: with_modes_at(exact_system(system), balls(y)))
-    assert modes_of(found) == expected
+    in_modes = in_balls(lambda: with_modes_at(exact_system(system), balls(y)))
+    assert modes_of(in_modes) == expected
 
 
 @pytest.mark.parametrize(("speed", "expected"), [(1.0, 1.0), (-1.0, 0.0), (0.0, 0.0)])

@@ -74,26 +74,26 @@ def test_one_row_is_a_new_quantity_everywhere(tmp_path):
     command = [sys.executable, "-c", PROGRAM, ROW, str(tmp_path), json.dumps(data)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
-    assert found["unit"] == "m"
-    assert np.array(found["run"]["tip"]).shape == (41, 3)
+    printed = json.loads(done.stdout)
+    assert printed["unit"] == "m"
+    assert np.array(printed["run"]["tip"]).shape == (41, 3)
     point = np.array([0.0, 0.1, 1.0])
     for engine in ("heyoka", "scipy"):
-        one = {name: np.array(values) for name, values in found[engine].items()}
+        arrays = {name: np.array(values) for name, values in printed[engine].items()}
         expected = [
             X + attitude(Theta) @ point
-            for X, Theta in zip(one["position"], one["orientation"], strict=True)
+            for X, Theta in zip(arrays["position"], arrays["orientation"], strict=True)
         ]
-        np.testing.assert_allclose(one["tip"], expected, rtol=0, atol=1e-12)
-        np.testing.assert_allclose(one["final_tip"][1], one["tip"][-1], rtol=0, atol=1e-12)
-        sampled = np.abs(one["tip"]).max(axis=0)
-        peak = np.abs(one["peak_tip"][1])
+        np.testing.assert_allclose(arrays["tip"], expected, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(arrays["final_tip"][1], arrays["tip"][-1], rtol=0, atol=1e-12)
+        sampled = np.abs(arrays["tip"]).max(axis=0)
+        peak = np.abs(arrays["peak_tip"][1])
         assert (peak >= sampled - 1e-9).all()
         assert (peak <= sampled + 0.02).all()
-        assert (one["peak_tip_error"] < 1e-6).all()
-    ours, theirs = (np.array(found[engine]["peak_tip"]) for engine in ("heyoka", "scipy"))
-    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-7)
-    docs = found["docs"]
+        assert (arrays["peak_tip_error"] < 1e-6).all()
+    compiled, plain = (np.array(printed[engine]["peak_tip"]) for engine in ("heyoka", "scipy"))
+    np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-7)
+    docs = printed["docs"]
     assert "| `tip` | time, axis | m | x_t, end of the axis, inertial |" in docs["quantities"]
     assert "| `final_tip` | run, axis | m | x_t at the end, inertial |" in docs["columns"]
     assert "| `peak_tip` | run, axis | m | x_t farthest from 0, by axis |" in docs["columns"]
@@ -117,8 +117,8 @@ def test_rates_are_derivatives(name, rate, rng):
     system = random_system(rng, "embedded")
     y = random_state(rng, system)
     slope = formula(rate) if rate else PEAKS[name].rate
-    found = along(lambda y: formula(name)(system.observe(y)), y, system.rates(y))
-    assert slope(system.observe(y)) == pytest.approx(found, rel=1e-6, abs=1e-8)
+    rate_of_change = along(lambda y: formula(name)(system.observe(y)), y, system.rates(y))
+    assert slope(system.observe(y)) == pytest.approx(rate_of_change, rel=1e-6, abs=1e-8)
     assert rate is None or BY_NAME[rate].unit == f"{BY_NAME[name].unit}/s"
 
 

@@ -98,13 +98,13 @@ def test_impact_is_the_least_change_in_the_kinetic_metric(rng, name, restitution
     for side in (1.0, -1.0):
         system, y = stopped(rng, name, restitution, side)
         rate = rate_row(system.motion(y)) @ velocities(system, y)
-        found = impact(system, y)
+        struck = impact(system, y)
         expected = nearest_velocities(system, y, -restitution * rate)
-        np.testing.assert_allclose(velocities(system, found.state), expected, atol=1e-10)
-        assert abs(found.rate - rate) < 1e-11
-        before, after = (system.observe(z).energy.sum() for z in (y, found.state))
-        assert abs(before - after - found.lost) < 1e-11 * (1 + before)
-        assert (found.lost > 1e-3) == (restitution < 1)
+        np.testing.assert_allclose(velocities(system, struck.state), expected, atol=1e-10)
+        assert abs(struck.rate - rate) < 1e-11
+        before, after = (system.observe(z).energy.sum() for z in (y, struck.state))
+        assert abs(before - after - struck.lost) < 1e-11 * (1 + before)
+        assert (struck.lost > 1e-3) == (restitution < 1)
 
 
 @EACH
@@ -134,11 +134,11 @@ def test_laid_on_the_stop(rng, name):
     system, y = stopped(rng, name, mode=(0.0, 1.0), side=-1.0)
     moved = y.copy()
     moved[1] += 1e-6
-    found = laid_on_stop(system, moved)
-    assert found[1] == -ANGLE
-    assert abs(pitch.rate(system.motion(found))) < 1e-14
+    laid = laid_on_stop(system, moved)
+    assert laid[1] == -ANGLE
+    assert abs(pitch.rate(system.motion(laid))) < 1e-14
     expected = nearest_velocities(system, y, 0.0)
-    np.testing.assert_allclose(velocities(system, found), expected, atol=1e-4)
+    np.testing.assert_allclose(velocities(system, laid), expected, atol=1e-4)
 
 
 def at_stop(rng, rate, load):
@@ -150,7 +150,7 @@ def at_stop(rng, rate, load):
         holds = False
         mode_count = 0
 
-        def wrench(self, motion, own):
+        def wrench(self, motion, states):
             return couple_on_body(load * motion.B[1])
 
     push = Load(name="push", angle=ANGLE, restitution=0.0)

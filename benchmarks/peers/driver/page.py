@@ -17,7 +17,7 @@ def write_table(rows: list[Row]) -> None:
     """Replace the tables of the page."""
     text = tables(rows)
     print(text)
-    page, places = PLACE.subn(lambda found: found[1] + text + found[2], PAGE.read_text("utf-8"))
+    page, places = PLACE.subn(lambda match: match[1] + text + match[2], PAGE.read_text("utf-8"))
     if places != 1:
         raise ValueError(f"{PAGE} has {places} places for the tables (expected 1)")
     PAGE.write_text(page, "utf-8")
@@ -60,8 +60,8 @@ def processor() -> str:
         text = Path("/proc/cpuinfo").read_text("utf-8")
     except OSError:
         return platform.processor() or platform.machine()
-    found = re.search(r"^model name\s*:\s*(.+)$", text, flags=re.MULTILINE)
-    return found[1].strip() if found else platform.machine()
+    match = re.search(r"^model name\s*:\s*(.+)$", text, flags=re.MULTILINE)
+    return match[1].strip() if match else platform.machine()
 
 
 def _table(head: list[str], rows: list[list[str]]) -> list[str]:
@@ -103,8 +103,10 @@ def _detail(row: Row) -> list[str]:
     return [
         row.peer.title,
         *(
-            "-" if one.setting is None else f"{name} {_setting(one.setting)}, {short(one.error)}"
-            for one in row.measured
+            "-"
+            if measured.setting is None
+            else f"{name} {_setting(measured.setting)}, {short(measured.error)}"
+            for measured in row.measured
         ),
         f"{row.first_result:.0f} s" if row.first_result >= 0.5 else "below 1 s",
     ]

@@ -77,15 +77,22 @@ def measured_rows() -> list[Row]:
         for peer in PEERS:
             try:
                 process = _started(peer, problem, stack)
-                found = list(_settings(process, peer, reference))
-                rows.append(Row(peer, process.versions, process.first_result or 0.0, found))
-                processes.append((process, found))
+                measurements = list(_settings(process, peer, reference))
+                rows.append(Row(peer, process.versions, process.first_result or 0.0, measurements))
+                processes.append((process, measurements))
             except NotInstalledError as error:
                 rows.append(Row(peer, [], 0.0, [], f"not installed: {error}"))
             except PeerError as error:
                 rows.append(Row(peer, [], 0.0, [], f"failed: {error}"))
             print(_line(rows[-1]), flush=True)
-        _time([(process, one) for process, found in processes for one in found if one.members])
+        _time(
+            [
+                (process, measured)
+                for process, measurements in processes
+                for measured in measurements
+                if measured.members
+            ]
+        )
     return rows
 
 
@@ -149,5 +156,7 @@ def _time(pairs: list[tuple[PeerProcess, Measured]]) -> None:
 
 def _line(row: Row) -> str:
     """Return the progress of one peer as text."""
-    found = ", ".join(f"{one.setting} (error {one.error:.1e})" for one in row.measured)
-    return f"{row.peer.title}: {row.failure or found}"
+    settings = ", ".join(
+        f"{measured.setting} (error {measured.error:.1e})" for measured in row.measured
+    )
+    return f"{row.peer.title}: {row.failure or settings}"

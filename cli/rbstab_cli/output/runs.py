@@ -9,9 +9,9 @@ import click
 
 from rbstab.config.schema import Config
 from rbstab.config.warnings import config_warnings
+from rbstab.experiment.answers.assessed_run import AssessedRun
 from rbstab.experiment.answers.check_words import comparison, word_of_check
 from rbstab.experiment.answers.facts import FACTS
-from rbstab.experiment.answers.known_run import KnownRun
 from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.answers.run_answer import RunAnswer
 from rbstab.experiment.answers.wanted import wanted
@@ -45,18 +45,18 @@ def print_statement(name: str, text: str) -> None:
     click.echo(f"  {name + ':':<13}{text}.")
 
 
-def print_answer(answer: RunAnswer, config: Config | None) -> None:
+def print_answer(run_answer: RunAnswer, config: Config | None) -> None:
     """Print the answers of a run: its outcome, what is wanted, and a line for each question."""
-    fg = "green" if answer.outcome.is_good else None
-    print_statement("Outcome", click.style(answer.outcome.sentence, fg=fg))
+    fg = "green" if run_answer.outcome.is_good else None
+    print_statement("Outcome", click.style(run_answer.outcome.sentence, fg=fg))
     print_statement("Desired", str(wanted(config)))
-    for name, found in answer.answers.items():
-        word = click.style(f"{found.sureness}:", fg=COLOURS_OF_ANSWERS.get(str(found.sureness)))
-        print_statement(QUESTIONS[name], f"{word} {found.sentence}")
+    for name, answer in run_answer.answers.items():
+        word = click.style(f"{answer.sureness}:", fg=COLOURS_OF_ANSWERS.get(str(answer.sureness)))
+        print_statement(QUESTIONS[name], f"{word} {answer.sentence}")
 
 
 def print_answers(
-    runs: Sequence[KnownRun], warnings: Mapping[Path, Sequence[str]], command: str
+    runs: Sequence[AssessedRun], warnings: Mapping[Path, Sequence[str]], command: str
 ) -> None:
     """Print the answers of several runs: a table of their words, then their sentences.
 
@@ -94,7 +94,7 @@ def _named(paths: Sequence[Path]) -> str:
 
 
 def print_run_table(
-    runs: Sequence[KnownRun], words: Sequence[str], numbers: Sequence[str], note: str = ""
+    runs: Sequence[AssessedRun], words: Sequence[str], numbers: Sequence[str], note: str = ""
 ) -> None:
     """Print a row for each run: its file and some of its facts, which are words or numbers."""
     facts = [FACTS[name] for name in (*words, *numbers)]
@@ -102,9 +102,9 @@ def print_run_table(
     table = Table("file", *heads, words=heads[: len(words)], numbers=heads[len(words) :])
     for run in runs:
         shown = [fact.of(run) for fact in facts]
-        tones = {COLOURS.get(one.tone) for one in shown[: len(words)]}
+        tones = {COLOURS.get(cell.tone) for cell in shown[: len(words)]}
         style = next((colour for colour in COLOURS.values() if colour in tones), None)
-        table.add(str(run.path), *(one.text for one in shown), style=style)
+        table.add(str(run.path), *(cell.text for cell in shown), style=style)
     table.print(note)
 
 
@@ -123,29 +123,29 @@ def print_certificate(result: Result) -> None:
     for line in lines:
         when = number(line.when) if not math.isnan(line.when) else "-"
         style = "red" if line.verdict == VIOLATED else None
-        found = (word_of_check(line), line.quantity, comparison(line), when)
-        table.add(line.check, *found, style=style)
+        cells = (word_of_check(line), line.quantity, comparison(line), when)
+        table.add(line.check, *cells, style=style)
     if lines:
         table.print()
 
 
-def run_data(run: KnownRun) -> dict[str, Any]:
+def run_data(run: AssessedRun) -> dict[str, Any]:
     """Return the outcome of a run, its attributes, summary, answers and convergence."""
-    attributes, answer, convergence = run.now.attributes, run.answer, run.convergence
-    data: dict[str, Any] = {"outcome": answer.outcome.as_data()} | {
+    attributes, run_answer, convergence = run.now.attributes, run.answer, run.convergence
+    data: dict[str, Any] = {"outcome": run_answer.outcome.as_data()} | {
         name: value for name, value in attributes.items() if name.partition("_")[0] != ATTRIBUTE
     }
     data["checks"] = FACTS["checks"].of(run).text
     data["warnings"] = str(data.get("warnings", "")).splitlines()
     data[ATTRIBUTE] = None if convergence is None else convergence.as_data()
     data["answers"] = {
-        question: {"word": str(found.sureness), "sentence": found.sentence}
-        for question, found in answer.answers.items()
+        question: {"word": str(answer.sureness), "sentence": answer.sentence}
+        for question, answer in run_answer.answers.items()
     }
     return {**data, **run.summary._asdict(), "settling_time": run.settling_time}
 
 
-def own_warnings(result: Result, config: Config) -> list[str]:
+def run_warnings(result: Result, config: Config) -> list[str]:
     """Return the warnings of a result, without those about its config.
 
     A command that reads a config prints the warnings about it at once.

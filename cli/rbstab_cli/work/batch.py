@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from rbstab.config.build import problem_of
 from rbstab.config.load import run_id
 from rbstab.config.schema import Config
+from rbstab.experiment.answers.assessed_run import AssessedRun
 from rbstab.experiment.answers.check_words import comparison
-from rbstab.experiment.answers.known_run import KnownRun
 from rbstab.experiment.convergence.convergence import Enclose
 from rbstab.experiment.proof_cache import OLDER, cached_proof, is_older, proof_for
 from rbstab.experiment.run_certificate import CERTIFIED_REGION, GLOBAL_STABILITY
@@ -38,11 +38,11 @@ class Finished(NamedTuple):
     proof: "Proof | None"
 
     @property
-    def known(self) -> KnownRun:
+    def run_with_proof(self) -> AssessedRun:
         """The run with all that is known of it."""
-        known = KnownRun(self.run.path, self.run.result, self.config)
-        known.proof = self.proof
-        return known
+        run = AssessedRun(self.run.path, self.run.result, self.config)
+        run.proof = self.proof
+        return run
 
 
 class Batch:
@@ -155,5 +155,5 @@ class Batch:
         proved = {GLOBAL_STABILITY, CERTIFIED_REGION}
         for line in certificate_lines(result):
             if line.verdict == VIOLATED and line.check not in proved:
-                found = f"{line.check}: {line.quantity}: {comparison(line)}"
-                say(f"{label}: the Lyapunov argument fails: {found}")
+                failure = f"{line.check}: {line.quantity}: {comparison(line)}"
+                say(f"{label}: the Lyapunov argument fails: {failure}")

@@ -9,14 +9,14 @@ def cache(clear: bool) -> None:
         from rbstab.integrate.heyoka.disk_cache import cache_size, clear_cache
     except ImportError as error:
         raise click.UsageError(f"the engine heyoka cannot be used here: {error}") from error
-    found = cache_size()
-    if clear and found is not None:
+    usage = cache_size()
+    if clear and usage is not None:
         clear_cache()
-    if found is None:
+    if usage is None:
         click.echo(
             "No compiled code is kept: this version of heyoka cannot, or there is no cache folder "
             "(HEYOKA_CACHE_DIR names one)."
         )
         return
-    size, limit = f"{found.size / 1e6:.1f} MB", f"{found.limit / 1e6:.0f} MB"
-    click.echo(f"{found.folder}: {f'removed {size}' if clear else f'{size} of at most {limit}'}")
+    size, limit = f"{usage.size / 1e6:.1f} MB", f"{usage.limit / 1e6:.0f} MB"
+    click.echo(f"{usage.folder}: {f'removed {size}' if clear else f'{size} of at most {limit}'}")

@@ -30,28 +30,28 @@ def check(
         load_it = load_plan if is_plan(path) else load_config
         return load_it(path, changes, allow_python=allow_python)
 
-    found = loaded(configs, load)
+    contents = loaded(configs, load)
     print_warnings(
         (str(path), config)
-        for path, one in found.items()
-        for config in (one.bases.values() if isinstance(one, Plan) else [one])
+        for path, content in contents.items()
+        for config in (content.bases.values() if isinstance(content, Plan) else [content])
     )
-    for path, one in found.items():
-        click.echo(f"{path}: valid: {_facts(one)}")
+    for path, content in contents.items():
+        click.echo(f"{path}: valid: {_facts(content)}")
     # Each file is tested, also after one that is wrong.
     wrong = [path for path in elements if not _holds(path)]
     return exit_codes.USAGE if wrong else exit_codes.OK
 
 
-def _facts(found: Config | Plan) -> str:
+def _facts(content: Config | Plan) -> str:
     """Return what is said of a valid config or plan."""
-    if isinstance(found, Plan):
-        members, variants = counted(found.members, "member"), ", ".join(found.variants)
-        return f"{Kind.PLAN.words}, {members}, {variants}, sweep id {plan_id(found)}"
-    variant, integration = found.controller.variant, found.integration
+    if isinstance(content, Plan):
+        members, variants = counted(content.members, "member"), ", ".join(content.variants)
+        return f"{Kind.PLAN.words}, {members}, {variants}, sweep id {plan_id(content)}"
+    variant, integration = content.controller.variant, content.integration
     return (
         f"{variant}, coordinates {integration.coordinates}, engine {integration.engine}, "
-        f"run id {run_id(found)}"
+        f"run id {run_id(content)}"
     )
 
 

@@ -24,8 +24,8 @@ def examples(words: tuple[str, ...], output: Path, every: bool) -> None:
         return
     table = Table("name", "kind", "title", words=("name", "kind"))
     for name in names():
-        found = described(name)
-        table.add(name, "plan" if found.is_plan else "config", found.title)
+        example = described(name)
+        table.add(name, "plan" if example.is_plan else "config", example.title)
     table.print()
     say("Copy: rbstab examples NAME...")
 

@@ -12,7 +12,7 @@ from rbstab.experiment.summary import at_least
 from rbstab.experiment.tuning.guard import ANY_ANGLES, SOFT_ANGLE, Guarded, RunOutcome
 from rbstab.experiment.tuning.guard import guard as guarded
 from rbstab_cli import exit_codes
-from rbstab_cli.inputs import load_one
+from rbstab_cli.inputs import load_single_config
 from rbstab_cli.output.files import new_config, write_file
 from rbstab_cli.output.progress import working
 from rbstab_cli.printing import Table, print_json, say
@@ -40,32 +40,32 @@ def guard(
     """Search for a guard, print what it changes in the run, and write the config with it."""
     _check_options(method, soft_angle, limit)
     target = new_config(config, output, "_guarded", force=force)
-    loaded = load_one(config, changes, allow_python=allow_python)
+    loaded = load_single_config(config, changes, allow_python=allow_python)
     angle = SOFT_ANGLE if soft_angle is None else soft_angle
     with working(f"{config.name}: guard") as work:
 
         def tried(stiffness: float, outcome: str) -> None:
             work.hint(f"k = {stiffness:g} N m: {outcome}")
 
-        found = guarded(loaded, method, angle, limit, tried)
-    accepted = found.config is not None and found.limit_kept is not False
-    if found.config is not None and accepted:
-        write_file(target, resolved_yaml(found.config), force=force)
+        design = guarded(loaded, method, angle, limit, tried)
+    accepted = design.config is not None and design.limit_kept is not False
+    if design.config is not None and accepted:
+        write_file(target, resolved_yaml(design.config), force=force)
     if as_json:
         file = str(target) if accepted else None
-        print_json({"file": file, "method": method, **_data(found, method, angle, limit)})
+        print_json({"file": file, "method": method, **_data(design, method, angle, limit)})
     else:
-        _print(found, method, limit)
-    if found.strength == 0:
+        _print(design, method, limit)
+    if design.strength == 0:
         say(f"{config}: keeps the range without a guard: proved; nothing is written")
     elif not accepted:
-        say(f"{config}: {_why_none(found, method, limit)}; nothing is written")
+        say(f"{config}: {_why_none(design, method, limit)}; nothing is written")
         return exit_codes.NOT_COMPLETED
-    elif found.kept is None:
+    elif design.kept is None:
         say(f"{config}: every start in the range converges: proved -> {target}")
     else:
         say(f"{config}: this start keeps the range: proved -> {target}")
-        say(f"{config}: convergence {found.kept.convergence}")
+        say(f"{config}: convergence {design.kept.convergence}")
     return exit_codes.OK
 
 
@@ -80,23 +80,25 @@ def _check_options(method: str, soft_angle: float | None, limit: float | None) -
         raise click.UsageError(f"--limit is {limit:g} (expected a couple above 0, N m)")
 
 
-def _exceeds(found: Guarded, limit: float | None) -> bool:
+def _exceeds(design: Guarded, limit: float | None) -> bool:
     """Whether the couple is larger than the limit in the run itself."""
-    return found.guarded is not None and limit is not None and found.guarded.largest_couple > limit
+    return (
+        design.guarded is not None and limit is not None and design.guarded.largest_couple > limit
+    )
 
 
-def _why_none(found: Guarded, method: str, limit: float | None) -> str:
+def _why_none(design: Guarded, method: str, limit: float | None) -> str:
     """Return why nothing is written."""
-    if found.config is not None and (found.guarded is None or _exceeds(found, limit)):
+    if design.config is not None and (design.guarded is None or _exceeds(design, limit)):
         return f"the couple exceeds the limit of {limit:g} N m in the run"
-    if found.config is not None:
+    if design.config is not None:
         return (
             f"the samples do not show the largest |θ2|, so the couple may exceed the limit of "
             f"{limit:g} N m between them; raise integration.samples"
         )
     if method != BARRIER:
-        return f"no guard was found: {found.reason}"
-    if found.tried and ANY_ANGLES in found.tried[-1][1]:
+        return f"no guard was found: {design.reason}"
+    if design.tried and ANY_ANGLES in design.tried[-1][1]:
         return (
             f"no barrier was found. Every start can converge to one rest state only if there is no "
             f"other {ANY_ANGLES}; a barrier keeps only θ2. For this start alone: --method stiff"
@@ -104,17 +106,17 @@ def _why_none(found: Guarded, method: str, limit: float | None) -> str:
     return "no barrier was found"
 
 
-def _print(found: Guarded, method: str, limit: float | None) -> None:
+def _print(design: Guarded, method: str, limit: float | None) -> None:
     """Print the run of the given config beside that with the guard, and what is proved."""
     numbers = ("given", "guarded")
     table = Table("quantity", *numbers, numbers=numbers)
-    strength = "none was found" if found.strength is None else number(found.strength)
+    strength = "none was found" if design.strength is None else number(design.strength)
     table.add(STRENGTHS[method], "-", strength)
-    given = _facts(found.given)
-    other = dict.fromkeys(given, "-") if found.guarded is None else _facts(found.guarded)
+    given = _facts(design.given)
+    other = dict.fromkeys(given, "-") if design.guarded is None else _facts(design.guarded)
     for name, text in given.items():
         table.add(name, text, other[name])
-    for name, text in _proved(found, limit).items():
+    for name, text in _proved(design, limit).items():
         table.add(name, "-", text)
     table.print()
 
@@ -137,50 +139,50 @@ def _facts(outcome: RunOutcome) -> dict[str, str]:
     }
 
 
-def _proved(found: Guarded, limit: float | None) -> dict[str, str]:
+def _proved(design: Guarded, limit: float | None) -> dict[str, str]:
     """Return what is proved with a soft guard, by labels."""
-    if found.kept is None or found.couple_bound is None:
+    if design.kept is None or design.couple_bound is None:
         return {}
     rows = {
-        "energy at the start [J]": number(found.kept.energy),
-        "keeps the range below, proved [J]": number(found.kept.energy_bound),
-        "couple in any such motion at most [N m]": number(found.couple_bound),
+        "energy at the start [J]": number(design.kept.energy),
+        "keeps the range below, proved [J]": number(design.kept.energy_bound),
+        "couple in any such motion at most [N m]": number(design.couple_bound),
     }
     if limit is None:
         return rows
-    word = "in this run" if found.limit_kept else "not known"
-    if found.couple_bound <= limit:
+    word = "in this run" if design.limit_kept else "not known"
+    if design.couple_bound <= limit:
         word = "proved"
-    if _exceeds(found, limit):
+    if _exceeds(design, limit):
         word = "no"
     return rows | {f"couple stays below {limit:g} N m": word}
 
 
-def _data(found: Guarded, method: str, soft_angle: float, limit: float | None) -> dict[str, Any]:
+def _data(design: Guarded, method: str, soft_angle: float, limit: float | None) -> dict[str, Any]:
     """Return what was found, as plain data."""
     runs = {
-        "given": found.given._asdict(),
-        "guarded": None if found.guarded is None else found.guarded._asdict(),
+        "given": design.given._asdict(),
+        "guarded": None if design.guarded is None else design.guarded._asdict(),
     }
     if method == BARRIER:
-        tried = [{"stiffness": k, "outcome": outcome} for k, outcome in found.tried]
-        return {"stiffness": found.strength, "tried": tried, **runs}
-    kept, proved = found.kept, None
+        tried = [{"stiffness": k, "outcome": outcome} for k, outcome in design.tried]
+        return {"stiffness": design.strength, "tried": tried, **runs}
+    kept, proved = design.kept, None
     if kept is not None:
         proved = {
             "keeps_range": True,
             "energy": kept.energy,
             "energy_bound": kept.energy_bound,
-            "couple_bound": found.couple_bound,
+            "couple_bound": design.couple_bound,
             "converges": bool(kept.states),
             "rest_orientations": [state.orientation for state in kept.states],
         }
     return {
         "soft_angle": soft_angle,
-        "couple" if method == "repelling" else "stiffness": found.strength,
+        "couple" if method == "repelling" else "stiffness": design.strength,
         "proved": proved,
-        "reason": found.reason or (kept.reason if kept is not None else ""),
+        "reason": design.reason or (kept.reason if kept is not None else ""),
         "limit": limit,
-        "below_limit": found.limit_kept,
+        "below_limit": design.limit_kept,
         **runs,
     }

@@ -7,7 +7,7 @@ import click
 from rbstab.config.errors import hint
 from rbstab.config.schema import VARIANTS
 from rbstab.elements.user_code.template import TEMPLATE
-from rbstab.files.shell_words import one_after_the_other, shell_word
+from rbstab.files.shell_words import chained_commands, shell_word
 from rbstab.packaged.first_steps import CONFIG_FILE, first_files
 from rbstab_cli.output.files import write_file, write_new_files
 from rbstab_cli.printing import say
@@ -19,13 +19,13 @@ def init(folder: Path, variant: str, element: Path | None, force: bool) -> None:
         _write_element(element, force=force)
         return
     if variant not in VARIANTS:
-        one_of = f"'{variant}' is not one of {', '.join(VARIANTS)}{hint(variant, VARIANTS)}"
-        raise click.BadParameter(one_of, param_hint="'--variant'")
+        message = f"'{variant}' is not one of {', '.join(VARIANTS)}{hint(variant, VARIANTS)}"
+        raise click.BadParameter(message, param_hint="'--variant'")
     texts = {name: text.encode() for name, text in first_files(variant).items()}
     write_new_files(folder, texts, elsewhere=f"rbstab init FOLDER --variant {variant}")
     following = f"rbstab run {CONFIG_FILE}"
     if folder != Path():
-        following = one_after_the_other(f"cd {shell_word(folder)}", following)
+        following = chained_commands(f"cd {shell_word(folder)}", following)
     say(f"Next: {following}")
 
 

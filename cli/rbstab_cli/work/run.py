@@ -7,8 +7,8 @@ import click
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE
 from rbstab.config.schema import Config
+from rbstab.experiment.answers.assessed_run import AssessedRun
 from rbstab.experiment.answers.facts import FACTS
-from rbstab.experiment.answers.known_run import KnownRun
 from rbstab.experiment.answers.rest_modes import rest_modes
 from rbstab.experiment.answers.rounded import NO_VALUE
 from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN, STARTS_AT_REST
@@ -17,12 +17,12 @@ from rbstab_cli import exit_codes
 from rbstab_cli.inputs import load_configs, load_members, refuse_engine_change
 from rbstab_cli.output.files import check_proofs_folder, check_results_folder
 from rbstab_cli.output.runs import (
-    own_warnings,
     print_answers,
     print_result_warnings,
     print_run_table,
     print_statement,
     run_data,
+    run_warnings,
 )
 from rbstab_cli.printing import hint, is_quiet, print_json
 from rbstab_cli.work.batch import MAX_NAMED, Batch, Finished
@@ -56,8 +56,8 @@ def run(
     if members:
         loaded = load_members(configs, members, changes, output, allow_python=allow_python)
     else:
-        found = load_configs(configs, changes, allow_python=allow_python)
-        loaded = {(str(path), path.stem): config for path, config in found.items()}
+        configs_by_path = load_configs(configs, changes, allow_python=allow_python)
+        loaded = {(str(path), path.stem): config for path, config in configs_by_path.items()}
     jobs = _by_target(loaded, output)
     tried = check_results_folder(output, jobs, force=force)
     if tried and prove is not False:
@@ -69,12 +69,12 @@ def run(
             batch.run(label, config, target)
         if not printed:
             printed = True
-            _print_table([finished.known for finished in batch.finished])
+            _print_table([finished.run_with_proof for finished in batch.finished])
         batch.prove_all()
     except KeyboardInterrupt:
         batch.say_interrupted(len(jobs))
     if not printed:
-        _print_table([finished.known for finished in batch.finished])
+        _print_table([finished.run_with_proof for finished in batch.finished])
     _print_answers(batch.finished, as_json=as_json)
     if batch.finished and batch.exit_code != exit_codes.INTERRUPTED:
         paths = [shell_word(finished.run.path) for finished in batch.finished]
@@ -103,7 +103,7 @@ def _by_target(
     return jobs
 
 
-def _print_table(runs: Sequence[KnownRun]) -> None:
+def _print_table(runs: Sequence[AssessedRun]) -> None:
     """Print the numbers of runs: a row for each, and what the column `at rest from` means."""
     if not runs:
         return
@@ -125,18 +125,18 @@ def _print_answers(finished: list[Finished], *, as_json: bool) -> None:
     The warnings of the results go to stderr, unless the command is quiet.
     """
     shown = [] if is_quiet() else finished
-    warnings = {f.run.path: own_warnings(f.run.result, f.config) for f in shown}
-    runs = [one.known for one in finished]
+    warnings = {f.run.path: run_warnings(f.run.result, f.config) for f in shown}
+    runs = [job.run_with_proof for job in finished]
     if as_json:
-        computed = [one.run.computed for one in finished]
+        computed = [job.run.computed for job in finished]
         print_json(
             [
                 {"file": str(run.path), "computed": now, **run_data(run)}
                 for run, now in zip(runs, computed, strict=True)
             ]
         )
-        for path, own in warnings.items():
-            print_result_warnings(path, own)
+        for path, texts in warnings.items():
+            print_result_warnings(path, texts)
         return
     # CONFIG alone would leave out -o, --set and --member.
     print_answers(runs, warnings, REPEATED)

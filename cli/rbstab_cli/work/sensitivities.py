@@ -6,7 +6,7 @@ from typing import Any
 from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.tuning.sensitivities import Sensitivities
 from rbstab.experiment.tuning.sensitivities import sensitivities as derivatives_of
-from rbstab_cli.inputs import load_one
+from rbstab_cli.inputs import load_single_config
 from rbstab_cli.output.files import check_target, write_file
 from rbstab_cli.output.progress import working
 from rbstab_cli.printing import Table, as_json_text, print_json, say
@@ -26,27 +26,34 @@ def sensitivities(
     """Compute the derivatives and print them."""
     if output is not None:
         check_target(output, force=force)
-    loaded = load_one(config, changes, allow_python=allow_python)
+    loaded = load_single_config(config, changes, allow_python=allow_python)
     with working(f"{config.name}: sensitivities"):
-        found = derivatives_of(loaded)
-    if not found.settles:
+        sensitivity = derivatives_of(loaded)
+    if not sensitivity.settles:
         say(f"{config}: the run does not settle, so it has no settling time")
-    data = {"config": str(config), "title": loaded.title, **_data(found)}
+    data = {"config": str(config), "title": loaded.title, **_data(sensitivity)}
     if output is not None:
         write_file(output, as_json_text(data) + "\n", force=force)
     if as_json:
         print_json(data)
     else:
-        _print_tables(found)
+        _print_tables(sensitivity)
 
 
-def _data(found: Sensitivities) -> dict[str, Any]:
-    names = [quantity.name for quantity in found.quantities]
-    rows = zip(found.entries, found.derivatives.tolist(), found.relative.tolist(), strict=True)
+def _data(sensitivity: Sensitivities) -> dict[str, Any]:
+    names = [quantity.name for quantity in sensitivity.quantities]
+    rows = zip(
+        sensitivity.entries,
+        sensitivity.derivatives.tolist(),
+        sensitivity.relative.tolist(),
+        strict=True,
+    )
     return {
         "quantities": [
             {**quantity._asdict(), "value": value}
-            for quantity, value in zip(found.quantities, found.values.tolist(), strict=True)
+            for quantity, value in zip(
+                sensitivity.quantities, sensitivity.values.tolist(), strict=True
+            )
         ],
         "parameters": [
             {
@@ -60,25 +67,25 @@ def _data(found: Sensitivities) -> dict[str, Any]:
     }
 
 
-def _print_tables(found: Sensitivities) -> None:
-    shown = [quantity for quantity in found.quantities if quantity.name in IN_TABLES]
-    columns = [found.column(quantity.name) for quantity in shown]
+def _print_tables(sensitivity: Sensitivities) -> None:
+    shown = [quantity for quantity in sensitivity.quantities if quantity.name in IN_TABLES]
+    columns = [sensitivity.column(quantity.name) for quantity in shown]
     table = Table("quantity", "value", numbers=("value",))
     for quantity, column in zip(shown, columns, strict=True):
-        table.add(f"{quantity.name} [{quantity.unit}]", number(found.values[column]))
+        table.add(f"{quantity.name} [{quantity.unit}]", number(sensitivity.values[column]))
     table.print()
     names = [quantity.name.replace("contact_displacement", "E") for quantity in shown]
     units = [f" [{quantity.unit}]" for quantity in shown]
-    order = found.by_importance([quantity.name for quantity in shown])
+    order = sensitivity.by_importance([quantity.name for quantity in shown])
     for title, values, ends in (
-        ("relative", found.relative, [""] * len(shown)),
-        ("per unit", found.derivatives, units),
+        ("relative", sensitivity.relative, [""] * len(shown)),
+        ("per unit", sensitivity.derivatives, units),
     ):
         first = f"{title}: parameter"
         numbers = ("value", *map(str.__add__, names, ends))
         table = Table(first, *numbers, words=(first,), numbers=numbers)
         for index in order:
-            entry = found.entries[index]
+            entry = sensitivity.entries[index]
             cells = [number(values[index, column], 3) for column in columns]
             table.add(entry.key, number(entry.value, 6), *cells)
         table.print()

@@ -11,7 +11,7 @@ from rbstab.experiment.answers.rounded import number
 from rbstab.experiment.tuning.tune import Tuned
 from rbstab.experiment.tuning.tune import tune as tuned
 from rbstab_cli import exit_codes
-from rbstab_cli.inputs import load_one
+from rbstab_cli.inputs import load_single_config
 from rbstab_cli.output.files import new_config, write_file
 from rbstab_cli.output.progress import working
 from rbstab_cli.printing import Table, print_json, say
@@ -31,18 +31,18 @@ def tune(
     """Search for better gains, write the config with them, and print what was found."""
     factors = _bounds(bounds)
     target = new_config(config, output, "_tuned", force=force)
-    loaded = load_one(config, changes, allow_python=allow_python)
+    loaded = load_single_config(config, changes, allow_python=allow_python)
     with working(f"{config.name}: tuning"):
-        found = tuned(loaded, objective, ",".join(overs).split(","), factors)
-    if found.better:
-        write_file(target, resolved_yaml(found.config), force=force)
+        tuning = tuned(loaded, objective, ",".join(overs).split(","), factors)
+    if tuning.better:
+        write_file(target, resolved_yaml(tuning.config), force=force)
     if as_json:
-        print_json(_data(found, target))
+        print_json(_data(tuning, target))
     else:
-        _print(found)
-    if found.better:
+        _print(tuning)
+    if tuning.better:
         say(f"{config}: found a better config -> {target}")
-    elif math.isfinite(found.value):
+    elif math.isfinite(tuning.value):
         say(f"{config}: no better config was found; nothing is written")
     else:
         say(f"{config}: no run completed and settled; nothing is written")
@@ -62,34 +62,34 @@ def _bounds(text: str) -> tuple[float, float]:
     return bounds
 
 
-def _print(found: Tuned) -> None:
+def _print(tuning: Tuned) -> None:
     numbers = ("given", "tuned", "factor")
     table = Table("quantity", *numbers, numbers=numbers)
-    objective = found.objective
+    objective = tuning.objective
     # The objective of a run that fails, or does not settle, is infinite.
     values = [
         number(value) if math.isfinite(value) else "not in this run"
-        for value in (found.given, found.value)
+        for value in (tuning.given, tuning.value)
     ]
-    ratio = "-" if found.given in {0.0, math.inf} else number(found.value / found.given)
+    ratio = "-" if tuning.given in {0.0, math.inf} else number(tuning.value / tuning.given)
     table.add(f"{objective.name} {objective.symbol} [{objective.unit}]", *values, ratio)
-    for scaling, factor in zip(found.scalings, found.factors, strict=True):
+    for scaling, factor in zip(tuning.scalings, tuning.factors, strict=True):
         for entry in scaling.entries:
             gains = (entry.value, entry.value * factor)
             table.add(entry.key, *(number(gain, 6) for gain in gains), number(factor))
     table.print()
-    say(f"{found.runs} runs, {found.failures} of them failed")
+    say(f"{tuning.runs} runs, {tuning.failures} of them failed")
 
 
-def _data(found: Tuned, target: Path) -> dict[str, Any]:
+def _data(tuning: Tuned, target: Path) -> dict[str, Any]:
     return {
-        "file": str(target) if found.better else None,
-        "objective": found.objective.name,
-        "unit": found.objective.unit,
-        "given": found.given,
-        "tuned": found.value,
-        "better": found.better,
-        "factors": dict(zip((s.key for s in found.scalings), found.factors, strict=True)),
-        "runs": found.runs,
-        "failures": found.failures,
+        "file": str(target) if tuning.better else None,
+        "objective": tuning.objective.name,
+        "unit": tuning.objective.unit,
+        "given": tuning.given,
+        "tuned": tuning.value,
+        "better": tuning.better,
+        "factors": dict(zip((s.key for s in tuning.scalings), tuning.factors, strict=True)),
+        "runs": tuning.runs,
+        "failures": tuning.failures,
     }

@@ -37,7 +37,7 @@ class Checked(NamedTuple):
 
     path: Path
     proof: Proof
-    found: Verification
+    verification: Verification
 
 
 def verify(
@@ -63,17 +63,17 @@ def verify(
     if second:
         require("second", "--second", "codac")
     files, others = _files(proofs, config)
-    found: list[Checked] = []
+    readable: list[Checked] = []
     for path in files:
-        one = _checked(path, config, second=second)
+        checked = _checked(path, config, second=second)
         # A damaged proof does not stop the others.
-        if one is not None:
-            found.append(one)
+        if checked is not None:
+            readable.append(checked)
             if not as_json:
-                _print(one, alone=len(files) == 1, several=several)
-    claiming = [one for one in found if not (several and one.proof.claims_nothing)]
-    good = [one for one in claiming if one.found.verified]
-    silent = len(found) - len(claiming)
+                _print(checked, alone=len(files) == 1, several=several)
+    claiming = [checked for checked in readable if not (several and checked.proof.claims_nothing)]
+    good = [checked for checked in claiming if checked.verification.verified]
+    silent = len(readable) - len(claiming)
     count = len(files) - silent
     if certificate is not None and claiming:
         write_file(certificate, as_json_text(_certificate(claiming[0])) + "\n", force=force)
@@ -87,17 +87,17 @@ def verify(
     return _exit_code(claiming, count)
 
 
-def _exit_code(checked: Sequence[Checked], count: int) -> int:
+def _exit_code(proofs: Sequence[Checked], count: int) -> int:
     """Return the exit code: whether a proof is refused or unread, or else takes too long.
 
     Args:
-        checked: The proofs that could be read.
+        proofs: The proofs that could be read.
         count: How many proofs there are.
     """
-    left = [one.found for one in checked if not one.found.verified]
-    if left and all(found.takes_too_long for found in left):
+    left = [checked.verification for checked in proofs if not checked.verification.verified]
+    if left and all(verification.takes_too_long for verification in left):
         return exit_codes.TOO_LONG
-    return exit_codes.OK if 0 < len(checked) - len(left) == count else exit_codes.STORAGE
+    return exit_codes.OK if 0 < len(proofs) - len(left) == count else exit_codes.STORAGE
 
 
 def _counted(named: Sequence[Path], good: int, count: int, silent: int, others: int) -> str:
@@ -163,11 +163,11 @@ def _proofs_of_folder(folder: Path, config: Config | None) -> tuple[list[Path], 
         StoreError: The folder cannot be read.
     """
     place = folder if folder.absolute().name == PROOFS else folder / PROOFS
-    found: list[Path] = []
+    paths: list[Path] = []
     with store_errors(place, "read"), suppress(FileNotFoundError, NotADirectoryError):
-        found = sorted(path for path in place.iterdir() if path.suffix == ".json")
-    files = [path for path in found if not path.name.startswith(WITHIN_TOLERANCES)]
-    others = len(found) - len(files)
+        paths = sorted(path for path in place.iterdir() if path.suffix == ".json")
+    files = [path for path in paths if not path.name.startswith(WITHIN_TOLERANCES)]
+    others = len(paths) - len(files)
     if config is not None:
         name = proof_file(folder, config).name
         files = [path for path in files if path.name == name]
@@ -200,26 +200,27 @@ def _refuse_others(path: Path) -> None:
     )
 
 
-def _data(one: Checked) -> dict[str, Any]:
+def _data(checked: Checked) -> dict[str, Any]:
     """Return the findings as data for JSON."""
     keys = ("about", "claim", "verified", "text", "boxes")
     return {
-        "proof": str(one.path),
-        "id": one.proof.id,
-        "verified": one.found.verified,
-        "too_long": one.found.takes_too_long,
+        "proof": str(checked.path),
+        "id": checked.proof.id,
+        "verified": checked.verification.verified,
+        "too_long": checked.verification.takes_too_long,
         "findings": [
-            {key: getattr(finding, key) for key in keys} for finding in one.found.findings
+            {key: getattr(finding, key) for key in keys}
+            for finding in checked.verification.findings
         ],
-        "unchecked": one.found.unchecked,
+        "unchecked": checked.verification.unchecked,
     }
 
 
-def _certificate(one: Checked) -> dict[str, Any]:
+def _certificate(checked: Checked) -> dict[str, Any]:
     """Return all covers as data for JSON; docs/proofs.md describes them."""
     return {
-        "id": one.proof.id,
-        "verified": one.found.verified,
+        "id": checked.proof.id,
+        "verified": checked.verification.verified,
         "covers": [
             {
                 "about": finding.about,
@@ -229,7 +230,7 @@ def _certificate(one: Checked) -> dict[str, Any]:
                 "places": cover.places,
                 "tree": " ".join(cover.tree),
             }
-            for finding in one.found.findings
+            for finding in checked.verification.findings
             for place, cover in finding.covers.items()
         ],
     }
@@ -243,38 +244,39 @@ def _boxes(count: int) -> str:
     return f" ({grouped(count)} boxes)" if count else ""
 
 
-def _print(one: Checked, *, alone: bool, several: bool) -> None:
+def _print(checked: Checked, *, alone: bool, several: bool) -> None:
     """Print all findings on a proof; one of several that is verified, or claims nothing, is a line.
 
     Args:
-        one: The proof.
+        checked: The proof.
         alone: Whether no other proof is checked.
         several: Whether more than one file, or a folder, was named: a summary follows.
     """
-    found = one.found
-    silent = several and one.proof.claims_nothing
-    click.echo(f"{one.path}: {f'claims nothing: {one.proof.outcome}' if silent else found.outcome}")
-    if silent or (found.verified and not alone):
+    verification = checked.verification
+    silent = several and checked.proof.claims_nothing
+    outcome = f"claims nothing: {checked.proof.outcome}" if silent else verification.outcome
+    click.echo(f"{checked.path}: {outcome}")
+    if silent or (verification.verified and not alone):
         click.echo("\n" if silent else "", nl=False)
         return
     about = None
-    for finding in found.findings:
+    for finding in verification.findings:
         if finding.about != about:
             about = finding.about
             click.echo(f"\n  {_upper(about)}")
-        refused = "not decided" if found.takes_too_long else "REFUSED"
+        refused = "not decided" if verification.takes_too_long else "REFUSED"
         verdict = "checked" if finding.verified else refused
         end = f"{_boxes(finding.boxes)}. {finding.text}"
         click.echo(f"    {_upper(finding.claim)}: {verdict}{end}")
-    _print_unchecked([one])
+    _print_unchecked([checked])
     if several:
         click.echo()
 
 
-def _print_claims(checked: Sequence[Checked]) -> None:
+def _print_claims(proofs: Sequence[Checked]) -> None:
     """Print how many claims of each kind were checked in verified proofs, and what was not."""
     claims, boxes = Counter[str](), Counter[str]()
-    for finding in (finding for one in checked for finding in one.found.findings):
+    for finding in (finding for checked in proofs for finding in checked.verification.findings):
         # `region of rest state 2` is of the same kind as that of another rest state.
         kind = f"{finding.about}: {NUMBER.sub('N', finding.claim)}"
         claims[kind] += 1
@@ -283,14 +285,14 @@ def _print_claims(checked: Sequence[Checked]) -> None:
         click.echo("\n  Checked")
     for kind, count in claims.items():
         click.echo(f"    {_upper(kind)}: {count}{_boxes(boxes[kind])}")
-    _print_unchecked(checked)
+    _print_unchecked(proofs)
     click.echo()
 
 
-def _print_unchecked(checked: Sequence[Checked]) -> None:
+def _print_unchecked(proofs: Sequence[Checked]) -> None:
     """Print what was not checked, and of how many proofs if not of all."""
-    texts = Counter(text for one in checked for text in one.found.unchecked)
+    texts = Counter(text for checked in proofs for text in checked.verification.unchecked)
     if texts:
         click.echo("\n  Not checked")
     for text, count in texts.items():
-        click.echo(f"    {text}" if count == len(checked) else f"    {text} ({count} proofs)")
+        click.echo(f"    {text}" if count == len(proofs) else f"    {text} ({count} proofs)")

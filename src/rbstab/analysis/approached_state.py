@@ -44,7 +44,7 @@ class LyapunovZero(NamedTuple):
 def lyapunov_zero(
     system: System,
     motion: Motion,
-    own: Array,
+    element_states: Array,
     nearest: RestState,
     is_late: Callable[[], bool] = lambda: False,
 ) -> LyapunovZero:
@@ -57,23 +57,23 @@ def lyapunov_zero(
     Args:
         system: The smooth system of the problem.
         motion: The last sample of the motion.
-        own: The own states of the elements there.
+        element_states: The own states of the elements there.
         nearest: The rest state nearest to the unloaded position. If the motion approaches it, this
             object itself is returned, so that v does not depend on where the descent began.
         is_late: Returns whether the descent must end now; then it has found nothing.
     """
     acting = as_at_rest(system)
     at_rest = configurations(acting)
-    found = rest_state_below(at_rest, at_rest.configuration(motion, own), is_late)
-    if found is None:
+    rest = rest_state_below(at_rest, at_rest.configuration(motion, element_states), is_late)
+    if rest is None:
         return LyapunovZero(nearest, approached=False, is_lowest=True)
-    found = energy_in(system, found, acting)
-    lower = nearest.is_at_rest and is_lower(nearest.energy, found.energy)
-    higher = nearest.is_at_rest and is_lower(found.energy, nearest.energy)
-    close = nearest.is_at_rest and _distance(at_rest, found, nearest) < SAME_STATE
+    rest = energy_in(system, rest, acting)
+    lower = nearest.is_at_rest and is_lower(nearest.energy, rest.energy)
+    higher = nearest.is_at_rest and is_lower(rest.energy, nearest.energy)
+    close = nearest.is_at_rest and _distance(at_rest, rest, nearest) < SAME_STATE
     if close and not (lower or higher):
         return LyapunovZero(nearest, approached=True, is_lowest=True)
-    return LyapunovZero(found, approached=True, is_lowest=not lower)
+    return LyapunovZero(rest, approached=True, is_lowest=not lower)
 
 
 def is_unstable(system: System, rest: RestState) -> bool:
@@ -86,7 +86,7 @@ def is_unstable(system: System, rest: RestState) -> bool:
         rest: The rest state.
     """
     at_rest = configurations(as_at_rest(system))
-    q = at_rest.configuration(rest.motion, rest.own)
+    q = at_rest.configuration(rest.motion, rest.element_states)
     if not rest.is_at_rest or rest.on_kink or side_of(system, q):
         return False
     return bool(falls(numerical_hessian(at_rest.gradient, q)[np.newaxis])[0])
@@ -99,8 +99,8 @@ def falls(H: Array) -> Array:
         H: Their Hessians there, shape (m, n, n). One that is not finite says nothing.
     """
     H = np.where(np.isfinite(H).all(axis=(1, 2), keepdims=True), H, 0.0)
-    found: Array = np.linalg.eigvalsh(H)[:, 0] < -FALLS * np.abs(H).max(axis=(1, 2))
-    return found
+    falling: Array = np.linalg.eigvalsh(H)[:, 0] < -FALLS * np.abs(H).max(axis=(1, 2))
+    return falling
 
 
 def rises(H: Array) -> bool:
@@ -118,5 +118,5 @@ def is_lower(energy: Array | float, other: Array | float) -> Any:
 
 
 def _distance(at_rest: Configurations, a: RestState, b: RestState) -> float:
-    first, second = (at_rest.configuration(rest.motion, rest.own) for rest in (a, b))
+    first, second = (at_rest.configuration(rest.motion, rest.element_states) for rest in (a, b))
     return float(np.abs(first - second).max())

@@ -120,10 +120,10 @@ class Bounded:
     def __pow__(self, exponent: int) -> Any:
         if isinstance(exponent, np.ndarray) or exponent != int(exponent):
             return NotImplemented
-        found: Any = _exact(1.0)
+        product: Any = _exact(1.0)
         for _ in range(abs(int(exponent))):
-            found = found * self
-        return found if exponent >= 0 else found.inverse()
+            product = product * self
+        return product if exponent >= 0 else product.inverse()
 
     def sqrt(self) -> "Bounded":
         """Return the square root; its error is infinite where the number may be zero.
@@ -157,15 +157,15 @@ class Bounded:
         from flint import arb, ctx  # imported late: few sweeps have such elements
 
         shape = np.broadcast_shapes(np.shape(self.value), np.shape(self.error))
-        value, error = (np.broadcast_to(one, shape).ravel() for one in (self.value, self.error))
+        value, error = (np.broadcast_to(part, shape).ravel() for part in (self.value, self.error))
         pairs, places = np.unique(np.stack([value, SLACK * error]), axis=1, return_inverse=True)
-        found = np.full(pairs.shape, np.nan)
+        images = np.full(pairs.shape, np.nan)
         with ctx.workprec(BITS):
             for k, (middle, radius) in enumerate(pairs.T.tolist()):
                 if np.isfinite(middle) and np.isfinite(radius):
                     ball = getattr(numbers, name)(arb(middle, radius))
-                    found[:, k] = float(ball.mid()), float(ball.rad())
-        value, error = found[:, places.ravel()].reshape(2, *shape)
+                    images[:, k] = float(ball.mid()), float(ball.rad())
+        value, error = images[:, places.ravel()].reshape(2, *shape)
         return Bounded(value, SLACK * error + UNIT * np.abs(value) + TINY)
 
 
@@ -217,8 +217,8 @@ def _by_flint(angles: Array) -> tuple[Bounded, Bounded]:
 
     different, places = np.unique(angles, return_inverse=True)
     with ctx.workprec(BITS):
-        found = [[float(f) for f in arb(angle).sin_cos()] for angle in different.tolist()]
-    table = np.array(found).reshape(-1, 2)[places.reshape(angles.shape)]
+        pairs = [[float(f) for f in arb(angle).sin_cos()] for angle in different.tolist()]
+    table = np.array(pairs).reshape(-1, 2)[places.reshape(angles.shape)]
     return Bounded(table[..., 0], UNIT), Bounded(table[..., 1], UNIT)
 
 

@@ -75,10 +75,10 @@ class Configurations:
         """Return the energy, J, of what keeps the entries of q that do not count."""
         return 0
 
-    def configuration(self, motion: Motion, own: Array) -> Array:
+    def configuration(self, motion: Motion, element_states: Array) -> Array:
         """Return the configuration q of a motion and of the elements' own states."""
         pose = [motion.Theta] if self.held else [motion.Theta, motion.X]
-        return np.concatenate([*pose, own])
+        return np.concatenate([*pose, element_states])
 
     def motion(self, q: Array) -> Motion:
         """Return the motion at rest in the configuration q."""
@@ -172,7 +172,7 @@ def stored_energies(system: System, y: Array) -> Array:
         y: The state vector.
     """
     motion = system.motion(y)
-    return np.array([element.stored(motion, own) for element, own in system.with_states(y)])
+    return np.array([element.stored(motion, states) for element, states in system.with_states(y)])
 
 
 def configurations(system: System) -> Configurations:
@@ -189,12 +189,12 @@ def as_at_rest(system: System) -> System:
     (`Element.at_rest`).
     """
     elements = tuple(element.at_rest() for element in system.elements)
-    is_same = all(one is other for one, other in zip(elements, system.elements, strict=True))
+    is_same = all(new is other for new, other in zip(elements, system.elements, strict=True))
     return system if is_same else replace(system, elements=elements)
 
 
 def without_inputs(system: System) -> System:
     """Return a system without its inputs, and with signals of zero: else it need not be at rest."""
     acting = tuple(element for element in system.elements if not isinstance(element, Input))
-    driven = {one.name: Leg(0.0, 0.0, 0.0) for one in acting if isinstance(one, Driven)}
+    driven = {part.name: Leg(0.0, 0.0, 0.0) for part in acting if isinstance(part, Driven)}
     return with_legs(replace(system, elements=acting), driven)

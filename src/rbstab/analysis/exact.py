@@ -57,8 +57,8 @@ def exactly() -> AbstractContextManager[None]:
     """Return a context in which balls have `PRECISION` bits."""
     from flint import ctx
 
-    found: AbstractContextManager[None] = ctx.workprec(PRECISION)
-    return found
+    context: AbstractContextManager[None] = ctx.workprec(PRECISION)
+    return context
 
 
 def in_balls(compute: Callable[[], Any]) -> Any:
@@ -98,7 +98,9 @@ def exact_observation(system: System, y: Array, t: float = 0.0) -> Observation:
 def exact_rest_energy(system: System, rest: RestState) -> Ball:
     """Return the energy of a rest state of a system, J; call it by `in_balls`."""
     at_rest = configurations(exact_system(system))
-    return ball(0.0) + at_rest.energy(balls(at_rest.configuration(rest.motion, rest.own)))
+    return ball(0.0) + at_rest.energy(
+        balls(at_rest.configuration(rest.motion, rest.element_states))
+    )
 
 
 def exact_system(system: System) -> System:
@@ -171,7 +173,7 @@ def exact_rank(matrix: Array) -> int | None:
     # Of twice the symmetric part, (-1)^n det(-xI - M).
     coefficients = (exact + exact.transpose()).charpoly().coeffs()[::-1]
     signed = [(-1) ** order * coefficient for order, coefficient in enumerate(coefficients)]
-    return None if min(signed) < 0 else sum(one > 0 for one in signed) - 1
+    return None if min(signed) < 0 else sum(entry > 0 for entry in signed) - 1
 
 
 def kernel(matrix: Array) -> list[Array]:

@@ -86,9 +86,9 @@ class Steps(NamedTuple):
         sized = np.abs if sign == 0 else np.asarray
         inner = REACH * self.length
         (begin, leaving), (end, arriving) = self.table[:, :, rows]
-        found = np.maximum(sized(begin), sized(end))
-        np.maximum(found, sized(begin + inner * leaving), out=found)
-        return np.maximum(found, sized(end - inner * arriving), out=found)
+        farthest = np.maximum(sized(begin), sized(end))
+        np.maximum(farthest, sized(begin + inner * leaving), out=farthest)
+        return np.maximum(farthest, sized(end - inner * arriving), out=farthest)
 
 
 def along(observe: Watch, rates: Watch, y: Array, t: Array, length: Array) -> Array:
@@ -162,10 +162,10 @@ def _hermite(derivatives: int) -> Array:
     for order in range(orders):
         rows[order, order] = math.factorial(order)
         rows[orders + order, order:] = [math.perm(j, order) for j in range(order, terms)]
-    found = np.zeros((2 * ORDERS, 2 * ORDERS))
+    padded = np.zeros((2 * ORDERS, 2 * ORDERS))
     used = [*range(orders), *range(ORDERS, ORDERS + orders)]
-    found[np.ix_(range(terms), used)] = np.linalg.inv(rows)
-    return found
+    padded[np.ix_(range(terms), used)] = np.linalg.inv(rows)
+    return padded
 
 
 BEST, LOWER = _hermite(3), _hermite(2)
@@ -177,10 +177,10 @@ SLOPES_AT_SHARES = np.power.outer(SHARES, _POWERS[:-1]) @ (_POWERS[1:, np.newaxi
 
 def _combined(matrix: Array, data: Array) -> Array:
     """Return a product of matrices; the bits of a column do not depend on the number of columns."""
-    found = matrix[:, :1] * data[0]
+    product = matrix[:, :1] * data[0]
     for column, row in zip(matrix.T[1:], data[1:], strict=True):
-        found += column[:, np.newaxis] * row
-    return np.asarray(found)
+        product += column[:, np.newaxis] * row
+    return np.asarray(product)
 
 
 class _Polynomials(NamedTuple):
@@ -288,7 +288,7 @@ def farthest_from_zero(steps: Steps) -> Extrema:
     begin, end = (side[at_quantity, at_step] for side in steps.values)
     is_end = np.abs(end) > np.abs(begin)
     time = steps.begin[at_step] + is_end * steps.length[at_step]
-    found = Extrema(
+    candidates = Extrema(
         np.append(inner.value, np.where(is_end, end, begin)),
         np.append(inner.time, time),
         np.append(inner.error, np.zeros(len(time))),
@@ -296,25 +296,25 @@ def farthest_from_zero(steps: Steps) -> Extrema:
     group = np.append(quantity, at_quantity) * len(steps.first) + np.append(
         members[step], members[at_step]
     )
-    return _chosen(found, group, np.arange(len(group)) >= len(quantity), largest.shape)
+    return _chosen(candidates, group, np.arange(len(group)) >= len(quantity), largest.shape)
 
 
-def _chosen(found: Extrema, group: Array, is_end: Array, shape: tuple[int, ...]) -> Extrema:
+def _chosen(candidates: Extrema, group: Array, is_end: Array, shape: tuple[int, ...]) -> Extrema:
     """Return the extremum of each group; of several that are alike within their errors, the first.
 
     An end of a step is the extremum only if no other point is like it.
     """
-    size = np.abs(found.value)
+    size = np.abs(candidates.value)
     largest, upper, error = np.zeros((3, math.prod(shape)))
     np.maximum.at(largest, group, size)
-    np.maximum.at(upper, group, size + found.error)
-    np.maximum.at(error, group, np.where(size == largest[group], found.error, 0.0))
-    alike = size + found.error + error[group] >= largest[group]
-    order = np.lexsort((found.time, is_end, ~alike, group))
+    np.maximum.at(upper, group, size + candidates.error)
+    np.maximum.at(error, group, np.where(size == largest[group], candidates.error, 0.0))
+    alike = size + candidates.error + error[group] >= largest[group]
+    order = np.lexsort((candidates.time, is_end, ~alike, group))
     _, places = np.unique(group[order], return_index=True)
     chosen = order[places]
     value, time = np.full((2, len(largest)), np.nan)
-    value[group[chosen]], time[group[chosen]] = found.value[chosen], found.time[chosen]
+    value[group[chosen]], time[group[chosen]] = candidates.value[chosen], candidates.time[chosen]
     return Extrema(*(a.reshape(shape) for a in (value, time, upper - np.abs(value))))
 
 
@@ -363,9 +363,9 @@ def last_above(steps: Steps, quantity: int, level: Array) -> Crossings:
         # The last candidate of each member; those before it wait.
         final = np.append(members[candidates[1:]] != members[candidates[:-1]], [True])
         step, candidates = candidates[final], candidates[~final]
-        found, reached = _crossings_in(steps, quantity, step, level[members[step]])
+        crossings, reached = _crossings_in(steps, quantity, step, level[members[step]])
         of = members[step][reached]
-        time[of], error[of] = found.time[reached], found.error[reached]
+        time[of], error[of] = crossings.time[reached], crossings.error[reached]
         candidates = candidates[~np.isin(members[candidates], of)]
     return Crossings(time, error)
 

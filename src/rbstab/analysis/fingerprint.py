@@ -79,7 +79,7 @@ class Residue:
         return self._combine(other, operator.mul)
 
     def __truediv__(self, other: Any) -> "Residue":
-        return self._combine(other, lambda one, two: one * pow(two, -1, P))
+        return self._combine(other, lambda a, b: a * pow(b, -1, P))
 
     def __rtruediv__(self, other: Any) -> "Residue":
         return other * Residue(pow(self.value, -1, P))

@@ -35,8 +35,8 @@ def followed_motion(
 
     def values(shifted: Shifted | None) -> Array:
         tangent = None if shifted is None else tangent_along(problem, shifted)
-        found = compiled.integrate(problem, course, grid, Levels(0.0), tangent)
-        states = completed(found, problem).states + 1j * STEP * found.tangents
+        trajectory = compiled.integrate(problem, course, grid, Levels(0.0), tangent)
+        states = completed(trajectory, problem).states + 1j * STEP * trajectory.tangents
         system = problem.system if tangent is None else tangent.system
         motions = map(system.motion, states[-len(times) :])
         read = np.array([[getattr(m, vector)[axis] for vector, axis in parts] for m in motions])

@@ -98,7 +98,7 @@ def eigenvalue_text(eigenvalue: complex) -> str:
     return f"{real} (twice)" if eigenvalue.imag else real
 
 
-def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
+def linearise(system: System, rest: Motion, element_states: Array) -> Linearisation:
     """Linearise a system at a rest state; complex steps make the matrix exact to round-off.
 
     Args:
@@ -107,13 +107,13 @@ def linearise(system: System, rest: Motion, own: Array) -> Linearisation:
             eigenvalue 0. At θ2 = ±90° no element may read Θ; the states of the orientation are then
             turns about the axes of the body.
         rest: The motion at rest.
-        own: The elements' own states there.
+        element_states: The elements' own states there.
 
     Raises:
         NoDerivativesError: The equations have no derivatives there.
     """
     resting = without_inputs(configurations(system).system)
-    start = resting.start(rest, own)
+    start = resting.start(rest, element_states)
     resting = with_modes_at(resting, start)
     at_pole = abs(np.cos(start[PITCH])) < NEAR_POLE
     A = _by_turns(resting, start) if at_pole else jacobian(resting.rates, start)

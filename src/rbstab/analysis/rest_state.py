@@ -14,7 +14,7 @@ from rbstab.analysis.configuration import (
     as_at_rest,
     configurations,
 )
-from rbstab.analysis.descents.descent import descend_one, numerical_hessian
+from rbstab.analysis.descents.descent import descend_from, numerical_hessian
 from rbstab.analysis.descents.kinked import descend_to_kinks, has_kinks
 from rbstab.elements.guards.barrier import Barrier
 from rbstab.mechanics.attitude import in_range, is_upright
@@ -58,14 +58,14 @@ differ from one processor to another, and the numbers of rest states must not.""
 T = TypeVar("T")
 
 
-def in_order(found: Iterable[T], key: Callable[[T], tuple[float, Array]]) -> list[T]:
+def in_order(rest_states: Iterable[T], key: Callable[[T], tuple[float, Array]]) -> list[T]:
     """Return rest states, lowest energy first; of equal energy, in the order of their places.
 
     Args:
-        found: The rest states.
+        rest_states: The rest states.
         key: Returns the energy of one, J, and its place: Θ, rad, or other coordinates.
     """
-    given = sorted(((*key(one), one) for one in found), key=lambda one: one[0])
+    given = sorted(((*key(state), state) for state in rest_states), key=lambda entry: entry[0])
     energies = np.array([energy for energy, _, _ in given])
     rises = np.diff(energies) > SAME_ENERGY * np.abs(energies).max(initial=0.0)
     levels = [0, *np.cumsum(rises).tolist()]
@@ -76,16 +76,16 @@ def in_order(found: Iterable[T], key: Callable[[T], tuple[float, Array]]) -> lis
 
 @dataclass(frozen=True, eq=False)
 class RestState:
-    """The system without velocity in one configuration; a rest state if `found`.
+    """The system without velocity in one configuration; a rest state if `is_at_rest`.
 
-    motion has zero velocity. own are the elements' own states. energy, J, is the energy stored in
+    motion has zero velocity. element_states are own states. energy, J, is the energy stored in
     the elements. gradient, N m and N, is the largest remaining generalized force. load, N m and N,
     is the largest of the forces that balance. on_kink is whether a force that jumps there holds the
     body, so that its motion near this state cannot be linearised.
     """
 
     motion: Motion
-    own: Array
+    element_states: Array
     energy: float
     gradient: float
     load: float = 1.0
@@ -98,7 +98,7 @@ class RestState:
         return self.gradient <= tolerance and bool(is_upright(self.motion.Theta))
 
     @property
-    def found(self) -> bool:
+    def rests_in_range(self) -> bool:
         """Whether this is a rest state inside the range of eq. 5."""
         return self.is_at_rest and bool(in_range(self.motion.Theta))
 
@@ -118,7 +118,7 @@ def nearest_rest_state(system: System) -> RestState:
     under any force between.
 
     Returns:
-        The state where the descent ended; check `RestState.found`.
+        The state where the descent ended; check `RestState.rests_in_range`.
     """
     acting = as_at_rest(system)
     at_rest = configurations(acting)
@@ -131,7 +131,7 @@ def energy_in(system: System, rest: RestState, acting: System) -> RestState:
     if acting is system:
         return rest
     at_rest = configurations(system)
-    energy = float(at_rest.energy(at_rest.configuration(rest.motion, rest.own)))
+    energy = float(at_rest.energy(at_rest.configuration(rest.motion, rest.element_states)))
     return replace(rest, energy=energy)
 
 
@@ -152,17 +152,17 @@ def rest_state_below(
         return None
     stop = stop_of(at_rest.system)
     for _ in range(MAX_TOUCHES):
-        found = _descended(at_rest, q, is_late, np.pi / 2 if stop is None else stop.angle)
-        q = at_rest.configuration(found.motion, found.own)
-        if found.is_at_rest or stop is None or abs(q[PITCH]) < stop.angle - NEAR_STOP:
+        state = _descended(at_rest, q, is_late, np.pi / 2 if stop is None else stop.angle)
+        q = at_rest.configuration(state.motion, state.element_states)
+        if state.is_at_rest or stop is None or abs(q[PITCH]) < stop.angle - NEAR_STOP:
             break
         side = np.sign(q[PITCH])
         touching = TouchingConfigurations(at_rest.system, float(side * stop.angle))
-        found = _descended(touching, q, is_late, np.inf)
-        q = touching.configuration(found.motion, found.own)
-        if found.is_at_rest and side * at_rest.gradient(q)[PITCH] <= 0:
+        state = _descended(touching, q, is_late, np.inf)
+        q = touching.configuration(state.motion, state.element_states)
+        if state.is_at_rest and side * at_rest.gradient(q)[PITCH] <= 0:
             break
-    return found if found.is_at_rest else None
+    return state if state.is_at_rest else None
 
 
 def _descended(
@@ -180,9 +180,9 @@ def _descended(
     if has_kinks(at_rest.system):
         at = descend_to_kinks(at_rest, q, tolerance, is_late, is_inside)
         return replace(rest_state_at(at_rest, at.q), gradient=at.gradient, on_kink=at.on_kink)
-    end, found = descend_one(lambda _: at_rest.energy, q, tolerance, is_late, is_inside)
+    end, is_flat = descend_from(lambda _: at_rest.energy, q, tolerance, is_late, is_inside)
     # A rest state from which it begins is kept as it is.
-    end = _polished(at_rest, end) if found and np.any(end != q) else end.copy()
+    end = _polished(at_rest, end) if is_flat and np.any(end != q) else end.copy()
     if free:
         end[PITCH] -= 2 * np.pi * np.round(end[PITCH] / (2 * np.pi))
         end = _reflected(end) if abs(end[PITCH]) > np.pi / 2 + AT_POLE else end
@@ -198,9 +198,11 @@ def _reads_angles(at_rest: Configurations, q: Array) -> bool:
     # A stop stores nothing, and a barrier as much on the other side.
     if stop_of(at_rest.system) is not None:
         return True
-    if any(one.from_user or isinstance(one, Barrier) for one in at_rest.system.elements):
+    if any(
+        element.from_user or isinstance(element, Barrier) for element in at_rest.system.elements
+    ):
         return True
-    here, there = (np.asarray(at_rest.energies(one), dtype=float) for one in (q, _reflected(q)))
+    here, there = (np.asarray(at_rest.energies(place), dtype=float) for place in (q, _reflected(q)))
     return not np.allclose(here, there, rtol=SAME_ENERGY, atol=SAME_ENERGY)
 
 
@@ -214,8 +216,8 @@ def _reflected(q: Array) -> Array:
 def rest_state_at(at_rest: Configurations, q: Array) -> RestState:
     """Return the `RestState` of a configuration q, with its remaining generalized force."""
     steepness, load = _steepness(at_rest, q), largest_load(at_rest, q)
-    motion, own = at_rest.motion(q), q[at_rest.pose_size :]
-    return RestState(motion, own, float(at_rest.energy(q)), steepness, load)
+    motion, element_states = at_rest.motion(q), q[at_rest.pose_size :]
+    return RestState(motion, element_states, float(at_rest.energy(q)), steepness, load)
 
 
 def held_at_kink(at_rest: Configurations, state: RestState, normal: Array) -> RestState:
@@ -226,7 +228,7 @@ def held_at_kink(at_rest: Configurations, state: RestState, normal: Array) -> Re
         state: The state, from `rest_state_at`, on a surface of Θ where a force jumps.
         normal: The direction of this force among the angles, shape (3,).
     """
-    q = at_rest.configuration(state.motion, state.own)
+    q = at_rest.configuration(state.motion, state.element_states)
     forces = np.array(jacobian(at_rest.energy, q), dtype=float).ravel()
     across = normal / np.linalg.norm(normal)
     forces[ORIENTATION] -= (forces[ORIENTATION] @ across) * across

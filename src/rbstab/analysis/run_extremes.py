@@ -83,27 +83,27 @@ def extremes_of(
     ends, steps, turn = trajectory.ends, None, 0.0
     if ends is not None and ends.complete and len(ends.times) > 1:
         rest = float(quantities["energy_at_rest"])
-        known = _StepsOfRun(ends, rest, deadline, problem.start[THETA])
-        steps, turn = known.steps(), known.turn
+        steps_of_run = _StepsOfRun(ends, rest, deadline, problem.start[THETA])
+        steps, turn = steps_of_run.steps(), steps_of_run.turn
     if steps is None:
         v = quantities["lyapunov"]
         if has_no_potential(problem.system):
             v = v + quantities["contact_work"]
         return extremes_of_samples(quantities, v)
-    found = _extremes(steps, quantities)
+    extremes = _extremes(steps, quantities)
     if problem.quaternion:
-        extrema = pitch_of_sine(found.extrema)
+        extrema = pitch_of_sine(extremes.extrema)
         if turn > LONGEST_TURN:
             # The steps do not tell how the body turns.
             for rows in (extrema.value, extrema.error):
                 rows[THETA_ROWS][::2] = np.nan
-        found = found._replace(extrema=extrema)
+        extremes = extremes._replace(extrema=extrema)
     stop = stop_of(problem.system)
     if stop is not None:
         # An impact is at the stop but for round-off.
-        pitch = found.extrema.value[THETA_ROWS.start + PITCH]
+        pitch = extremes.extrema.value[THETA_ROWS.start + PITCH]
         np.clip(pitch, -stop.angle, stop.angle, out=pitch)
-    return found
+    return extremes
 
 
 def extremes_of_samples(quantities: Mapping[str, Array], v: Array) -> Extremes:
@@ -121,16 +121,16 @@ def extremes_of_samples(quantities: Mapping[str, Array], v: Array) -> Extremes:
         extrema = Extrema(values, np.full_like(values, times[0]), np.zeros_like(values))
         unknown = Crossings(*np.full((2, 1), np.nan))
         return Extremes(extrema, unknown, unknown)
-    found = _extremes(sampled_steps(times, values), quantities)
+    extremes = _extremes(sampled_steps(times, values), quantities)
     lengths = np.append(np.diff(times), 0.0)
-    after = [np.searchsorted(times, crossing.time) for crossing in found[1:]]
+    after = [np.searchsorted(times, crossing.time) for crossing in extremes[1:]]
     # A crossing is somewhere between two samples.
     settling, near = (
         Crossings(crossing.time, np.where(crossing.time > 0, lengths[place - 1], crossing.time))
-        for crossing, place in zip(found[1:], after, strict=True)
+        for crossing, place in zip(extremes[1:], after, strict=True)
     )
-    unknown_error = np.full_like(found.extrema.error, np.nan)
-    return Extremes(found.extrema._replace(error=unknown_error), settling, near)
+    unknown_error = np.full_like(extremes.extrema.error, np.nan)
+    return Extremes(extremes.extrema._replace(error=unknown_error), settling, near)
 
 
 def _extremes(steps: Steps, quantities: Mapping[str, Array]) -> Extremes:
@@ -243,15 +243,15 @@ class _StepsOfRun:
         """Return the steps; None if the deadline has expired."""
         ends = self.ends
         rows: list[tuple[Array, Array]] = []
-        known = None
+        previous = None
         for number, system in enumerate(ends.systems[1:]):
             if self.deadline is not None and self.deadline.remaining() < 0:
                 return None
-            if known is not system or ends.times[number] == ends.times[number - 1]:
+            if previous is not system or ends.times[number] == ends.times[number - 1]:
                 before = self._observed(system, number)
             after = self._observed(system, number + 1)
             rows.append((before, after))
-            before, known = after, system
+            before, previous = after, system
         # Shape (end, value or rate, watched, step).
         table: Array = np.moveaxis(np.array(rows), 0, -1)
         times = np.array(ends.times)
@@ -281,8 +281,8 @@ class _StepsOfRun:
             watched = StraightLine(_watched, system, timed=system.timed)
 
             def observe(y: Array, t: float) -> Array:
-                found = watched(y + 1j * STEP * rates(y, t), t + 1j * STEP)
-                values, slopes = found.real.copy(), found.imag / STEP
+                shifted = watched(y + 1j * STEP * rates(y, t), t + 1j * STEP)
+                values, slopes = shifted.real.copy(), shifted.imag / STEP
                 values[VALUE] -= self.rest
                 if self.q is not None:
                     values[THETA_ROWS], slopes[THETA_ROWS] = self.q.watched(y)
@@ -297,15 +297,15 @@ class _StepsOfRun:
 
     def _derivatives(self, quantity: Array, step: Array) -> Array:
         """Return second and third derivatives at both ends of steps (see `Steps`)."""
-        found, ends = np.empty((2, 2, len(step))), self.ends
+        derivatives, ends = np.empty((2, 2, len(step))), self.ends
         for number in np.unique(step).tolist():
             places = np.flatnonzero(step == number)
             rates, watch = self._of(ends.systems[number + 1])
             length = ends.times[number + 1] - ends.times[number]
             for end in range(2):
                 y, t = ends.states[number + end], ends.times[number + end]
-                found[end][:, places] = along(watch, rates, y, t, length)[:, quantity[places]]
-        return found
+                derivatives[end][:, places] = along(watch, rates, y, t, length)[:, quantity[places]]
+        return derivatives
 
     def _divide(self, step: int) -> Steps | None:
         ends = self.ends
@@ -348,8 +348,8 @@ def divided(
         parts.add(solver.t, solver.y, system)
     if solver.status != "finished":
         return None
-    found = _StepsOfRun(parts, rest, None, Theta).steps()
-    return found and found._replace(divide=lambda _: None)
+    steps = _StepsOfRun(parts, rest, None, Theta).steps()
+    return steps and steps._replace(divide=lambda _: None)
 
 
 def watched_at(seen: Observation) -> list[Number]:

@@ -107,8 +107,8 @@ def baseline(problem: Problem) -> Baseline:
     zero = nearest.energy
 
     def run(times: Array, level: float = 0.0) -> VariationalTrajectory:
-        found = compiled.integrate(problem, course, times, Levels(zero, level))
-        return completed(found, problem)
+        solution = compiled.integrate(problem, course, times, Levels(zero, level))
+        return completed(solution, problem)
 
     def value(system: System, y: Array) -> float:
         """Return the Lyapunov function v, J."""
@@ -117,15 +117,15 @@ def baseline(problem: Problem) -> Baseline:
     coarse = run(span)
     # v is zero at the rest state that the motion approaches.
     last = coarse.states[-1]
-    own, moved = last[problem.system.coordinates.size :], problem.system.motion(last)
-    rest = lyapunov_zero(resting, moved, own, nearest).rest
+    element_states, moved = last[problem.system.coordinates.size :], problem.system.motion(last)
+    rest = lyapunov_zero(resting, moved, element_states, nearest).rest
     zero = rest.energy
     values = {float(span[0]): value(course.first, problem.start)}
     if problem.system.supplies:
-        found = run(np.unique(np.concatenate([coarse.times, coarse.power_zeros])))
-        pairs = zip(found.times.tolist(), found.states, strict=True)
+        solution = run(np.unique(np.concatenate([coarse.times, coarse.power_zeros])))
+        pairs = zip(solution.times.tolist(), solution.states, strict=True)
         values = {t: value(course.system_at(t), y) for t, y in pairs}
-        values |= {t: passage.energy - zero for t, passage in found.passages.items()}
+        values |= {t: passage.energy - zero for t, passage in solution.passages.items()}
     largest_at = max(values, key=values.__getitem__)
     largest = values[largest_at]
     noise = float(value_round_off(lambda y: course.first.observe(y).energy, problem.start))
@@ -138,7 +138,7 @@ def baseline(problem: Problem) -> Baseline:
         # A motion that begins at rest has settled then.
         crossings = [*([span[0]] if largest < level else []), *coarse.crossings]
         settling = float(crossings[-1]) if crossings else np.nan
-    impacts = [one.time for one in course.transitions if one.impact]
+    impacts = [transition.time for transition in course.transitions if transition.impact]
     times = np.unique(np.concatenate([span, *coarse.turning_times, coarse.crossings, impacts]))
     trajectory = run(times)
     E = np.array([problem.system.motion(y).E for y in trajectory.states])
@@ -191,7 +191,7 @@ def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
         for (t, y), z in zip(states.items(), trajectory.tangents, strict=True)
     }
     passages = trajectory.passages
-    impacts = {time: one.delay for time, one in passages.items() if one.impact}
+    impacts = {time: passage.delay for time, passage in passages.items() if passage.impact}
     peaks, peak_times = np.zeros((2, 3))
     for axis, t in enumerate(outcome.peak_times.tolist()):
         motion = seen[t].motion
@@ -256,7 +256,7 @@ def _rest_energy_derivative(base: Baseline, shifted: System) -> float:
     If the body rests against its stop, θ2 moves with the stop.
     """
     resting = smooth_rest_system(base.problem)
-    state = resting.start(base.rest.motion, base.rest.own)
+    state = resting.start(base.rest.motion, base.rest.element_states)
     modes = modes_of(with_modes_at(resting, state))
     shifted = with_modes(smooth_rest_system(replace(base.problem, system=shifted)), modes)
     stop, side = stop_of(shifted), side_of(resting, state)

@@ -48,11 +48,11 @@ def value_round_off(energies: Callable[[Array], Array], start: Array) -> Array:
     # Uneven changes, because an even one may be at right angles to the weight.
     direction = np.linspace(1.0, 2.0, len(start))
     with np.errstate(all="ignore"):
-        found = np.array([energies((start.T + shift * direction).T) for shift in SHIFTS])
-        slopes = (found[-1] - found[0]) / SHIFTS[-1]
+        values = np.array([energies((start.T + shift * direction).T) for shift in SHIFTS])
+        slopes = (values[-1] - values[0]) / SHIFTS[-1]
         # Part by part: numpy sums those of a single member in another order.
-        scatter = sum(np.abs(np.diff(found, 2, axis=0)).max(axis=0))
-        size = sum(np.abs(found[0])) + sum(np.abs(slopes))
+        scatter = sum(np.abs(np.diff(values, 2, axis=0)).max(axis=0))
+        size = sum(np.abs(values[0])) + sum(np.abs(slopes))
         noise = DIGITS_LOST * size + 2.0 * scatter
     return np.maximum(np.where(np.isfinite(noise), noise, 0.0), np.finfo(float).tiny)
 
@@ -90,10 +90,10 @@ def settling_times(  # noqa: PLR0913, PLR0917 (a motion, its rest state and its 
     """
     last = np.append(steps.first[1:], len(steps.begin)) - 1
     begin, end = steps.values[0][row, steps.first], steps.values[1][row, last]
-    found = last_above(steps, row, settling_level(largest if supplied else begin, round_off))
+    crossings = last_above(steps, row, settling_level(largest if supplied else begin, round_off))
     at_rest = ends_near_rest(end, np.abs(largest), from_rest, round_off)
     at_rest &= np.isfinite(np.add.reduceat(steps.values[1][row], steps.first))
-    return Crossings(*(np.where(at_rest, part, np.nan) for part in found))
+    return Crossings(*(np.where(at_rest, part, np.nan) for part in crossings))
 
 
 def moves_on(times: Array, value: Array, kinetic: Array, round_off: float) -> bool:

@@ -50,8 +50,10 @@ def start_warnings(problem: Problem, engine: str) -> list[str]:
 def _winding_up(problem: Problem) -> Iterator[str]:
     """Yield a warning for each angle that a spin winds up against a spring that hardly acts."""
     system = without_inputs(problem.system)
-    springs: list[Any] = [one for one in system.elements if isinstance(one, RotationalStabilizer)]
-    springs = [one for one in springs if not isinstance(one, Limited)]
+    springs: list[Any] = [
+        element for element in system.elements if isinstance(element, RotationalStabilizer)
+    ]
+    springs = [element for element in springs if not isinstance(element, Limited)]
     motion = system.motion(problem.start)
     rates, to_body = motion.B @ motion.Omega, np.linalg.inv(motion.B)
     for spring in springs:
@@ -77,7 +79,7 @@ def _climb(system: System, start: Array, axis: int) -> float:
     at_rest = configurations(system)
     q = at_rest.configuration(system.motion(start), start[system.coordinates.size :])
     turned = q + np.outer(np.linspace(0.0, math.pi, 9), np.eye(len(q))[axis])
-    energies = [float(at_rest.energy(one)) for one in turned]
+    energies = [float(at_rest.energy(place)) for place in turned]
     return max(energies) - energies[0]
 
 
@@ -112,9 +114,9 @@ def _stiffest(problem: Problem) -> str:
 
     Of a time constant it is the double.
     """
-    system, found = problem.system, {}
-    for place, one in enumerate(system.elements):
-        element: Any = one
+    system, speeds = problem.system, {}
+    for place, original in enumerate(system.elements):
+        element: Any = original
         owner = f"elements.{element.name}" if "name" in vars(element) else "controller"
         for gain in element.gains:
             if gain in (POINT, ANCHOR):
@@ -123,5 +125,5 @@ def _stiffest(problem: Problem) -> str:
             less = replace(element, **{gain.name: factor * getattr(element, gain.name)})
             elements = (*system.elements[:place], less, *system.elements[place + 1 :])
             values = _eigenvalues(replace(system, elements=elements), problem.start)
-            found[f"{owner}.{gain.place}"] = np.abs(values).max(initial=0.0)
-    return min(found, key=found.__getitem__, default="body.mass")
+            speeds[f"{owner}.{gain.place}"] = np.abs(values).max(initial=0.0)
+    return min(speeds, key=speeds.__getitem__, default="body.mass")

@@ -170,7 +170,7 @@ def _connector(controller: Any, convert: Convert) -> list[Element]:
 
 def _elements(config: Config, convert: Convert) -> list[Element]:
     """Return the elements of the config, in the order of their names."""
-    found: list[Element] = []
+    elements: list[Element] = []
     for name, section in config.elements.items():
         if isinstance(section, PythonElement):
             kind: Any = permitted_class(name, section)
@@ -181,8 +181,8 @@ def _elements(config: Config, convert: Convert) -> list[Element]:
             fields["signal"] = _signal(section.signal, config.integration.duration, convert)
         if issubclass(kind, Sliding):
             fields |= _surface_settings(section)
-        found.append(kind(**fields))
-    return found
+        elements.append(kind(**fields))
+    return elements
 
 
 def _signal(signal: Any, duration: float, convert: Convert) -> Signal:
@@ -287,8 +287,8 @@ def start_motion(
         Z = np.concatenate([Theta, Omega, vector("position"), vector("velocity")])
         motion = motion_from_centre(system.body, system.anchor, Z)
     values = (value for element in system.elements for value in _initial_states(config, element))
-    own = [numbers(np.array(value)) for value in values]
-    return motion, np.concatenate([np.zeros(0), *own])
+    element_states = [numbers(np.array(value)) for value in values]
+    return motion, np.concatenate([np.zeros(0), *element_states])
 
 
 def springs_without_length(config: Config) -> dict[str, float]:

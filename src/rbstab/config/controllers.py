@@ -26,7 +26,7 @@ from rbstab.config.quantities import (
 )
 from rbstab.config.section import Section, required, word_or
 from rbstab.config.sections.actuators import OF_CONTROLLER
-from rbstab.config.sections.angles import OR_ONE_ANGLE
+from rbstab.config.sections.angles import OR_ANGLE_IN_DEGREES
 from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.element import Element
 from rbstab.elements.registry import CONNECTORS, STABILIZERS
@@ -73,7 +73,7 @@ def _gain_field(gain: Gain) -> tuple[Any, Any]:
     if gain.below is not None:
         kind = Annotated[kind, Field(lt=gain.below)]
     if gain.unit == "rad" and gain.shape == "number":
-        kind = Annotated[kind, OR_ONE_ANGLE]
+        kind = Annotated[kind, OR_ANGLE_IN_DEGREES]
     return kind, required(description)
 
 

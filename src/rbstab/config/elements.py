@@ -84,9 +84,9 @@ class CoactivatedKeys(Section):
         if info.field_name == SIGNAL:
             name, rises = "excitation", [factor * s for s in extremes(value)]
             expected = "a signal that keeps it from 0 to 1, as a noise does not"
-        for found in (rest + rise for rise in rises):
-            if not 0 <= found <= 1:
-                raise value_error(f"makes the {name} {found:g}", f"expected {expected}")
+        for level in (rest + rise for rise in rises):
+            if not 0 <= level <= 1:
+                raise value_error(f"makes the {name} {level:g}", f"expected {expected}")
         return value
 
 
@@ -150,7 +150,7 @@ def switching(elements: Mapping[str, Any]) -> list[str]:
 
 def stops(elements: Mapping[str, Any]) -> list[str]:
     """Return the names of the stops of a config."""
-    return _named(elements, lambda one: one.kind != PYTHON and element_of(one).holds)
+    return _named(elements, lambda section: section.kind != PYTHON and element_of(section).holds)
 
 
 def reading_angles(controller: Any, elements: Mapping[str, Any]) -> list[str]:
@@ -167,7 +167,9 @@ def reading_angles(controller: Any, elements: Mapping[str, Any]) -> list[str]:
 def inputs(elements: Mapping[str, Any], *, with_legs: bool = False) -> list[str]:
     """Return the names of the elements with a signal; only those of legs, if wanted."""
     smooth = SMOOTH_SIGNALS if with_legs else ()
-    return _named(elements, lambda one: hasattr(one, SIGNAL) and one.signal.kind not in smooth)
+    return _named(
+        elements, lambda section: hasattr(section, SIGNAL) and section.signal.kind not in smooth
+    )
 
 
 MAX_SLIDING = 3
@@ -176,7 +178,7 @@ MAX_SLIDING = 3
 
 def sliding_ties(elements: Mapping[str, Any]) -> list[str]:
     """Return the names of the ties that slide on s = F + κE with the exact law."""
-    return _named(elements, lambda one: one.kind == "sliding" and one.form == "slope")
+    return _named(elements, lambda section: section.kind == "sliding" and section.form == "slope")
 
 
 def followed_by_modes(elements: Mapping[str, Any]) -> list[str]:

@@ -47,13 +47,13 @@ MAX_PROBLEMS = 100
 are left out."""
 
 
-def closest(word: str, known: Iterable[str]) -> str | None:
+def closest(word: str, choices: Iterable[str]) -> str | None:
     """Return the known word that a misspelt one most likely means, or None.
 
     A difference in case, hyphens, underscores and spaces counts for nothing: `kt` means `K_t`. The
     beginning of a word means it, if it is the beginning of no other.
     """
-    by_folded = {folded(name): name for name in reversed(list(known))}
+    by_folded = {folded(name): name for name in reversed(list(choices))}
     close = get_close_matches(folded(word), by_folded, n=1)
     close = close or [name for name in by_folded if len(word) > 1 and name.startswith(folded(word))]
     return by_folded[close[0]] if len(close) == 1 else None
@@ -70,18 +70,18 @@ def hint(value: Any, choices: Iterable[str]) -> str:
     return f"; {did_you_mean([close])}" if close is not None else ""
 
 
-def keys_named(key: str, known: Iterable[str]) -> list[str]:
+def keys_named(key: str, keys: Iterable[str]) -> list[str]:
     """Return the dotted keys with the same last name: `mass` and `initial.mass` are `body.mass`."""
     name = folded(_last_name(key))
-    return [other for other in known if folded(_last_name(other)) == name]
+    return [other for other in keys if folded(_last_name(other)) == name]
 
 
-def closest_keys(key: str, known: Iterable[str]) -> list[str]:
+def closest_keys(key: str, choices: Iterable[str]) -> list[str]:
     """Return the dotted keys that a misspelt one may mean: `mas` and `bdy.mass` are `body.mass`.
 
     These are the keys whose last name is the same or the closest.
     """
-    keys = list(known)
+    keys = list(choices)
     name = closest(_last_name(key), map(_last_name, keys))
     return [] if name is None else keys_named(name, keys)
 

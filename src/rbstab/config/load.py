@@ -85,9 +85,9 @@ def load_config(
         allow_python = allow_python or may_run_code(config)
         config = config.plain()
     source = _changed_source(config, changes)
-    found = loaded(source, Code.ALLOWED if allow_python else Code.REFUSED)
-    _check_lengths(found, source)
-    return found
+    loaded_config = loaded(source, Code.ALLOWED if allow_python else Code.REFUSED)
+    _check_lengths(loaded_config, source)
+    return loaded_config
 
 
 def config_to_read(
@@ -127,8 +127,10 @@ def _check_lengths(config: Config, source: Source) -> None:
 
     problems = []
     for name, length in springs_without_length(without_code(config)).items():
-        found = f"is on the anchor at the start ({length:.3g} m from it): the line has no direction"
-        problems.append(source.problem(("elements", name, "point"), found, NO_DIRECTION))
+        problem = (
+            f"is on the anchor at the start ({length:.3g} m from it): the line has no direction"
+        )
+        problems.append(source.problem(("elements", name, "point"), problem, NO_DIRECTION))
     if problems:
         raise ConfigError(problems)
 
@@ -212,10 +214,10 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
         ConfigError: As `load_config`.
     """
     variant = variant_of(source.data)
-    known = variant in (*VARIANTS, NO_VARIANT)
+    is_variant = variant in (*VARIANTS, NO_VARIANT)
     # By a misspelt variant the other keys can be judged too.
-    meant = closest(variant, VARIANTS) if isinstance(variant, str) and not known else None
-    model = model_of(variant if known else meant or FALLBACK_VARIANT)
+    meant = closest(variant, VARIANTS) if isinstance(variant, str) and not is_variant else None
+    model = model_of(variant if is_variant else meant or FALLBACK_VARIANT)
     try:
         config = model.model_validate(source.data, context={ALLOW: allow_python})
         problems = _problems_of_start(config, source)
@@ -225,7 +227,7 @@ def validated(source: Source, *, allow_python: bool = False) -> Config:
     problems = [
         replace(p, expected=choices) if p.key == VARIANT else p
         for p in source.new(problems)
-        if known or meant or p.key == VARIANT or not p.key.startswith(IN_VARIANT_SECTIONS)
+        if is_variant or meant or p.key == VARIANT or not p.key.startswith(IN_VARIANT_SECTIONS)
     ]
     if source.problems or problems:
         raise ConfigError([*source.problems, *problems])
@@ -237,10 +239,10 @@ def _problems_of_start(config: Config, source: Source) -> list[ConfigProblem]:
     regularity, bound = math.cos(config.initial.orientation[PITCH]), config.integration.range_bound
     if regularity > bound or config.integration.coordinates == "quaternion":
         return []
-    found = f"has cos θ2 = {regularity:.2g}, and a run ends where it is {bound:g} or less"
+    problem = f"has cos θ2 = {regularity:.2g}, and a run ends where it is {bound:g} or less"
     largest = math.degrees(math.acos(bound))
     expected = f"expected |θ2| below {largest:.6g}°, or a smaller integration.range_bound"
-    return [source.problem(("initial", "orientation"), found, expected)]
+    return [source.problem(("initial", "orientation"), problem, expected)]
 
 
 def resolved(config: Config) -> dict[str, Any]:
@@ -271,18 +273,18 @@ def acting_sections(config: Config) -> dict[str, Any]:
 def initial_sections(config: Config) -> list[Any]:
     """Return the initial state as plain data: the section, and that of the elements if any."""
     data = resolved(config)
-    own = _split_elements(data)[1]
-    return [data["initial"], *([own] if any(own.values()) else [])]
+    of_elements = _split_elements(data)[1]
+    return [data["initial"], *([of_elements] if any(of_elements.values()) else [])]
 
 
 def _split_elements(data: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the elements of a resolved config without and with only the keys of initial values."""
     acting, initial = {}, {}
-    for name, one in data.get("elements", {}).items():
-        acting[name] = {k: v for k, v in one.items() if not is_initial(k)}
-        initial[name] = {k: v for k, v in one.items() if is_initial(k)}
-        if one["kind"] == PYTHON:
-            parameters = one[PARAMETERS].items()
+    for name, section in data.get("elements", {}).items():
+        acting[name] = {k: v for k, v in section.items() if not is_initial(k)}
+        initial[name] = {k: v for k, v in section.items() if is_initial(k)}
+        if section["kind"] == PYTHON:
+            parameters = section[PARAMETERS].items()
             acting[name][PARAMETERS] = {k: v for k, v in parameters if not is_initial(k)}
             initial[name] |= {k: v for k, v in parameters if is_initial(k)}
     return acting, initial

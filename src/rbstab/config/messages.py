@@ -5,7 +5,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from rbstab.config.errors import ENOUGH_PROBLEMS, ConfigProblem, describe, entries, hint
-from rbstab.config.known_keys import keys_of, keys_of_variants, models_at, unknown_key, words_of
+from rbstab.config.model_keys import keys_of, keys_of_variants, models_at, unknown_key, words_of
 from rbstab.config.numbers import value_at
 from rbstab.config.schema import NO_VARIANT, VARIANTS, Experiment, model_of
 from rbstab.config.source import Path, Source
@@ -72,8 +72,8 @@ def _problem(details: Any, source: Source, model: type[BaseModel]) -> ConfigProb
             problem, expected = f"is {describe(value)}", expected + hint(value, choices)
     else:
         # The sections of a config have too many keys for a line.
-        known = [] if issubclass(model, Experiment) else keys_of(models_at(model, location))
-        problem, expected = _texts(details, known)
+        keys = [] if issubclass(model, Experiment) else keys_of(models_at(model, location))
+        problem, expected = _texts(details, keys)
     return source.problem(path, problem, expected, of_key=of_key)
 
 
@@ -82,12 +82,12 @@ def _unknown(location: Path, path: Path, source: Source, model: type[BaseModel])
     key = str(path[-1])
     if PARAMETERS in path[2:-1]:
         return unknown_key(key, sorted(parameters_in(value_at(source.data, path[:2]))))
-    known = keys_of(models_at(model, location[:-1]))
+    keys = keys_of(models_at(model, location[:-1]))
     if not issubclass(model, Experiment) or path[0] == "elements":
-        return unknown_key(key, known)
+        return unknown_key(key, keys)
     owners = [v for v in VARIANTS if key in keys_of(models_at(model_of(v), path[:-1]))]
     if not owners:
-        return unknown_key(key, known, keys_of_variants())
+        return unknown_key(key, keys, keys_of_variants())
     variant = next((name for name in VARIANTS if model_of(name) is model), NO_VARIANT)
     instead = "; here, `elements` hold the body" if variant == NO_VARIANT else ""
     problem = f"is not a key of the variant {variant}"

@@ -50,7 +50,7 @@ def value_at(owner: Any, path: Path) -> Any:
     return value
 
 
-def found_at(owner: Any, path: Path) -> Any:
+def value_or_none(owner: Any, path: Path) -> Any:
     """Return the value at a path of a config, or of plain data; None if there is no such path."""
     try:
         return value_at(owner, path)
@@ -141,8 +141,8 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
         signal = getattr(section, "signal", None)
         numbers = [key for key, value in signal or () if isinstance(value, float)]
         gains += [("elements", name, "signal", key) for key in numbers]
-        states = [parameter_path(name, section, one.initial_key) for one in declared.states]
-        own_states += [path for path in states if found_at(config, path) is not None]
+        states = [parameter_path(name, section, state.initial_key) for state in declared.states]
+        own_states += [path for path in states if value_or_none(config, path) is not None]
     body = [("body", name) for name in type(config.body).model_fields]
     start = [("initial", name) for name, value in config.initial if isinstance(value, tuple)]
     paths = (*gains, *body, *start, *own_states)
@@ -152,7 +152,7 @@ def entries_of(config: Config) -> tuple[Entry, ...]:
 def controller_gains(config: Config) -> list[Path]:
     """Return the paths of the gains of the controller of a config."""
     paths: list[Path] = [("controller", *place.split(".")) for place in GAINS]
-    return [path for path in paths if found_at(config, path) is not None]
+    return [path for path in paths if value_or_none(config, path) is not None]
 
 
 def entries_under(config: Config, path: Path) -> tuple[Entry, ...]:
@@ -166,8 +166,8 @@ def entries_under(config: Config, path: Path) -> tuple[Entry, ...]:
         # An entry of a symmetric matrix and its mirror image have the same indices.
         places[tuple(sorted(place[0][len(path) :], key=str))].append(place)
     return tuple(
-        Entry(key_of(found[0][0]), found[0][1], tuple(place for place, _ in found))
-        for found in places.values()
+        Entry(key_of(group[0][0]), group[0][1], tuple(place for place, _ in group))
+        for group in places.values()
     )
 
 
@@ -192,7 +192,7 @@ def is_of_initial_state(path: Path) -> bool:
 def unit_at(owner: Any, key: str) -> str:
     """Return the unit of a key of a config, or of plain data; empty if it has none."""
     path = parse_key(key) or ()
-    element = found_at(owner, path[:2])
+    element = value_or_none(owner, path[:2])
     data = element.model_dump(by_alias=True) if isinstance(element, Section) else element
     return unit_of(key_of(names_in(path)), [data])
 

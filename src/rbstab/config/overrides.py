@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from rbstab.config.errors import ConfigError, Location
-from rbstab.config.numbers import found_at, replaced, unit_at
+from rbstab.config.numbers import replaced, unit_at, value_or_none
 from rbstab.config.schema import NO_VARIANT, VARIANTS, model_of, variant_of
 from rbstab.config.source import MAX_DEPTH, Path, Source, key_of, parse_source
 from rbstab.config.units import DEGREES, NumberKey, in_degrees, names_in, number_key, parse_key
@@ -43,7 +43,7 @@ def _assign(source: Source, text: str) -> None:
     source.problems += parsed.problems
     data = _scaled(parsed.data, number.factor) if in_radians else parsed.data
     for depth in range(1, len(path)):
-        if found_at(source.data, path[:depth]) is None:
+        if value_or_none(source.data, path[:depth]) is None:
             _set(source, path[:depth], _default(source.data, path[:depth]), where)
     _set(source, path, data, where)
     source.values |= parsed.values
@@ -53,7 +53,7 @@ def _assign(source: Source, text: str) -> None:
 def _is_in_radians(data: Any, key: NumberKey) -> bool:
     """Whether data have an angle in radians, or none, at a key that is in degrees."""
     is_angle = key.degrees and unit_at(data, key.text).startswith(DEGREES)
-    return is_angle and not isinstance(found_at(data, names_in(key.path)), dict)
+    return is_angle and not isinstance(value_or_none(data, names_in(key.path)), dict)
 
 
 def _scaled(value: Any, factor: float) -> Any:
@@ -70,7 +70,7 @@ def _set(source: Source, path: Path, value: Any, where: Location) -> None:
         source.data = replaced(source.data, {path: value})
     except LookupError:
         problem = "does not exist", "expected a key of the config"
-        above = found_at(source.data, path[:-1])
+        above = value_or_none(source.data, path[:-1])
         if isinstance(above, dict) and DEGREES in above:
             problem = in_degrees(NumberKey(path))
         raise ConfigError.at(where, *problem, key_of(path)) from None
@@ -83,7 +83,7 @@ def _set(source: Source, path: Path, value: Any, where: Location) -> None:
 def _default(data: Any, path: Path) -> Any:
     """Return the initial value of a missing key: its default as a list, else an empty mapping."""
     variant = variant_of(data)
-    known = variant in (*VARIANTS, NO_VARIANT)
-    field = model_of(variant).model_fields.get(str(path[0])) if known else None
-    default = None if field is None else found_at(field.default, path[1:])
+    is_variant = variant in (*VARIANTS, NO_VARIANT)
+    field = model_of(variant).model_fields.get(str(path[0])) if is_variant else None
+    default = None if field is None else value_or_none(field.default, path[1:])
     return list(default) if isinstance(default, tuple) else {}

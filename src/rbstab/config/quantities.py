@@ -31,16 +31,16 @@ def whole(value: Any) -> Any:
     return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
-def version(*known: int) -> BeforeValidator:
+def version(*versions: int) -> BeforeValidator:
     """Return the check of a schema version, which is one of some whole numbers."""
 
     def check(value: Any) -> Any:
         value = whole(value)
         # True equals 1, so a literal would accept it.
-        if type(value) is not int or value not in known:
-            expected = f"expected {' or '.join(map(str, known))}"
-            found = f"is {describe(value)}, which this version of rbstab cannot read"
-            raise value_error(found, expected)
+        if type(value) is not int or value not in versions:
+            expected = f"expected {' or '.join(map(str, versions))}"
+            problem = f"is {describe(value)}, which this version of rbstab cannot read"
+            raise value_error(problem, expected)
         return value
 
     return BeforeValidator(check)

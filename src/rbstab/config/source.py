@@ -195,8 +195,8 @@ class _Reader:
 
     def report(self, where: Location, problem: str, expected: str, path: Path) -> None:
         """Note a problem."""
-        found = ConfigProblem(where, key_of(path), problem, f"expected {expected}")
-        self.source.problems.append(found)
+        config_problem = ConfigProblem(where, key_of(path), problem, f"expected {expected}")
+        self.source.problems.append(config_problem)
 
     def stop(self, where: Location, problem: str, expected: str, path: Path) -> NoReturn:
         """Raise an error of all problems, with one after which nothing can be read."""
@@ -229,29 +229,29 @@ class _Reader:
             self.stop(where, *TOO_DEEP, path)
         if isinstance(event, yaml.MappingStartEvent):
             return self.items(path)
-        found: list[Any] = []
+        entries: list[Any] = []
         while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
-            found.append(self.value(event, (*path, len(found))))
-        return found
+            entries.append(self.value(event, (*path, len(entries))))
+        return entries
 
     def items(self, path: Path) -> dict[str, Any]:
         """Return the mapping whose first event was read."""
-        found: dict[str, Any] = {}
+        mapping: dict[str, Any] = {}
         while not isinstance(key := next(self.events), yaml.MappingEndEvent):
             where = self.location(key.start_mark)
             is_text = isinstance(key, yaml.ScalarEvent) and key.tag in (None, "!")
             if not is_text or key.anchor is not None:
                 self.stop(where, "is a key that is no plain text", "text as a key", path)
             inner = (*path, key.value)
-            if key.value in found:
+            if key.value in mapping:
                 again = f"is given twice, first in line {self.source.keys[inner].line}"
                 self.report(where, again, "each key once", inner)
                 # Its value is read, and is at no path of the data.
                 self.value(next(self.events), (*path, f"{key.value} (again)"))
             else:
                 self.source.keys[inner] = where
-                found[key.value] = self.value(next(self.events), inner)
-        return found
+                mapping[key.value] = self.value(next(self.events), inner)
+        return mapping
 
 
 def key_of(path: Path) -> str:

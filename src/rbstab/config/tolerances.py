@@ -109,7 +109,9 @@ def tolerances_of_key(
     try:
         return tolerances_of(config, [*fixed, f"{key}=±0.001%"])
     except ConfigError as error:
-        raise ConfigError([replace(one, location=where) for one in error.problems]) from error
+        raise ConfigError(
+            [replace(problem, location=where) for problem in error.problems]
+        ) from error
 
 
 def tolerances_of(config: Config, texts: Iterable[str]) -> tuple[Tolerance, ...]:
@@ -127,23 +129,23 @@ def tolerances_of(config: Config, texts: Iterable[str]) -> tuple[Tolerance, ...]
         ConfigError: A text is wrong, two give bounds for the same number, or a bound is not valid.
     """
     problems: list[ConfigProblem] = []
-    found: dict[Path, Tolerance] = {}
+    tolerances: dict[Path, Tolerance] = {}
     for text in texts:
         try:
             new = _tolerances_in(config, text)
         except ConfigError as error:
             problems += error.problems
             continue
-        twice = [one.entry.key for one in new if one.entry.paths[0] in found]
+        twice = [tolerance.entry.key for tolerance in new if tolerance.entry.paths[0] in tolerances]
         if twice:
             problem = f"gives a second tolerance of {twice[0]}"
             problems += _refused(text, problem, "expected one of them").problems
             continue
         problems += _invalid_bounds(config, text, new)
-        found |= {one.entry.paths[0]: one for one in new}
+        tolerances |= {tolerance.entry.paths[0]: tolerance for tolerance in new}
     if problems:
         raise ConfigError(problems)
-    return tuple(found.values())
+    return tuple(tolerances.values())
 
 
 def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
@@ -161,18 +163,18 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
         meant = did_you_mean(closest_keys(key.partition("[")[0], [*sections, *keys_of(config)]))
         raise _refused(text, problem, meant or f"expected a key of {', '.join(sections)}")
     unit = Fraction(1) if match["percent"] else _unit(config, text, key, entries)
-    found = []
+    tolerances = []
     for entry in entries:
         middle = Fraction(repr(entry.value))
         radius = abs(middle) * number / 100 if match["percent"] else number * unit
         if radius > 0:
-            found.append(Tolerance(entry, middle, radius))
-    if not found:
+            tolerances.append(Tolerance(entry, middle, radius))
+    if not tolerances:
         problem = "is a tolerance of 0"
         if match["percent"] and number > 0:
             problem = f"is a tolerance of 0, because {shortened(key)} is 0"
         raise _refused(text, problem, "expected a size above 0")
-    return found
+    return tolerances
 
 
 def _unit(config: Config, text: str, key: str, entries: Iterable[Entry]) -> Fraction:
@@ -210,15 +212,21 @@ def entries_at(config: Config, key: str) -> tuple[Entry, ...]:
     path = read.path
     of_sections = (*entries_of(config), *entries_under(config, ("gravity",)))
     return tuple(
-        entry for entry in of_sections if any(own[: len(path)] == path for own in entry.paths)
+        entry
+        for entry in of_sections
+        if any(entry_path[: len(path)] == path for entry_path in entry.paths)
     )
 
 
-def _invalid_bounds(config: Config, text: str, found: list[Tolerance]) -> list[ConfigProblem]:
+def _invalid_bounds(config: Config, text: str, tolerances: list[Tolerance]) -> list[ConfigProblem]:
     """Return the problems of a config with all numbers at one of their bounds."""
     problems = {}
     for word in ("low", "high"):
-        bounds = {path: float(getattr(one, word)) for one in found for path in one.entry.paths}
+        bounds = {
+            path: float(getattr(tolerance, word))
+            for tolerance in tolerances
+            for path in tolerance.entry.paths
+        }
         try:
             with_numbers(config, bounds)
         except ConfigError as error:

@@ -30,19 +30,19 @@ class AtPoint(Element):
         displacement = point.position(motion, self.point) - self.anchor
         return motion._replace(E=displacement, F=point.velocity(motion, self.point))
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """Return the force of the connector, at the point."""
-        force = super().wrench(self.at_point(motion), own).contact_force
+        force = super().wrench(self.at_point(motion), states).contact_force
         return point.force_at(motion, self.point, force)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """Return the stored energy of the connector, J."""
-        return super().stored(self.at_point(motion), own)
+        return super().stored(self.at_point(motion), states)
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """Return the power that the connector dissipates, W."""
-        return super().dissipated(self.at_point(motion), own)
+        return super().dissipated(self.at_point(motion), states)
 
-    def rates(self, motion: Motion, own: Array) -> Array:
+    def rates(self, motion: Motion, states: Array) -> Array:
         """Return the derivatives of the own states of the connector."""
-        return super().rates(self.at_point(motion), own)
+        return super().rates(self.at_point(motion), states)

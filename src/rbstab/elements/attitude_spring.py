@@ -32,7 +32,7 @@ class AttitudeSpring(Element):
     K: Array
     L: Array
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """½ [M₂₃ - M₃₂, M₃₁ - M₁₃, M₁₂ - M₂₁] - LΩ with M = KA, N m, body.
 
         The energy changes at the rate -½ tr(K A Ω̌), which is minus this couple times Ω.
@@ -41,10 +41,10 @@ class AttitudeSpring(Element):
         skew = np.array([M[1, 2] - M[2, 1], M[2, 0] - M[0, 2], M[0, 1] - M[1, 0]])
         return couple_on_body(0.5 * skew - self.L @ motion.Omega)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """½ tr K(I - A), J."""
         return 0.5 * np.trace(self.K @ (IDENTITY - motion.A))
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """Ω'LΩ, W."""
         return quadratic_form(self.L, motion.Omega)

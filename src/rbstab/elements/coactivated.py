@@ -57,28 +57,28 @@ class CoactivatedTie(ViscoElasticTie, Driven):
     activation_time: Number
     deactivation_time: Number
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """-a(K_c e + L_c ė), N, inertial, at the point."""
-        force, couple, _ = super().wrench(motion, own)
-        activation = self.excitation + own[0]
+        force, couple, _ = super().wrench(motion, states)
+        activation = self.excitation + states[0]
         return Wrench(activation * force, activation * couple, ZERO)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """½ a e'K_c e, J."""
-        return (self.excitation + own[0]) * super().stored(motion, own)
+        return (self.excitation + states[0]) * super().stored(motion, states)
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """a ė'L_c ė, W."""
-        return (self.excitation + own[0]) * super().dissipated(motion, own)
+        return (self.excitation + states[0]) * super().dissipated(motion, states)
 
-    def supplied(self, motion: Motion, own: Array) -> Number:
+    def supplied(self, motion: Motion, states: Array) -> Number:
         """½ ȧ e'K_c e, W."""
-        return self.rates(motion, own)[0] * super().stored(motion, own)
+        return self.rates(motion, states)[0] * super().stored(motion, states)
 
-    def rates(self, motion: Motion, own: Array) -> Array:
+    def rates(self, motion: Motion, states: Array) -> Array:
         """ȧ, 1/s."""
-        lack = self.amplitude * self.signal.value(motion.time) - own[0]
-        share, z = 0.5 * tanh(SMOOTHNESS * lack), 0.5 + 1.5 * (self.excitation + own[0])
+        lack = self.amplitude * self.signal.value(motion.time) - states[0]
+        share, z = 0.5 * tanh(SMOOTHNESS * lack), 0.5 + 1.5 * (self.excitation + states[0])
         rise = (0.5 + share) / (self.activation_time * z)
         return np.array([lack * (rise + (0.5 - share) * z / self.deactivation_time)])
 
@@ -90,6 +90,6 @@ class CoactivatedTie(ViscoElasticTie, Driven):
 class _RestingTie(CoactivatedTie):
     """The tie with a = u_0: r has the energy ½ r², in J, so that its minimum is at r = 0."""
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """½ u_0 e'K_c e + ½ r², J."""
-        return super().stored(motion, 0.0 * own) + 0.5 * square(own[0])
+        return super().stored(motion, 0.0 * states) + 0.5 * square(states[0])

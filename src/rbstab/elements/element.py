@@ -21,8 +21,8 @@ class Element:
 
     A concrete element is a frozen dataclass. Its fields are its gains: arrays of floats, or of
     symbols of a compiled engine. It has a `name` (used for its energy and its parameters), and its
-    class attributes declare its `gains` and its own `states`. In the methods `own` is the array of
-    its own states, one after the other in the order of `states`, shape (state_size,).
+    class attributes declare its `gains` and its own `states`. In the methods `states` is the array
+    of its own states, one after the other in the declared order, shape (state_size,).
     """
 
     name: str
@@ -56,8 +56,8 @@ class Element:
 
     holds: ClassVar[bool] = False
     """Whether it can hold θ2, as a stop against which the body rests. Then it has no own states.
-    Its methods `wrench` and `guards` get the hold as `own`: [τ, α], the couple on θ2 that keeps θ̇2
-    constant, N m, and the acceleration of θ2 that all other elements cause, rad/s². The system
+    Its methods `wrench` and `guards` get the hold as `states`: [τ, α], the couple on θ2 that keeps
+    θ̇2 constant, N m, and the acceleration of θ2 that all other elements cause, rad/s². The system
     computes them (`systems.surface_forces`). At most
     one element of a system may hold."""
 
@@ -66,9 +66,9 @@ class Element:
 
     slides: ClassVar[bool] = False
     """Whether its axes slide on surfaces s = F + κE (`Filippov`). Then it has no own states, and
-    its methods `wrench`, `dissipated` and `guards` get as `own` the equivalent forces that hold its
-    axes there, shape (3,), N, inertial (`systems.surface_forces`). The system computes them, since
-    they follow from the loads of all elements."""
+    its methods `wrench`, `dissipated` and `guards` get as `states` the equivalent forces that hold
+    its axes there, shape (3,), N, inertial (`systems.surface_forces`). The system computes them,
+    since they follow from the loads of all elements."""
 
     from_user: ClassVar[bool] = False
     """Whether its class is from a file of a user. Nothing guarantees that its statements are the
@@ -97,23 +97,23 @@ class Element:
             return self.states
         return tuple(state.of_element(self.name) for state in self.states)
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """Return the force, couple and contact force on the body."""
         raise NotImplementedError
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """Return the stored energy, J."""
         return 0.0
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """Return the dissipated power, W; it is zero or positive for positive definite gains."""
         return 0.0
 
-    def supplied(self, motion: Motion, own: Array) -> Number:
+    def supplied(self, motion: Motion, states: Array) -> Number:
         """Return the power that comes from outside, W; negative where the element takes power."""
         return 0.0
 
-    def rates(self, motion: Motion, own: Array) -> Array:
+    def rates(self, motion: Motion, states: Array) -> Array:
         """Return the derivatives of the own states, shape (state_size,)."""
         return NO_STATE
 
@@ -132,7 +132,7 @@ class Element:
         """
         return self
 
-    def guards(self, motion: Motion, own: Array) -> Array:
+    def guards(self, motion: Motion, states: Array) -> Array:
         """Return the event functions, shape (mode_count,): mode i is 1 where entry i is positive.
 
         Their rates must be continuous at a switch; so the motion goes through it, and cannot slide

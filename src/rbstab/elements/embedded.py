@@ -46,23 +46,23 @@ class EmbeddedConnector(Element):
     def _damping_inverse(self) -> Array:
         return inverse(self.L_d)
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """Λ = -K_c(E - D) - L_c F, N, inertial (eq. 22)."""
-        return force_at_contact(-(self.K_c @ (motion.E - own)) - self.L_c @ motion.F)
+        return force_at_contact(-(self.K_c @ (motion.E - states)) - self.L_c @ motion.F)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """½ (E - D)'K_c(E - D) + ½ D'K_d D, J (eq. 44)."""
-        stretch = quadratic_form(self.K_c, motion.E - own)
-        return 0.5 * stretch + 0.5 * quadratic_form(self.K_d, own)
+        stretch = quadratic_form(self.K_c, motion.E - states)
+        return 0.5 * stretch + 0.5 * quadratic_form(self.K_d, states)
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """F'L_c F + Ḋ'L_d Ḋ, W (eq. 46)."""
         at_contact = quadratic_form(self.L_c, motion.F)
-        return at_contact + quadratic_form(self.L_d, self._state_rate(motion.E, own))
+        return at_contact + quadratic_form(self.L_d, self._state_rate(motion.E, states))
 
-    def rates(self, motion: Motion, own: Array) -> Array:
+    def rates(self, motion: Motion, states: Array) -> Array:
         """Ḋ, m/s (eq. 22)."""
-        return self._state_rate(motion.E, own)
+        return self._state_rate(motion.E, states)
 
     def _state_rate(self, E: Array, D: Array) -> Array:
         """Ḋ = L_d⁻¹(K_c(E - D) - K_d D), m/s (eq. 22)."""

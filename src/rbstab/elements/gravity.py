@@ -20,10 +20,10 @@ class Gravity(Element):
 
     weight: Array
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """G at the centre of gravity (eq. 1)."""
         return force_at_centre(self.weight)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """p = -G'X, J: eq. 27 integrated for a constant G."""
         return -(self.weight @ motion.X)

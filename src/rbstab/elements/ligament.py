@@ -59,7 +59,7 @@ class Ligament(Element):
     damping: Number
     mode: Array = field(default_factory=lambda: np.zeros(2))
 
-    def guards(self, motion: Motion, own: Array) -> Array:
+    def guards(self, motion: Motion, states: Array) -> Array:
         """½((ℓ/ℓ₀)² - 1) and ½((ℓ/ℓ₀)² - (1 + 2 ε_t)²): zero where ε = 0 and ε = 2 ε_t."""
         ratio = squared_length(motion, self.point, self.anchor) / (
             self.slack_length * self.slack_length
@@ -67,7 +67,7 @@ class Ligament(Element):
         end = 1.0 + 2.0 * self.toe_strain
         return np.array([0.5 * (ratio - 1.0), 0.5 * (ratio - end * end)])
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """-(T + c dℓ/dt) along the line if taut, N, inertial, at the point."""
         along, strain = self._line(motion), self._strain(motion)
         taut, beyond = self.mode
@@ -76,7 +76,7 @@ class Ligament(Element):
         tension = taut * (self.stiffness * shape + self.damping * along.rate)
         return along.pull(tension)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """ℓ₀ ∫ T dε, J."""
         return self.energy(self._strain(motion))
 
@@ -88,7 +88,7 @@ class Ligament(Element):
         linear = 0.5 * square(strain - end) + end * end / 6.0
         return taut * self.slack_length * self.stiffness * (toe + beyond * (linear - toe))
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """c (dℓ/dt)² if taut, W."""
         rate = self._line(motion).rate
         return self.mode[0] * self.damping * square(rate)

@@ -119,19 +119,19 @@ class Limited(Motor):
         """Return sat(K x)."""
         return self.saturated(spring)
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """Return that of -sat(K x + L u)."""
         (K, L), (x, u) = self.matrices, self.along(motion)
         return self.acting(motion, -self.saturated(K @ x + L @ u))
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """Σ ∫ sat(k x) dx = Σ M²/k (√(1 + (k x/M)²) - 1), J."""
         K, _ = self.matrices
         ratio = K @ self.along(motion)[0] / self.limit
         roots = entrywise(root_excess, ratio * ratio)
         return self.limit * self.limit / K.diagonal() @ roots
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """(sat(K x + L u) - sat(K x))'u, W: not negative, as sat rises."""
         (K, L), (x, u) = self.matrices, self.along(motion)
         return (self.saturated(K @ x + L @ u) - self.of_spring(K @ x)) @ u
@@ -153,7 +153,7 @@ class Hard(Limited):
 
     mode: Array = field(default_factory=lambda: np.zeros(12))
 
-    def guards(self, motion: Motion, own: Array) -> Array:
+    def guards(self, motion: Motion, states: Array) -> Array:
         """±(K x + L u) - M, and ±K x - M."""
         (K, L), (x, u) = self.matrices, self.along(motion)
         spring = K @ x
@@ -168,7 +168,7 @@ class Hard(Limited):
         """Return sat(K x)."""
         return self._clamped(spring, *self._beyond[2:])
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """Σ ½ k x², and M|x| - ½ M²/k beyond the limit, J."""
         K, _ = self.matrices
         x, _ = self.along(motion)
@@ -215,18 +215,18 @@ class LimitedBodyCouple(LimitedCouple):
     which has either sign.
     """
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """N = -sat(n + L_r Ω), N m, body."""
         total = motion.B.T @ (self.K_r @ motion.Theta) + self.L_r @ motion.Omega
         return couple_on_body(-self.saturated(total))
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """(sat(n + L_r Ω) - sat(n))'Ω, W."""
         n = motion.B.T @ (self.K_r @ motion.Theta)
         rise = self.saturated(n + self.L_r @ motion.Omega) - self.saturated(n)
         return rise @ motion.Omega
 
-    def supplied(self, motion: Motion, own: Array) -> Number:
+    def supplied(self, motion: Motion, states: Array) -> Number:
         """(B'sat(K_r Θ) - sat(n))'Ω, W."""
         spring = self.K_r @ motion.Theta
         there = motion.B.T @ self.saturated(spring)
@@ -282,24 +282,24 @@ class Lagged(Motor):
         """The matrix of what z stores and dissipates: D."""
         return self.left
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """Return that of -K x - D z."""
         x, _ = self.along(motion)
-        return self.acting(motion, -(self.matrices[0] @ x) - self.left @ own)
+        return self.acting(motion, -(self.matrices[0] @ x) - self.left @ states)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """½ x'K x + ½ τ z'D z, J."""
         x, _ = self.along(motion)
-        of_lag = 0.5 * self.lag * quadratic_form(self.weight, own)
+        of_lag = 0.5 * self.lag * quadratic_form(self.weight, states)
         return 0.5 * quadratic_form(self.matrices[0], x) + of_lag
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """z'D z, W."""
-        return quadratic_form(self.weight, own)
+        return quadratic_form(self.weight, states)
 
-    def rates(self, motion: Motion, own: Array) -> Array:
+    def rates(self, motion: Motion, states: Array) -> Array:
         """dz/dt = (u - z)/τ."""
-        return (self.along(motion)[1] - own) / self.lag
+        return (self.along(motion)[1] - states) / self.lag
 
 
 class Late(Lagged):
@@ -313,9 +313,9 @@ class Late(Lagged):
         """The matrix of what z stores and dissipates: L."""
         return self.matrices[1]
 
-    def supplied(self, motion: Motion, own: Array) -> Number:
+    def supplied(self, motion: Motion, states: Array) -> Number:
         """τ z'K u, W."""
-        return self.lag * (own @ (self.matrices[0] @ self.along(motion)[1]))
+        return self.lag * (states @ (self.matrices[0] @ self.along(motion)[1]))
 
 
 def _state(name: str, unit: str, what: str) -> tuple[OwnState, ...]:

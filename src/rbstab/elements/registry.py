@@ -138,10 +138,10 @@ def element_of(section: Any) -> type[Element]:
         return ZeroLengthSpring
     if section.kind == "visco-elastic":
         return _tie_of(section)
-    found = KINDS[section.kind][selected(section)]
-    if found is ForceInput and section.signal.kind == "constant":
+    element_class = KINDS[section.kind][selected(section)]
+    if element_class is ForceInput and section.signal.kind == "constant":
         return ConstantForce
-    return found
+    return element_class
 
 
 def _is_zero(*values: Any) -> bool:

@@ -29,14 +29,14 @@ class RotationalStabilizer(Element):
     K_r: Array
     L_r: Array
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """N = -B'K_r Θ - L_r Ω, N m, body (eq. 23)."""
         return couple_on_body(-(motion.B.T @ (self.K_r @ motion.Theta)) - self.L_r @ motion.Omega)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """½ Θ'K_r Θ, J (eq. 25)."""
         return 0.5 * quadratic_form(self.K_r, motion.Theta)
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """Ω'L_r Ω, W (eq. 29)."""
         return quadratic_form(self.L_r, motion.Omega)

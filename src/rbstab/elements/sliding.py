@@ -66,7 +66,7 @@ class Sliding(Element):
         here = self.at_point(motion)
         return self.surface(here.E, here.F)
 
-    def force(self, motion: Motion, own: Array) -> Array:
+    def force(self, motion: Motion, states: Array) -> Array:
         """Return Λ = -K_s (σ + β s/δ), shape (3,), N, inertial (eq. 39 without a layer).
 
         The motion has E and F of the point.
@@ -75,11 +75,11 @@ class Sliding(Element):
         inside = layer * self.surface(motion.E, motion.F) / self.layer_width
         return -(self.K_s * (side + inside))
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """Λ, N, inertial."""
-        return force_at_contact(self.force(motion, own))
+        return force_at_contact(self.force(motion, states))
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """Σ K_s |E| for s = E, J: each axis stores K_s σE, in a layer K_s (E² + δ²)/(2δ).
 
         Both are equal at |E| = δ. For s = F + κE the force has no potential, and the result is 0.
@@ -128,7 +128,7 @@ class Crossing(Sliding):
         """σ = 2m - 1, and no layer."""
         return 2.0 * self.mode - 1.0, np.zeros(3)
 
-    def guards(self, motion: Motion, own: Array) -> Array:
+    def guards(self, motion: Motion, states: Array) -> Array:
         """E of each axis, m."""
         return self.distance_along(motion)
 
@@ -149,7 +149,7 @@ class Layered(Sliding):
         above, below = self.mode[:3], self.mode[3:]
         return above - below, 1.0 - above - below
 
-    def guards(self, motion: Motion, own: Array) -> Array:
+    def guards(self, motion: Motion, states: Array) -> Array:
         """s - δ and -s - δ of each axis, m or m/s."""
         s = self.distance_along(motion)
         return np.concatenate([s - self.layer_width, -s - self.layer_width])
@@ -163,7 +163,7 @@ class Filippov(Sliding):
     equivalent force λ that keeps ṡ = 0, while |λ| < K_s (Filippov's rule).
 
     Its modes are the sides m, 1 for each axis with s > 0, then the holds h, 1 for each axis that is
-    held, shape (6,). Both are 1 for a held axis. In the methods `own` is λ (`Element.slides`).
+    held, shape (6,). Both are 1 for a held axis. In the methods `states` is λ (`Element.slides`).
     """
 
     mode_count: ClassVar[int] = 6
@@ -180,16 +180,16 @@ class Filippov(Sliding):
         """σ = (2m - 1)(1 - h), and no layer."""
         return (2.0 * self.mode[:3] - 1.0) * (1.0 - self.held), np.zeros(3)
 
-    def force(self, motion: Motion, own: Array) -> Array:
+    def force(self, motion: Motion, states: Array) -> Array:
         """Return Λ = -K_s σ, and λ on the held axes, shape (3,), N, inertial."""
-        return super().force(motion, own) + self.held * own
+        return super().force(motion, states) + self.held * states
 
-    def guards(self, motion: Motion, own: Array) -> Array:
+    def guards(self, motion: Motion, states: Array) -> Array:
         """s, and -1; on a held axis 1 - λ/K_s and 1 + λ/K_s, which fall to 0 where it is released.
 
         They depend on the mode, and what follows them is Filippov's choice (`systems.filippov`).
         """
-        load, free = own / self.K_s, 1.0 - self.held
+        load, free = states / self.K_s, 1.0 - self.held
         side = free * self.distance_along(motion) + self.held * (1.0 - load)
         return np.concatenate([side, self.held * (1.0 + load) - free])
 
@@ -243,13 +243,13 @@ class SlidingTie(AtPoint, Sliding):
         """Return the point of the tie."""
         return self.point
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """The power that the force takes from the body, W: 0 for s = E, -F'Λ for s = F + κE.
 
         On s = F + κE it is negative where the force pulls the point towards E = 0.
         """
         here = self.at_point(motion)
-        return -self.rate_weight * (self.force(here, own) @ here.F)
+        return -self.rate_weight * (self.force(here, states) @ here.F)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

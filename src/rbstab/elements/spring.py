@@ -101,18 +101,18 @@ class Spring(Element):
     rest_length: Number
     damping: Number
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """-(k(ℓ - ℓ₀) + c dℓ/dt) along the line, N, inertial, at the point."""
         along = line(motion, self.point, self.anchor)
         tension = self.stiffness * (along.length - self.rest_length) + self.damping * along.rate
         return along.pull(tension)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """½ k(ℓ - ℓ₀)², J."""
         extension = line(motion, self.point, self.anchor).length - self.rest_length
         return 0.5 * self.stiffness * square(extension)
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """c (dℓ/dt)², W."""
         rate = line(motion, self.point, self.anchor).rate
         return self.damping * square(rate)
@@ -147,11 +147,11 @@ class ZeroLengthSpring(Element):
     anchor: Array
     stiffness: Number
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """-k e, N, inertial, at the point."""
         e = point.position(motion, self.point) - self.anchor
         return point.force_at(motion, self.point, -self.stiffness * e)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """½ k e'e, J."""
         return 0.5 * self.stiffness * squared_length(motion, self.point, self.anchor)

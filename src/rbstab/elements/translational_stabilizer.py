@@ -29,14 +29,14 @@ class TranslationalStabilizer(Element):
     K_t: Array
     L_t: Array
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """H = -K_t X - L_t V, N, inertial (eq. 24)."""
         return force_at_centre(-(self.K_t @ motion.X) - self.L_t @ motion.V)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """½ X'K_t X, J (eq. 25)."""
         return 0.5 * quadratic_form(self.K_t, motion.X)
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """V'L_t V, W (eq. 29)."""
         return quadratic_form(self.L_t, motion.V)

@@ -30,15 +30,15 @@ class ViscoElasticConnector(Element):
     K_c: Array
     L_c: Array
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """Λ = -K_c E - L_c F, N, inertial (eq. 40)."""
         return force_at_contact(-(self.K_c @ motion.E) - self.L_c @ motion.F)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """½ E'K_c E, J (eq. 41)."""
         return 0.5 * quadratic_form(self.K_c, motion.E)
 
-    def dissipated(self, motion: Motion, own: Array) -> Number:
+    def dissipated(self, motion: Motion, states: Array) -> Number:
         """F'L_c F, W (eq. 43)."""
         return quadratic_form(self.L_c, motion.F)
 

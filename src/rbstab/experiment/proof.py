@@ -19,7 +19,7 @@ from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.stored_proof.data import STOPPED, SUPPLIES, TOO_FEW
 from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof, no_proof
-from rbstab.experiment.stored_proof.reduced import Found, proof_record, searched_record
+from rbstab.experiment.stored_proof.reduced import RangeProof, proof_record, searched_record
 from rbstab.experiment.stored_proof.rotations import rotations_record
 from rbstab.files.counts import grouped
 from rbstab.integrate.problem import Problem
@@ -78,8 +78,8 @@ def prove(
     config = load_config(config)
     begin = time.perf_counter()
     with np.errstate(all="ignore"):
-        found = _proof_of(config, problem, search_only=search_only, brief=brief)
-    return found.model_copy(update={"seconds": time.perf_counter() - begin}).of(config)
+        proof = _proof_of(config, problem, search_only=search_only, brief=brief)
+    return proof.model_copy(update={"seconds": time.perf_counter() - begin}).of(config)
 
 
 def _proof_of(config: Config, problem: Problem | None, *, search_only: bool, brief: bool) -> Proof:
@@ -96,10 +96,10 @@ def _proof_of(config: Config, problem: Problem | None, *, search_only: bool, bri
     exact_system = partial(system_of, without_code(config))
     families = ""
     if not search_only:
-        found = _rotations_proof(identity, system, exact_system, brief=brief)
-        if isinstance(found, Proof):
-            return found
-        families = found
+        on_rotations = _rotations_proof(identity, system, exact_system, brief=brief)
+        if isinstance(on_rotations, Proof):
+            return on_rotations
+        families = on_rotations
     why_not = no_theorem(config)
     if why_not is not None:
         return _searched(identity, system, f"no proof was tried, as {why_not}")
@@ -137,11 +137,11 @@ def _rotations_proof(
         if why_indefinite(exact) or why_not_damped_on_rotations(exact):
             return ""
         limit = BRIEF_LIMIT if brief else FULL_LIMIT
-        found = rest_rotations(energy, limit // SLOWER if energy.free else limit)
-        if not (found.proved or found.families):
-            return found.why if found.is_family else ""
-        why = why_not_almost_every_start(energy, found, exact)
-        return rotations_record(identity, system, energy, found, why)
+        rotations = rest_rotations(energy, limit // SLOWER if energy.free else limit)
+        if not (rotations.proved or rotations.families):
+            return rotations.why if rotations.is_family else ""
+        why = why_not_almost_every_start(energy, rotations, exact)
+        return rotations_record(identity, system, energy, rotations, why)
     except NotOnRotationsError:
         return ""
 
@@ -157,30 +157,30 @@ def _body_proof(identity: str, body: "Body", *, search_only: bool, brief: bool) 
 
     if search_only:
         rest = body.searched()
-        return proof_record(identity, body.energy, Found(rest, body.regions(rest)), None)
+        return proof_record(identity, body.energy, RangeProof(rest, body.regions(rest)), None)
     limit = search_limit(body.energy, brief=brief)
     rest = body.proved(limit.boxes)
     stopped = stops(rest)
-    rate_known = stopped and rest.examined >= limit.telling
-    too_few = rate_known and rest.covered * limit.most < ENOUGH * rest.examined
+    rate_tells = stopped and rest.examined >= limit.telling
+    too_few = rate_tells and rest.covered * limit.most < ENOUGH * rest.examined
     changes = {"outcome": _too_few(rest, limit.most)} if too_few else {}
     left = limit.boxes - rest.examined
     if limit.slow and stopped:
         # Undecided boxes cover most of the range, so no region is left.
-        found, unwrapped, by_limit = Found(rest, NO_REGIONS), None, True
+        in_range, unwrapped, by_limit = RangeProof(rest, NO_REGIONS), None, True
     else:
         wide = body.wide(rest, left if brief else None)
         # Where every start converges, no region is needed: it is all of the range.
         needed = not (rest.every_start_of_range or (wide is not None and wide.every_start))
-        found = Found(rest, body.regions(rest) if needed else NO_REGIONS)
-        unwrapped = found if wide is rest else None
+        in_range = RangeProof(rest, body.regions(rest) if needed else NO_REGIONS)
+        unwrapped = in_range if wide is rest else None
         if wide is not None and wide is not rest:
             # Where the search of the wide range stopped, undecided boxes cover most of it.
             regions = needed and not stops(wide)
             confined = body.regions(wide, confining=True) if regions else NO_REGIONS
-            unwrapped = Found(wide, confined)
+            unwrapped = RangeProof(wide, confined)
         by_limit = stopped or (left < body.wide_limit and stops(wide))
-    record = proof_record(identity, body.energy, found, unwrapped)
+    record = proof_record(identity, body.energy, in_range, unwrapped)
     return record.model_copy(update={**changes, "brief": True if brief and by_limit else None})
 
 
@@ -198,7 +198,7 @@ def _with_near_model(config: Config, system: System, proof: Proof) -> Proof:
     if (
         proof.outcome.startswith((STOPPED, TOO_FEW))
         and config.controller.variant in TIES_OF_C
-        and any(isinstance(one, Ligament) for one in system.elements)
+        and any(isinstance(element, Ligament) for element in system.elements)
     ):
         return proof.model_copy(update={"outcome": f"{proof.ended}; {HELD_INSTEAD}"})
     return proof

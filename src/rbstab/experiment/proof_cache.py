@@ -26,7 +26,7 @@ PROOFS = "proofs"
 WITHIN_TOLERANCES = ("within-", "starts-")
 """The beginnings of the names of proofs for all bodies, or for all starts, within tolerances."""
 
-MAX_KNOWN = 64
+MAX_KEPT = 64
 """The most proofs that a process keeps."""
 
 NO_FILE_ERRORS = (
@@ -78,13 +78,13 @@ def _read(file: Path) -> "Proof | None":
     """Read a proof; None if it is missing or damaged. It is read once, until its file changes."""
     try:
         # A proof appears by a rename, so a new one is another file.
-        return _known(file, identity_of(file.stat()))
+        return _read_once(file, identity_of(file.stat()))
     except (OSError, ValueError):
-        return _known.__wrapped__(file, ())  # reading it tells the error
+        return _read_once.__wrapped__(file, ())  # reading it tells the error
 
 
-@lru_cache(MAX_KNOWN)
-def _known(file: Path, _identity: tuple[int, ...]) -> "Proof | None":
+@lru_cache(MAX_KEPT)
+def _read_once(file: Path, _identity: tuple[int, ...]) -> "Proof | None":
     """Read a proof, once for each device, inode, size and times of its file."""
     from rbstab.experiment.stored_proof.proof import Proof
 
@@ -118,8 +118,8 @@ def sufficient_proof(folder: Path, config: Config, *, brief: bool) -> "Proof | N
     Raises:
         StoreError: The disk fails to read it.
     """
-    found = cached_proof(folder, config)
-    return found if found is not None and (brief or not found.brief) else None
+    proof = cached_proof(folder, config)
+    return proof if proof is not None and (brief or not proof.brief) else None
 
 
 def why_unreadable(folder: Path) -> str:
@@ -175,14 +175,14 @@ def proof_for(
     """
     from rbstab.experiment.proof import prove
 
-    found = sufficient_proof(folder, config, brief=brief)
-    if found is not None:
-        return found
+    cached = sufficient_proof(folder, config, brief=brief)
+    if cached is not None:
+        return cached
     made = prove(config, problem, brief=brief)
     if made.brief:
         # Another process may have stored a proof in the meantime that did not end early.
-        found = cached_proof(folder, config)
-        if found is not None:
-            return found
+        cached = cached_proof(folder, config)
+        if cached is not None:
+            return cached
     write_document(proof_file(folder, config), made.model_dump(mode="json"))
     return made

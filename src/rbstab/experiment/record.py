@@ -97,10 +97,10 @@ def zero_of(
     if trajectory.status in (RunStatus.RANGE_LEFT, RunStatus.DIVERGED, RunStatus.ZERO_LENGTH):
         return LyapunovZero(nearest, approached=False, is_lowest=True)
     system, last = trajectory.systems[-1], trajectory.states[-1]
-    own = last[system.coordinates.size :]
+    element_states = last[system.coordinates.size :]
     with np.errstate(all="ignore"):
         smooth, motion = smooth_rest_system(problem), system.motion(last)
-        return lyapunov_zero(smooth, motion, own, nearest, is_late)
+        return lyapunov_zero(smooth, motion, element_states, nearest, is_late)
 
 
 def recording_time(problem: Problem) -> float:
@@ -255,11 +255,11 @@ class _Observer:
 
     def __call__(self, system: System, state: Array, t: float) -> Array:
         """Return the quantities of a system that outlives this object."""
-        found = self._of.get(id(system))
-        if found is None:
-            found = StraightLine(_values, system, len(state), timed=system.timed)
-            self._of[id(system)] = found
-        return found(state, t)
+        straight_line = self._of.get(id(system))
+        if straight_line is None:
+            straight_line = StraightLine(_values, system, len(state), timed=system.timed)
+            self._of[id(system)] = straight_line
+        return straight_line(state, t)
 
 
 def _values(system: System, state: Array, t: Number = 0.0) -> Array:

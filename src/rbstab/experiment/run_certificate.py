@@ -45,12 +45,12 @@ def rest_state_check(proof: "Proof | None") -> Check:
         return stable
     verdicts = {True: Verdict.CERTIFIED, False: Verdict.VIOLATED, None: Verdict.UNKNOWN}
     verdict, count = verdicts[proof.globally_stable], len(proof.states)
-    known, quantity = sum(state.proved for state in proof.states), LEAST_REST_STATES
+    proved_count, quantity = sum(state.proved for state in proof.states), LEAST_REST_STATES
     incomplete = verdict is Verdict.VIOLATED and not proof.proved
     if proof.families:
         count = max(count + 1, 2)
-    elif incomplete and known > 1:
-        count = known
+    elif incomplete and proved_count > 1:
+        count = proved_count
     else:
         verdict = Verdict.UNKNOWN if incomplete else verdict
         quantity = REST_STATES if proof.on_rotations is None else ON_ROTATIONS
@@ -72,11 +72,13 @@ def proved_checks(problem: Problem, proof: "Proof | None") -> list[Check]:
     # Imported late: most runs have no proof.
     from rbstab.experiment.stored_proof.starts import start_level
 
-    level, found = start_level(problem, proof), convergence_at_start(problem, proof)
-    if level is not None and found.rest_state is not None and found.bound is not None:
-        value = level + proof.states[0].energy - proof.states[found.rest_state - 1].energy
-        quantity = ABOVE.replace("1", str(found.rest_state))
-        region = Check(CERTIFIED_REGION, Verdict.CERTIFIED, value, found.bound, np.nan, quantity)
+    level, convergence = start_level(problem, proof), convergence_at_start(problem, proof)
+    if level is not None and convergence.rest_state is not None and convergence.bound is not None:
+        value = level + proof.states[0].energy - proof.states[convergence.rest_state - 1].energy
+        quantity = ABOVE.replace("1", str(convergence.rest_state))
+        region = Check(
+            CERTIFIED_REGION, Verdict.CERTIFIED, value, convergence.bound, np.nan, quantity
+        )
     elif level is not None and proof.region is not None:
         region = region._replace(value=level, bound=proof.region.lower_bound)
     return [stable, region]

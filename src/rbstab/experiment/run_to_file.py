@@ -64,9 +64,9 @@ def run_to_file(  # noqa: PLR0913 (what to run; how, and into which file)
     identical = old is not None and old.run_id == run_id(config)
     text = resolved_yaml(config)
 
-    def is_final(found: Result) -> bool:
-        is_current = found.config == text and not depends_on_machine(found)
-        return is_current and _has_proof(found, problem, proof, enclose)
+    def is_final(stored: Result) -> bool:
+        is_current = stored.config == text and not depends_on_machine(stored)
+        return is_current and _has_proof(stored, problem, proof, enclose)
 
     if old is not None and identical and not force:
         if old.config != text:
@@ -102,8 +102,8 @@ def prove_run(
         StoreError: The result cannot be written.
     """
 
-    def is_final(found: Result) -> bool:
-        return _has_proof(found, problem, proof, enclose)
+    def is_final(stored: Result) -> bool:
+        return _has_proof(stored, problem, proof, enclose)
 
     if is_final(run.result):
         return run
@@ -120,11 +120,11 @@ def finished_run(
         The result; None if it is missing, not final, or lacks the checks.
     """
     try:
-        found = open_result(path)
+        result = open_result(path)
     except StoreError:
         return None
-    same = found.run_id == run_id(config) and not depends_on_machine(found)
-    return found if same and _has_proof(found, problem, proof) else None
+    same = result.run_id == run_id(config) and not depends_on_machine(result)
+    return result if same and _has_proof(result, problem, proof) else None
 
 
 def _has_proof(

@@ -89,12 +89,12 @@ def stability_of(
     with np.errstate(all="ignore"):
         for state in proof.states:
             Z = np.concatenate([state.orientation, ZERO, state.position, ZERO])
-            found = None
+            linearisation = None
             if not state.held and abs(np.cos(state.orientation[1])) >= POLE:
                 rest = motion_from_centre(system.body, system.anchor, Z)
                 with suppress(NoDerivativesError):
-                    found = linearise(system, rest, np.array(state.connector_state))
-            linearisations.append(found)
+                    linearisation = linearise(system, rest, np.array(state.connector_state))
+            linearisations.append(linearisation)
         start = start_level(problem, proof)
     reached = start_state(problem, proof)
     return Stability(proof, tuple(linearisations), start, reached, convergence)
@@ -148,8 +148,8 @@ def _counted(proof: ProofData) -> str:
         every = " to be all" if count else ""
         lengths = " at which each spring has a length" if proof.needs_lengths else ""
         return f"{counted_states(count)} {proof.place}{lengths}{kinds}; proved{every} ({boxes})"
-    known = sum(state.proved for state in proof.states)
-    some = f"; {known} of them proved" if 0 < known < count else ""
+    proved_count = sum(state.proved for state in proof.states)
+    some = f"; {proved_count} of them proved" if 0 < proved_count < count else ""
     return f"{counted_states(count)} found{kinds}{some}; not proved to be all: {proof.ended}"
 
 
@@ -181,27 +181,27 @@ def _regions(proof: ProofData) -> Iterator[str]:
     """Yield the certified region, and the regions of other minima."""
     region = proof.region
     if proof.every_start and proof.states:
-        found = "all of the range; c* is infinite"
+        text = "all of the range; c* is infinite"
     elif region is None:
-        found = "none"
+        text = "none"
     else:
         where = f"on {region.face}" if region.face else "at another rest state"
         if region.face == NO_LENGTH:
             where = f"at {NO_LENGTH}"
         attained, goes_on = f"(c* is attained {where})", f"; {GOES_ON}" if proof.goes_on else ""
         if region.lower_bound > 0:
-            found = f"{_converging(region.lower_bound)} {attained}"
+            text = f"{_converging(region.lower_bound)} {attained}"
         elif region.level > 0:
             level = f"less than {region.level:.6g} J above the lowest rest state"
-            found = f"{level}, from a search, not proved {attained}{goes_on}"
+            text = f"{level}, from a search, not proved {attained}{goes_on}"
         elif proof.regions:
-            found = (
+            text = (
                 "no level above the lowest rest state is enough, as others lie as low. Each has a "
                 "region of its own"
             )
         else:
-            found = "empty"
-    yield f"Certified region: {found}"
+            text = "empty"
+    yield f"Certified region: {text}"
     if region is not None and not (proof.every_start and proof.states):
         yield from _of_minima(proof)
 
@@ -217,44 +217,45 @@ def _converging(level: float) -> str:
 def _of_minima(proof: ProvedStates, what: str = "Region") -> Iterator[str]:
     """Yield a sentence on each region that goes beyond the certified one."""
     certified = 0.0 if proof.region is None else proof.region.lower_bound
-    for one in proof.regions:
-        where = "not located" if one.pass_face is None else f"on {one.pass_face}"
-        if one.pass_state is not None:
-            where = f"at rest state {one.pass_state}"
-        if one.rest_state > 1 or one.lower_bound > certified * (1 + NOT_DEEPER):
+    for region in proof.regions:
+        where = "not located" if region.pass_face is None else f"on {region.pass_face}"
+        if region.pass_state is not None:
+            where = f"at rest state {region.pass_state}"
+        if region.rest_state > 1 or region.lower_bound > certified * (1 + NOT_DEEPER):
             yield (
-                f"{what} of rest state {one.rest_state}: {rounded_down(one.lower_bound)} J deep, "
-                f"proved. Every motion in it converges to this rest state; its pass is {where}"
+                f"{what} of rest state {region.rest_state}: {rounded_down(region.lower_bound)} J "
+                f"deep, proved. Every motion in it converges to this rest state; its pass "
+                f"is {where}"
             )
 
 
 def _unwrapped(proof: ProofData) -> Iterator[str]:
     """Yield sentences on all real θ1 and θ3."""
-    found, on_rotations = proof.unwrapped, proof.on_rotations is not None
+    wide, on_rotations = proof.unwrapped, proof.on_rotations is not None
     searched = not proof.has_energy or proof.outcome == SEARCHED
     if searched or on_rotations or proof.within_barriers:
         return
-    if found is None and (proof.brief or not proof.proved):
+    if wide is None and (proof.brief or not proof.proved):
         yield f"{UNWRAPPED}: not decided{f' ({GOES_ON})' if proof.goes_on else ''}"
-    elif found is None:
+    elif wide is None:
         cause = f"{UNSPRUNG}, so " if proof.unsprung else ""
         why = f"{cause}rest states may have angles too large for a proof"
         yield f"{UNWRAPPED}: not decided; {why}"
-    elif not found.proved:
-        yield f"{UNWRAPPED}: not decided ({proof.ended_in(found)})"
+    elif not wide.proved:
+        yield f"{UNWRAPPED}: not decided ({proof.ended_in(wide)})"
     else:
-        kinds, boxes = f": {kinds_of(found.states)}" if found.states else "", found.examined
-        sure = f"{counted_states(len(found.states))}{kinds}; proved ({grouped(boxes)} boxes)"
+        kinds, boxes = f": {kinds_of(wide.states)}" if wide.states else "", wide.examined
+        sure = f"{counted_states(len(wide.states))}{kinds}; proved ({grouped(boxes)} boxes)"
         every = ""
         if proof.every_start:
             every = f"start {'within the stop' if proof.kept_by == STOP else 'with |θ2| < π/2'}"
-        elif found.globally_stable:
+        elif wide.globally_stable:
             every = f"motion that {keeps_distance(proof) or 'stays at |θ2| < π/2'}"
         stable = f"; globally stable: every {every} converges" if every else ""
         yield f"{UNWRAPPED}: {sure}{stable}"
-        if found.region is not None and found.region.lower_bound > 0:
-            yield f"{UNWRAPPED}: {_converging(found.region.lower_bound)}"
-        yield from _of_minima(found, f"{UNWRAPPED}: region")
+        if wide.region is not None and wide.region.lower_bound > 0:
+            yield f"{UNWRAPPED}: {_converging(wide.region.lower_bound)}"
+        yield from _of_minima(wide, f"{UNWRAPPED}: region")
 
 
 def _start_sentences(stability: Stability) -> list[str]:

@@ -34,7 +34,7 @@ def quoted(text: str) -> str:
     return '"' + _BEFORE_QUOTE.sub(r"\1\1", text).replace('"', r"\"") + '"'
 
 
-def one_after_the_other(first: str, second: str) -> str:
+def chained_commands(first: str, second: str) -> str:
     """Return the text that says to run two commands.
 
     The PowerShell that comes with Windows does not know `&&`, and `cmd` does not know `;`.

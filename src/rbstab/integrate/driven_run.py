@@ -31,8 +31,8 @@ class DrivenRun(Run):
 
     def result(self) -> Trajectory:
         """Integrate, and return the trajectory with its impacts and switches."""
-        found = super().result()
-        return self.driver.recorded(found)
+        trajectory = super().result()
+        return self.driver.recorded(trajectory)
 
     def add_sample(self, t: float, y: Array, so_far: SoFar | None = None) -> None:
         """Keep a sample, and the switches before it: by default all so far."""

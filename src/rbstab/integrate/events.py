@@ -68,12 +68,12 @@ def first_event(
     columns = [states[0], *path(times[1:-1]).T, states[1]]
     pairs = zip(columns, times.tolist(), strict=True)
     values = np.array([functions(state, t) for state, t in pairs])
-    found = [
+    events = [
         event
         for number in _suspects(values, slopes, times[1] - times[0])
         if (event := _Search(functions, path, number).first_zero(times, values, slopes)) is not None
     ]
-    return min(found, key=lambda event: event.time, default=None)
+    return min(events, key=lambda event: event.time, default=None)
 
 
 def _suspects(values: Array, slopes: Sequence[Array], length: float) -> list[int]:
@@ -141,13 +141,13 @@ class _Search:
         # Imported late: heyoka finds the zeros of most events itself, and sweeps start faster.
         from scipy.optimize import minimize_scalar
 
-        found = minimize_scalar(
+        optimum = minimize_scalar(
             lambda t: sign * self(t),
             bounds=(begin, end),
             method="bounded",
             options={"xatol": MIN_ACCURACY * (end - begin)},
         )
-        return float(found.x)
+        return float(optimum.x)
 
     def _between(self, above: float, below: float) -> Event:
         """Return the zero between a time with a positive and one with a negative value."""

@@ -105,8 +105,8 @@ class ImplicitRun(Run):
 
     def result(self) -> Trajectory:
         """Integrate, and return the trajectory with its switches."""
-        found = super().result()
-        return replace(found, switches=self.record.trace())
+        trajectory = super().result()
+        return replace(trajectory, switches=self.record.trace())
 
     def stops(self) -> list[float]:
         """Return the times of the samples after the first, s."""
@@ -168,9 +168,9 @@ class ImplicitRun(Run):
 
     def _choice(self, h: float) -> tuple[Array, Array]:
         """Return the side of each axis at the end of a step, 0 if it is held, and its σ."""
-        found = self._end(np.append(self.y, h))
+        end = self._end(np.append(self.y, h))
         try:
-            sides, forces = pivoted(found[:9].reshape(3, 3), found[9:], self.sides)
+            sides, forces = pivoted(end[:9].reshape(3, 3), end[9:], self.sides)
         except np.linalg.LinAlgError as error:
             raise StopRun(RunStatus.SOLVER_FAILURE, f"a step failed ({error})") from error
         return sides, -forces

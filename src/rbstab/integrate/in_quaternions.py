@@ -55,24 +55,27 @@ class InQuaternions:
         system, q = in_quaternions(problem.system)
         start = q.from_angles(problem.start)
         inner = replace(problem, system=system, start=start, range_bound=NEVER, quaternion=False)
-        found = self.engine(inner, progress, deadline)
-        Theta, turn, told = _angles_along(q, found, problem.start[THETA])
-        steps = 0 if told else found.steps / self.steps
-        parts = _parts_needed(turn, steps, found)
-        states = q.to_angles(found.states.T, Theta)
-        outer = {one: replace(one, coordinates=q.angles) for one in set(found.systems)}
-        found = replace(
-            found,
+        trajectory = self.engine(inner, progress, deadline)
+        Theta, turn, told = _angles_along(q, trajectory, problem.start[THETA])
+        steps = 0 if told else trajectory.steps / self.steps
+        parts = _parts_needed(turn, steps, trajectory)
+        states = q.to_angles(trajectory.states.T, Theta)
+        outer = {
+            inner_system: replace(inner_system, coordinates=q.angles)
+            for inner_system in set(trajectory.systems)
+        }
+        trajectory = replace(
+            trajectory,
             states=np.ascontiguousarray(states.T),
-            systems=tuple(outer[one] for one in found.systems),
+            systems=tuple(outer[inner_system] for inner_system in trajectory.systems),
         )
-        return found if parts == 1 else self._with_turns(problem, found, parts, deadline)
+        return trajectory if parts == 1 else self._with_turns(problem, trajectory, parts, deadline)
 
     def _with_turns(
-        self, problem: Problem, found: Trajectory, parts: int, deadline: Deadline
+        self, problem: Problem, trajectory: Trajectory, parts: int, deadline: Deadline
     ) -> Trajectory:
         """Return a trajectory with the turns of finer samples, as far as there are any in time."""
-        times, recording = found.times, deadline.recording_time
+        times, recording = trajectory.times, deadline.recording_time
         # Nothing of the finer samples is recorded.
         deadline.recording_time = 0.0
         fine = refined(times, parts)
@@ -84,10 +87,14 @@ class InQuaternions:
         # A run that stopped early may stop a rounding error earlier now.
         rows = np.minimum(parts * np.arange(len(times)), len(finer.times) - 1)
         reached = np.isclose(finer.times[rows], times, rtol=1e-9, atol=0.0)
-        states = found.states.copy()
+        states = trajectory.states.copy()
         states[:, THETA] = same_turns(states[:, THETA].T, finer.states[rows, THETA].T).T
-        found = replace(found, states=states)
-        return found if reached.all() else first_samples(found, int(reached.argmin()), deadline)
+        trajectory = replace(trajectory, states=states)
+        return (
+            trajectory
+            if reached.all()
+            else first_samples(trajectory, int(reached.argmin()), deadline)
+        )
 
 
 def in_quaternions(system: System) -> tuple[System, QuaternionCoordinates]:
@@ -98,29 +105,29 @@ def in_quaternions(system: System) -> tuple[System, QuaternionCoordinates]:
 
 
 def _angles_along(
-    q: QuaternionCoordinates, found: Trajectory, start: Array
+    q: QuaternionCoordinates, trajectory: Trajectory, start: Array
 ) -> tuple[Array, float, bool]:
     """Return Θ at samples, the largest turn in doubt, rad, and whether the ends of steps tell."""
-    count, ends, more = len(found.times), found.ends, np.zeros((q.size, 0))
+    count, ends, more = len(trajectory.times), trajectory.ends, np.zeros((q.size, 0))
     told = ends is not None and ends.complete and len(ends.times) > 1
     if ends is not None and told:
         more = np.array(ends.states).T
     times = np.array(ends.times if ends is not None and told else [])
-    Theta, turn = q.angles_along(found.states.T, found.times, start, more, times)
+    Theta, turn = q.angles_along(trajectory.states.T, trajectory.times, start, more, times)
     return Theta[:, :count], turn, told
 
 
-def _parts_needed(turn: float, intervals: float, found: Trajectory) -> int:
+def _parts_needed(turn: float, intervals: float, trajectory: Trajectory) -> int:
     """Return into how many parts the intervals of a motion must be divided to show how it turns.
 
     Args:
         turn: The largest turn in doubt, rad.
         intervals: The fewest intervals that show it.
-        found: The motion.
+        trajectory: The motion.
     """
-    samples = max(len(found.times) - 1, 1)
+    samples = max(len(trajectory.times) - 1, 1)
     needed = max(turn / LONGEST_TURN, intervals / samples)
-    enough = max(INTERVALS_PER_STEP * max(found.steps, 1) / samples, 1.0)
+    enough = max(INTERVALS_PER_STEP * max(trajectory.steps, 1) / samples, 1.0)
     # A turn that is no number needs none.
     parts = min(needed, enough) if needed > 1.0 else 1.0
     return 2 ** math.ceil(math.log2(parts))

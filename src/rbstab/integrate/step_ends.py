@@ -43,9 +43,9 @@ class StepEnds:
 
     def until(self, t: float) -> "StepEnds":
         """Return the ends up to a time, s."""
-        found = StepEnds()
-        found.complete = self.complete
+        ends = StepEnds()
+        ends.complete = self.complete
         count = sum(time <= t for time in self.times)
-        found.times, found.states = self.times[:count], self.states[:count]
-        found.systems = self.systems[:count]
-        return found
+        ends.times, ends.states = self.times[:count], self.states[:count]
+        ends.systems = self.systems[:count]
+        return ends

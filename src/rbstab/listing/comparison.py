@@ -94,10 +94,10 @@ def compare(first: Path, second: Path) -> Comparison:
 def _comparison(
     kind: str, inputs: Sequence[Mapping[str, Any]], outcomes: Sequence[Outcome]
 ) -> Comparison:
-    (first, second), (one, other) = inputs, outcomes
+    (first, second), (left, right) = inputs, outcomes
     same = all(first.get(section) == second.get(section) for section in SYSTEM)
     without = NO_RATIO if same else (*NO_RATIO, *V_ROWS)
-    return Comparison(kind, _inputs(first, second), _rows(one, other, without), same)
+    return Comparison(kind, _inputs(first, second), _rows(left, right, without), same)
 
 
 def _inputs(first: Mapping[str, Any], second: Mapping[str, Any]) -> list[Row]:
@@ -115,11 +115,11 @@ def _rows(first: Outcome, second: Outcome, without: Collection[str]) -> list[Row
     """Return the outcomes beside each other, without a ratio of those in `without`."""
     rows = []
     for name in dict.fromkeys((*first, *second)):
-        one, other = first.get(name, NOTHING), second.get(name, NOTHING)
+        left, right = first.get(name, NOTHING), second.get(name, NOTHING)
         ratio = ""
-        if one.is_number and other.is_number and name not in without and one.value:
-            ratio = number((other.value or 0.0) / one.value, 3)
-        rows.append(Row(name, _text(one), _text(other), ratio))
+        if left.is_number and right.is_number and name not in without and left.value:
+            ratio = number((right.value or 0.0) / left.value, 3)
+        rows.append(Row(name, _text(left), _text(right), ratio))
     return rows
 
 
@@ -134,11 +134,11 @@ def _of_run(run: Run) -> Outcome:
 
 
 def _of_sweep(sweep: SweepFile) -> Outcome:
-    found = member_answers(sweep.path)
-    counts = {f"members {status}": n for status, n in found.summary["by_status"].items()}
-    counts |= {f"members: come to rest, {word}": n for word, n in found.by_word.items()}
-    of = f"of {grouped(found.members)}"
-    return {fact.head: fact.of(found) for fact in SWEEP_FACTS.values()} | {
+    answers = member_answers(sweep.path)
+    counts = {f"members {status}": n for status, n in answers.summary["by_status"].items()}
+    counts |= {f"members: come to rest, {word}": n for word, n in answers.by_word.items()}
+    of = f"of {grouped(answers.members)}"
+    return {fact.head: fact.of(answers) for fact in SWEEP_FACTS.values()} | {
         name: Shown(f"{grouped(count)} {of}") for name, count in counts.items()
     }
 

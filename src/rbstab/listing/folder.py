@@ -5,8 +5,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from rbstab.experiment.answers.assessed_run import AssessedRun
 from rbstab.experiment.answers.facts import FACTS
-from rbstab.experiment.answers.known_run import KnownRun
 from rbstab.experiment.proof_cache import PROOFS, why_unreadable
 from rbstab.experiment.stored_config import stored_config
 from rbstab.files.counts import grouped
@@ -20,7 +20,7 @@ from rbstab.store.result import open_result
 from rbstab.sweep.folder.member_answers import SWEEP_FACTS, member_answers
 from rbstab.sweep.folder.sweep_folder import SWEEP_FILE, read_folder
 
-NOT_KNOWN = "-"
+UNKNOWN = "-"
 
 NOT_PROVED = "not proved"
 """What a sweep says of its members if none is covered by a proof."""
@@ -56,12 +56,12 @@ class Entry(NamedTuple):
     path: Path
     kind: Kind
     title: str = ""
-    outcome: str = NOT_KNOWN
-    status: str = NOT_KNOWN
-    verdict: str = NOT_KNOWN
-    converges: str = NOT_KNOWN
-    this_start: str = NOT_KNOWN
-    whole_range: str = NOT_KNOWN
+    outcome: str = UNKNOWN
+    status: str = UNKNOWN
+    verdict: str = UNKNOWN
+    converges: str = UNKNOWN
+    this_start: str = UNKNOWN
+    whole_range: str = UNKNOWN
     modified: float = 0.0
     problem: str = ""
 
@@ -135,13 +135,13 @@ def only_result(path: Path) -> Path:
     """
     if kind_of(path) is not Kind.FOLDER:
         return path
-    found = results_in(path)
-    if not found:
+    results = results_in(path)
+    if not results:
         return path  # reading it says so
-    if len(found) > 1:
-        names = listed(map(shell_word, found), MAX_NAMED)
-        raise StoreError(f"{path} has {len(found)} results. Name one of them: {names}")
-    return found[0]
+    if len(results) > 1:
+        names = listed(map(shell_word, results), MAX_NAMED)
+        raise StoreError(f"{path} has {len(results)} results. Name one of them: {names}")
+    return results[0]
 
 
 def entries_of(folder: Path) -> list[Entry]:
@@ -161,9 +161,9 @@ def entries_of(folder: Path) -> list[Entry]:
         )
     kinds = {path: _kind(path) for path in results_in(folder)}
     runs = [path for path, kind in kinds.items() if kind is Kind.RUN]
-    found = list(mapped(_entry, runs))
-    found += [_entry(path, Kind.SWEEP) for path, kind in kinds.items() if kind is Kind.SWEEP]
-    return sorted(found, key=lambda entry: (-entry.modified, entry.path.name))
+    entries = list(mapped(_entry, runs))
+    entries += [_entry(path, Kind.SWEEP) for path, kind in kinds.items() if kind is Kind.SWEEP]
+    return sorted(entries, key=lambda entry: (-entry.modified, entry.path.name))
 
 
 def proofs_in(folder: Path) -> list[Path]:
@@ -191,7 +191,7 @@ def _said_by_run(path: Path) -> dict[str, Any]:
     answers: dict[str, str] = {}
     # A result of an old or an unusual layout is listed all the same.
     with suppress(StoreError), checked_content(path):
-        run = KnownRun(path, result, stored_config(result).config)
+        run = AssessedRun(path, result, stored_config(result).config)
         answers = {
             name.replace(" ", "_"): FACTS[name].of(run).text
             for name in ("outcome", "this start", "whole range")
@@ -201,8 +201,8 @@ def _said_by_run(path: Path) -> dict[str, Any]:
     return answers | {
         "title": str(attributes["title"]),
         "status": str(attributes["status"]),
-        "verdict": str(attributes.get("verdict", NOT_KNOWN)),
-        "converges": str(attributes.get("convergence", NOT_KNOWN)),
+        "verdict": str(attributes.get("verdict", UNKNOWN)),
+        "converges": str(attributes.get("convergence", UNKNOWN)),
     }
 
 
@@ -213,14 +213,14 @@ def _said_by_sweep(path: Path) -> dict[str, Any]:
     if not path_is_file(folder.sweep_file):
         stored = f"{grouped(len(folder.stored_shards()))} of {grouped(folder.shards)}"
         return {"title": title, "status": f"{stored} shards are stored"}
-    found = member_answers(folder.sweep_file)
-    proved = f"{grouped(found.proved)} of {grouped(members)} proved"
+    answers = member_answers(folder.sweep_file)
+    proved = f"{grouped(answers.proved)} of {grouped(members)} proved"
     # Proofs that cannot be read may say something.
-    nothing = NOT_KNOWN if why_unreadable(path.absolute().parent) else NOT_PROVED
+    nothing = UNKNOWN if why_unreadable(path.absolute().parent) else NOT_PROVED
     return {
         "title": title,
-        "outcome": SWEEP_FACTS["outcome"].of(found).text,
-        "status": f"{grouped(found.completed)} of {grouped(members)} completed",
-        "converges": proved if found.any_proof else NOT_KNOWN,
-        "this_start": proved if found.any_proof else nothing,
+        "outcome": SWEEP_FACTS["outcome"].of(answers).text,
+        "status": f"{grouped(answers.completed)} of {grouped(members)} completed",
+        "converges": proved if answers.any_proof else UNKNOWN,
+        "this_start": proved if answers.any_proof else nothing,
     }

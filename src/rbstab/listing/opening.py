@@ -107,10 +107,10 @@ def _what_it_is(path: Path) -> tuple[str, str]:
 
     kind = kind_of(path)
     if kind is Kind.FOLDER:
-        found = listed(map(str, results_in(path)), MAX_NAMED)
-        if not found:
+        names = listed(map(str, results_in(path)), MAX_NAMED)
+        if not names:
             return "a folder without results", "Name the file of a run, or the folder of a sweep."
-        return kind.words, f"The results in it: {found}."
+        return kind.words, f"The results in it: {names}."
     if kind is Kind.RUN:
         open_result(path)
     hints = {

@@ -82,11 +82,11 @@ def proof_rows(results: Path) -> list[dict[str, str]]:
 
 def _titles_by_proof(folder: Path) -> dict[str, dict[str, None]]:
     """Return the titles of the runs in a folder by the names of the files of their proofs."""
-    found: defaultdict[str, dict[str, None]] = defaultdict(dict)
+    titles: defaultdict[str, dict[str, None]] = defaultdict(dict)
     runs = [path for path in results_in(folder) if kind_of(path) is Kind.RUN]
     for title, name in mapped(_proof_of_run, runs):
-        found[name][title] = None
-    return found
+        titles[name][title] = None
+    return titles
 
 
 def _proof_of_run(path: Path) -> tuple[str, str]:

@@ -53,8 +53,8 @@ def solved(matrix: Array, right: Array) -> Array:
             rows[i] = [a - factor * b for a, b in zip(rows[i], rows[k], strict=True)]
     x: list[Number] = [0.0] * size
     for k in reversed(range(size)):
-        known = sum((rows[k][j] * x[j] for j in range(k + 1, size)), start=0.0)
-        x[k] = (rows[k][size] - known) / rows[k][k]
+        substituted = sum((rows[k][j] * x[j] for j in range(k + 1, size)), start=0.0)
+        x[k] = (rows[k][size] - substituted) / rows[k][k]
     return np.array(x)
 
 

@@ -29,12 +29,12 @@ def rotations(Theta: Array) -> Array:
     return A1 @ A2 @ A3
 
 
-def _turns(Theta: Array, zero: Number | Array, one: Number | Array) -> tuple[Array, Array, Array]:
+def _turns(Theta: Array, zero: Number | Array, unity: Number | Array) -> tuple[Array, Array, Array]:
     """Return A1(θ1), A2(θ2), A3(θ3); Θ has the shape (3,), or (3, m) for m attitudes."""
     (s1, s2, s3), (c1, c2, c3) = sin(Theta), cos(Theta)
-    A1 = np.array([[one, zero, zero], [zero, c1, -s1], [zero, s1, c1]])
-    A2 = np.array([[c2, zero, s2], [zero, one, zero], [-s2, zero, c2]])
-    A3 = np.array([[c3, -s3, zero], [s3, c3, zero], [zero, zero, one]])
+    A1 = np.array([[unity, zero, zero], [zero, c1, -s1], [zero, s1, c1]])
+    A2 = np.array([[c2, zero, s2], [zero, unity, zero], [-s2, zero, c2]])
+    A3 = np.array([[c3, -s3, zero], [s3, c3, zero], [zero, zero, unity]])
     return A1, A2, A3
 
 
@@ -68,10 +68,10 @@ def quaternions(A: Array) -> Array:
     # Imported late: it takes a while.
     from scipy.spatial.transform import Rotation
 
-    found, finite = np.full((len(A), 4), np.nan), np.isfinite(A).all(axis=(1, 2))
-    found[finite] = Rotation.from_matrix(A[finite]).as_quat(scalar_first=True)
-    signs = np.where((found[1:] * found[:-1]).sum(axis=1) < 0, -1, 1)
-    return np.asarray(found * np.cumprod([1, *signs])[: len(found), None])
+    wxyz, finite = np.full((len(A), 4), np.nan), np.isfinite(A).all(axis=(1, 2))
+    wxyz[finite] = Rotation.from_matrix(A[finite]).as_quat(scalar_first=True)
+    signs = np.where((wxyz[1:] * wxyz[:-1]).sum(axis=1) < 0, -1, 1)
+    return np.asarray(wxyz * np.cumprod([1, *signs])[: len(wxyz), None])
 
 
 def rate_matrix(Theta: Array) -> Array:

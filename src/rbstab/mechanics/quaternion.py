@@ -161,20 +161,20 @@ def beyond_ends(before: Array, after: Array, lengths: Array) -> Array:
     end = path[:, -1]
     over = path.max(axis=1, initial=0.0) - np.maximum(end, 0.0)
     under = np.minimum(end, 0.0) - path.min(axis=1, initial=0.0)
-    found = np.zeros((2, len(lengths)))
-    found[:, near] = np.maximum(over, under)
-    return found
+    excess = np.zeros((2, len(lengths)))
+    excess[:, near] = np.maximum(over, under)
+    return excess
 
 
-def same_turns(Theta: Array, known: Array) -> Array:
-    """Return Θ, shape (3, ..., n), with whole turns added to θ1 and θ3, nearest to known ones.
+def same_turns(Theta: Array, reference: Array) -> Array:
+    """Return Θ, shape (3, ..., n), with whole turns added to θ1 and θ3, nearest to a reference.
 
-    If only the first sample of each motion is known, the last axis of `known` has the length 1.
+    If only the first sample of each motion is known, the last axis of `reference` has length 1.
     """
-    away = (known - Theta[..., : known.shape[-1]])[::2]
-    found = Theta.copy()
-    found[::2] += _whole(away)
-    return found
+    away = (reference - Theta[..., : reference.shape[-1]])[::2]
+    turned = Theta.copy()
+    turned[::2] += _whole(away)
+    return turned
 
 
 def _whole(angles: Array) -> Array:

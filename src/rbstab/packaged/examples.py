@@ -45,8 +45,8 @@ def names() -> list[str]:
     """Return the names of all examples: those of the paper, then others, then plans."""
     folder = examples_folder()
     paths = sorted(folder.rglob(f"*{SUFFIX}"))
-    found = [path.relative_to(folder).with_suffix("").as_posix() for path in paths]
-    return sorted(found, key=lambda name: (not name.startswith("paper/"), name))
+    relative_names = [path.relative_to(folder).with_suffix("").as_posix() for path in paths]
+    return sorted(relative_names, key=lambda name: (not name.startswith("paper/"), name))
 
 
 def example(name: str) -> Path:
@@ -58,10 +58,10 @@ def example(name: str) -> Path:
     Raises:
         UnknownExampleError: There is no such example, or several end with this name.
     """
-    found = examples_named(name)
-    if len(found) != 1:
-        raise UnknownExampleError(f"{name} names {len(found)} examples: {', '.join(found)}")
-    return _path(found[0])
+    matches = examples_named(name)
+    if len(matches) != 1:
+        raise UnknownExampleError(f"{name} names {len(matches)} examples: {', '.join(matches)}")
+    return _path(matches[0])
 
 
 def examples_named(word: str) -> list[str]:
@@ -75,14 +75,14 @@ def examples_named(word: str) -> list[str]:
     """
     every = names()
     wanted = word.removesuffix(SUFFIX).strip("/")
-    found = (
+    matches = (
         [name for name in every if name == wanted]
         or [name for name in every if name.startswith(f"{wanted}/")]
         or [name for name in every if name.endswith(f"/{wanted}")]
     )
-    if not found:
+    if not matches:
         raise UnknownExampleError(f"there is no example {word}{_hint(wanted, every)}")
-    return found
+    return matches
 
 
 def _hint(wanted: str, every: list[str]) -> str:
@@ -114,19 +114,19 @@ def files_of(wanted: Iterable[str]) -> dict[Path, Path]:
         The files by their paths below the folder of the examples.
     """
     folder = examples_folder()
-    found: dict[Path, Path] = {}
+    files: dict[Path, Path] = {}
     waiting = [_path(name) for name in wanted]
     while waiting:
         path = waiting.pop()
         below = path.relative_to(folder)
-        if below in found:
+        if below in files:
             continue
-        found[below] = path
+        files[below] = path
         if path.suffix == SUFFIX:
             waiting += _named_files(path, folder)
             motion = path.with_suffix(".csv")
             waiting += [motion] if motion.is_file() else []
-    return dict(sorted(found.items()))
+    return dict(sorted(files.items()))
 
 
 def needs_code(name: str) -> bool:

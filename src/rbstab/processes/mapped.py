@@ -29,8 +29,8 @@ def mapped(function: Callable[[S], T], items: Sequence[S]) -> Iterator[T]:
     done = 0
     try:
         with worker_pool(workers) as pool:
-            for found in pool.map(function, items, chunksize=PER_WORKER // 10):
-                yield found
+            for result in pool.map(function, items, chunksize=PER_WORKER // 10):
+                yield result
                 done += 1
     except BrokenExecutor:
         # A worker was killed, perhaps because memory ran out.

@@ -54,9 +54,9 @@ def worker_pool(
             from loky.backend import get_context
 
             # Only this process has the other end of the pipe: if it dies, the system closes it.
-            pipe, ours = get_context("loky").Pipe(duplex=False)
+            pipe, writer = get_context("loky").Pipe(duplex=False)
             stack.enter_context(pipe)
-            stack.enter_context(ours)
+            stack.enter_context(writer)
             arguments = (pipe, setup, *arguments)
             pool = ProcessPoolExecutor(count, initializer=_set_up, initargs=arguments, env=WORKERS)
             stack.callback(pool.shutdown, wait=True, kill_workers=True)

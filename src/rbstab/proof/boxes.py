@@ -73,17 +73,17 @@ def joined(parts: Sequence[Boxes], n: int) -> Boxes:
 
 def hulls(boxes: Boxes) -> Boxes:
     """Merge boxes that touch into their hulls, which cover all of them."""
-    found, n = list[Boxes](), len(boxes.lo)
+    merged, n = list[Boxes](), len(boxes.lo)
     while boxes.count:
         low, high, boxes = boxes.lo[:, 0], boxes.hi[:, 0], boxes[slice(1, None)]
         while (near := boxes.touch(Box(low, high))).any():
             low = np.minimum(low, boxes.lo[:, near].min(axis=1))
             high = np.maximum(high, boxes.hi[:, near].max(axis=1))
             boxes = boxes[~near]
-        found.append(one_box(Box(low, high)))
-    return joined(found, n)
+        merged.append(as_boxes(Box(low, high)))
+    return joined(merged, n)
 
 
-def one_box(box: Box) -> Boxes:
+def as_boxes(box: Box) -> Boxes:
     """Return one box as boxes."""
     return Boxes(box.lo[:, None].astype(float), box.hi[:, None].astype(float))

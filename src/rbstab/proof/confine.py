@@ -14,7 +14,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
-from rbstab.proof.boxes import Box, joined, one_box
+from rbstab.proof.boxes import Box, as_boxes, joined
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy
 from rbstab.proof.enclosures.intervals import constant
 from rbstab.proof.enclosures.tied import bounds_of
@@ -85,8 +85,8 @@ def confined(energy: Energy, V: BoundedEnergy | None = None) -> Array | None:
     least = np.maximum(climb, PERIOD)
     enough = ENOUGH * np.linalg.pinv(compliance) @ (least / MARGIN) - load
     slopes = _steepest(replace(energy, U=_sloping(parts.rest)), end, np.maximum(enough, 0.0))
-    found = np.maximum(compliance @ (load + slopes) * MARGIN, least)
-    return found if np.all(np.isfinite(found)) else None
+    bounds = np.maximum(compliance @ (load + slopes) * MARGIN, least)
+    return bounds if np.all(np.isfinite(bounds)) else None
 
 
 def end_of_pitch(energy: Energy) -> float:
@@ -122,7 +122,7 @@ def _steepest(energy: Energy, end: float, enough: Array) -> Array:
     """
     p = bounds_of(energy, order=2)
     corner = np.array([PERIOD, end, PERIOD])
-    pending, places = one_box(Box(-corner, corner)), list(OUTER)
+    pending, places = as_boxes(Box(-corner, corner)), list(OUTER)
     reached, settled, examined = np.zeros(2), np.zeros(2), 0
     while pending.count:
         boxes, pending = pending[slice(1024)], pending[slice(1024, None)]

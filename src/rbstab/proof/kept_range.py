@@ -67,7 +67,7 @@ def border_of_pitch(energy: Energy) -> Border | None:
     if outer is None or not np.all(outer < MAX_END):
         return None
     end = np.array([outer[0], end_of_pitch(energy), outer[1]])
-    faces = joined([one for _, one in open_faces(Box(-end, end), [PITCH])], 3)
+    faces = joined([boxes for _, boxes in open_faces(Box(-end, end), [PITCH])], 3)
     return Border(end, float(least_values(V, faces).bound.min()))
 
 
@@ -82,7 +82,7 @@ def guard_energy(kind: type[SoftGuard], strength: float, soft_angle: float) -> E
     theta2 = variable(PITCH)
     gains: dict[str, Any] = {kind.gains[0].name: expr(strength), "soft_angle": expr(soft_angle)}
     events = kind(name="guard", **gains).beyond(theta2)
-    steps = [one.step(1 if kind.kinked else 2) for one in events]
+    steps = [event.step(1 if kind.kinked else 2) for event in events]
     return expr(kind(name="guard", mode=np.array(steps, dtype=object), **gains).energy(theta2))
 
 
@@ -120,8 +120,8 @@ def nothing_rests_beyond(energy: Energy, border: Border, guard: Expr, soft_angle
     (first, end, third), begin = border.end, math.nextafter(soft_angle, 0.0)
     for low, high in ((begin, end), (-end, -begin)):
         slab = Box(np.array([-first, low, -third]), np.array([first, high, third]))
-        found = Search(U, slab).run(LIMIT)
-        if not found.proved or found.zeros:
+        zeros = Search(U, slab).run(LIMIT)
+        if not zeros.proved or zeros.zeros:
             return False
     return True
 

@@ -27,11 +27,11 @@ from rbstab.proof.exact.rewriting import (
     quadratic_in,
     spread,
     substituted,
-    with_known_steps,
     with_outlined_steps,
+    with_unit_steps,
 )
 from rbstab.proof.passive.passive import first_jump
-from rbstab.proof.passive.statements import own_numbers
+from rbstab.proof.passive.statements import state_numbers_of
 from rbstab.proof.reasons import NoEnergyReason, NoReducedEnergy
 from rbstab.systems.parameters import map_parameters
 from rbstab.systems.system import System
@@ -122,12 +122,12 @@ def energy_of(system: System, exact_system: ExactSystem) -> Energy:
         TypeError: Code of a user branches on a value, or takes no such numbers.
     """
     total, size, end = stored_energy(system, exact_system)
-    found = eliminated(total, range(3, size))
+    reduced = eliminated(total, range(3, size))
     stop = None if end is None else end.constant
     if end is not None and stop is None:
         raise NoReducedEnergy(NoEnergyReason.STOP_VARIES)
-    closed = _poles(found.U) | ({1} if stop is not None else set())
-    return replace(found, stop=stop, closed=frozenset(closed))
+    closed = _poles(reduced.U) | ({1} if stop is not None else set())
+    return replace(reduced, stop=stop, closed=frozenset(closed))
 
 
 def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
@@ -138,22 +138,22 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
     motion, total, stop = exact.motion(q), expr(0), None
     elements: list[Any] = list(exact.system.elements)
     for given, element in zip(at_rest.system.elements, elements, strict=True):
-        mine = q[own_numbers(at_rest, given)]
+        element_states = q[state_numbers_of(at_rest, given)]
         if element.holds:  # a stop: it stores nothing, and ends the range
             at_stop: Any = element
             stop = expr(at_stop.angle)
             continue
         acting = element
         if element.mode_count:
-            acting = with_steps(element, motion, mine, _first_jump(at_rest, given))
-        total = total + acting.stored(motion, mine)
-    total = with_known_steps(_with_one_step(total))
+            acting = with_steps(element, motion, element_states, _first_jump(at_rest, given))
+        total = total + acting.stored(motion, element_states)
+    total = with_unit_steps(_without_opposite_steps(total))
     return Stored(_by_half_angles(total), at_rest.size, stop)
 
 
-def with_steps(element: Any, motion: Motion, own: Array, smooth: int) -> Any:
+def with_steps(element: Any, motion: Motion, element_states: Array, smooth: int) -> Any:
     """Return an element with steps of its event functions as its modes; `smooth` as for `step`."""
-    steps = [expr(g).step(smooth) for g in element.guards(motion, own)]
+    steps = [expr(g).step(smooth) for g in element.guards(motion, element_states)]
     return replace(element, mode=np.array(steps, dtype=object))
 
 
@@ -166,15 +166,15 @@ def _first_jump(at_rest: Configurations, element: Element) -> int:
 
 def _exact(system: System, exact_system: ExactSystem) -> System:
     """Return a system with exact numbers, with the elements of users in their places."""
-    known = iter(exact_system(numbers).elements)
+    others = iter(exact_system(numbers).elements)
     elements = []
     for element in system.elements:
         if element.from_user:
             alone = replace(system, elements=(element,))
-            (mine,) = map_parameters(alone, lambda _, values: numbers(values)).elements
-            elements.append(mine)
+            (exact_element,) = map_parameters(alone, lambda _, values: numbers(values)).elements
+            elements.append(exact_element)
         else:
-            elements.append(next(known))
+            elements.append(next(others))
     built = exact_system(numbers)
     return replace(built, elements=tuple(elements), coordinates=system.coordinates)
 
@@ -212,7 +212,7 @@ def _shifted(U: Expr, free: tuple[int, ...]) -> tuple[Expr, dict[int, Expr]]:
         return U, {}
     star, least = _least(parts, inverse)
     z = [variable(k) for k in free]
-    moved = {atom(VAR, k): x + one for k, x, one in zip(free, star, z, strict=True)}
+    moved = {atom(VAR, k): x + offset for k, x, offset in zip(free, star, z, strict=True)}
     n = range(len(free))
     around = summed((z[i] * z[j]).scaled(parts.H[i][j] / 2) for i in n for j in n)
     U = substituted(parts.rest, moved) + least + around
@@ -226,7 +226,7 @@ def _least(parts: Quadratic, inverse: list[list[Fraction]]) -> tuple[list[Expr],
     return star, summed((parts.b[i] * star[i]).scaled(Fraction(1, 2)) for i in n)
 
 
-def _with_one_step(U: Expr) -> Expr:
+def _without_opposite_steps(U: Expr) -> Expr:
     """Write step(-g) as 1 - step(g) where both occur: they change at one surface.
 
     The energy is continuous there, so their values at g = 0 do not matter.
@@ -260,13 +260,13 @@ def _poles(U: Expr) -> set[int]:
     """
     places = {COSINE: 1} | {half: k for k, half in HALVES.items()}
     inside = {a for b in U.all_atoms if b.kind != VAR for a in _divisors(b.inner)}
-    found = set[int]()
+    poles = set[int]()
     for d in (_divisors(U) - inside) & places.keys():
         least = min(p for m in U.terms for a, p in m if a is d)
         leading = {m: c for m, c in U.terms.items() if (d, least) in m}
         if leading.get(((d, least),), 0) > 0 and len(leading) == 1:
-            found.add(places[d])
-    return found
+            poles.add(places[d])
+    return poles
 
 
 def _divisors(e: Expr) -> set[Atom]:

@@ -16,7 +16,7 @@ from itertools import product
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.boxes import Box, Boxes, joined, one_box
+from rbstab.proof.boxes import Box, Boxes, as_boxes, joined
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds
 from rbstab.proof.enclosures.intervals import Intervals, constant
 from rbstab.proof.exact.atoms import STEP, VAR, Atom
@@ -67,33 +67,33 @@ class Piece:
     def zeros(self, limit: int, seed: int = 0) -> Zeros:
         """Return the rest states on it; arguments as for `rest_zeros`."""
         search = Search(self.V, self.box, also=self._is_elsewhere)
-        found = search.run(limit)
-        if found.undecided.count and found.examined >= limit:
-            found = search.with_zeros_near(random_points(self.box, seed))
-        zeros, undecided = list[Zero](), [self.whole(found.undecided)]
-        for zero in found.zeros:
-            at = self.whole(one_box(zero.enclosure))
+        searched = search.run(limit)
+        if searched.undecided.count and searched.examined >= limit:
+            searched = search.with_zeros_near(random_points(self.box, seed))
+        zeros, undecided = list[Zero](), [self.whole(searched.undecided)]
+        for zero in searched.zeros:
+            at = self.whole(as_boxes(zero.enclosure))
             over = [condition(at) for condition in self.conditions]
-            if any(one.hi[0] < 0 for one in over):
+            if any(interval.hi[0] < 0 for interval in over):
                 continue
-            state = self.state(zero) if all(one.lo[0] > 0 for one in over) else None
+            state = self.state(zero) if all(interval.lo[0] > 0 for interval in over) else None
             if state is None:
                 undecided.append(at)
             else:
                 zeros.append(state)
-        return replace(found, zeros=tuple(zeros), undecided=joined(undecided, 3))
+        return replace(searched, zeros=tuple(zeros), undecided=joined(undecided, 3))
 
     def _is_elsewhere(self, boxes: Boxes, _: Bounds) -> Array:
-        whole, found = self.whole(boxes), np.zeros(boxes.count, dtype=bool)
+        whole, elsewhere = self.whole(boxes), np.zeros(boxes.count, dtype=bool)
         for condition in self.conditions:
-            found |= condition(whole).hi < 0
-        return found
+            elsewhere |= condition(whole).hi < 0
+        return elsewhere
 
 
 def jumps(energy: Energy) -> list[Atom]:
     """Return the steps at which the force jumps, in order."""
-    found = [a for a in energy.U.all_atoms if a.kind == STEP and a.extra == 1]
-    return sorted(found, key=lambda a: a.order)
+    steps = [a for a in energy.U.all_atoms if a.kind == STEP and a.extra == 1]
+    return sorted(steps, key=lambda a: a.order)
 
 
 def rest_zeros(energy: Energy, V: BoundedEnergy, box: Box, limit: int, *, seed: int = 0) -> Zeros:
@@ -110,17 +110,17 @@ def rest_zeros(energy: Energy, V: BoundedEnergy, box: Box, limit: int, *, seed: 
     pieces = list(_sides(energy, box, steps)) if steps else [Piece(V, box)]
     if energy.stop is not None:
         pieces += [face_at_stop(energy, box, side) for side in (-1, 1)]
-    found, examined = list[Zeros](), 0
+    by_piece, examined = list[Zeros](), 0
     for piece in pieces:
-        found.append(piece.zeros(max(0, limit - examined), seed))
-        examined += found[-1].examined
+        by_piece.append(piece.zeros(max(0, limit - examined), seed))
+        examined += by_piece[-1].examined
     return Zeros(
-        ordered(zero for one in found for zero in one.zeros),
-        joined([one.undecided for one in found], 3),
+        ordered(zero for zeros in by_piece for zero in zeros.zeros),
+        joined([zeros.undecided for zeros in by_piece], 3),
         examined,
-        any(one.family for one in found),
-        min(one.share for one in found),
-        tuple(x for one in found for x in one.singular if len(x) == 3),
+        any(zeros.family for zeros in by_piece),
+        min(zeros.share for zeros in by_piece),
+        tuple(x for zeros in by_piece for x in zeros.singular if len(x) == 3),
     )
 
 
@@ -179,10 +179,10 @@ def _surface(energy: Energy, box: Box, step: Atom, h: BoundedEnergy) -> Piece:
         Along the normal n, the jump in energy rises or falls strictly. So if h reaches 0 on the
         line through this point, as n'∇h is large enough, the jump is zero at no other point of it.
         """
-        x, at = zero.point[:3], angles(one_box(zero.enclosure))
+        x, at = zero.point[:3], angles(as_boxes(zero.enclosure))
         normal = h.at(x[:, None])[1][:, 0]
-        near = one_box(Box(x - REACH, x + REACH))
-        rise, turn = (_along(normal, one.over(*near).slopes) for one in (h, jump))
+        near = as_boxes(Box(x - REACH, x + REACH))
+        rise, turn = (_along(normal, bounded.over(*near).slopes) for bounded in (h, jump))
         with np.errstate(all="ignore"):
             way = h.over(*at).value_over.mag / rise.lo * np.abs(normal).max()
         if not 0 <= way < 0.9 * (REACH - (at.hi - at.lo).max()) or turn.lo <= 0 <= turn.hi:
@@ -224,7 +224,7 @@ def face_at_stop(energy: Energy, box: Box, side: int) -> Piece:
         return _signed(V.over(*boxes).slopes[1], -side)
 
     def held(zero: Zero) -> Zero:
-        at = whole(one_box(zero.enclosure))
+        at = whole(as_boxes(zero.enclosure))
         around, point = Box(at.lo[:, 0], at.hi[:, 0]), np.insert(zero.point, 1, float(exact))
         return replace(zero, point=point, enclosure=around, domain=around, normal=UPWARDS)
 

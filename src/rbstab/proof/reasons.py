@@ -77,9 +77,9 @@ class NoReducedEnergy(Exception):
 def reject(system: System) -> None:
     """Raise `NoReducedEnergy` if proofs do not take an element, or a number, into account."""
     map_parameters(system, _reject_sizes)
-    found = next(_reasons(system), None)
-    if found is not None:
-        raise NoReducedEnergy(found)
+    reason = next(_reasons(system), None)
+    if reason is not None:
+        raise NoReducedEnergy(reason)
     why = why_not_in_proofs(system)
     if why is not None:
         raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, why)
@@ -96,7 +96,7 @@ def without_potential(system: System) -> Iterator[NoEnergyReason]:
 
 
 def _reasons(system: System) -> Iterator[NoEnergyReason]:
-    if not all(in_proofs(one) for one in system.elements if one.from_user):
+    if not all(in_proofs(element) for element in system.elements if element.from_user):
         yield NoEnergyReason.USER_CODE
     yield from without_potential(system)
     for element in system.elements:

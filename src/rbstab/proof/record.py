@@ -46,13 +46,13 @@ class _Writer:
 
     def __init__(self) -> None:
         self.operations: list[list[Any]] = []
-        self._known: dict[tuple[Any, ...], int] = {}
+        self._numbers: dict[tuple[Any, ...], int] = {}
 
     def _put(self, *operation: Any) -> int:
-        if operation not in self._known:
-            self._known[operation] = len(self.operations)
+        if operation not in self._numbers:
+            self._numbers[operation] = len(self.operations)
             self.operations.append(list(operation))
-        return self._known[operation]
+        return self._numbers[operation]
 
     def sum(self, e: Expr) -> int:
         """Write an expression; return its number."""
@@ -64,10 +64,10 @@ class _Writer:
 
     def _monomial(self, m: Monomial) -> int:
         factors = [self._power(a, p, alone=len(m) == 1) for a, p in m]
-        found = factors[0]
+        product = factors[0]
         for other in factors[1:]:
-            found = self._put("times", found, other)
-        return found
+            product = self._put("times", product, other)
+        return product
 
     def _power(self, a: Atom, p: int, *, alone: bool) -> int:
         base = self._atom(a)

@@ -37,7 +37,7 @@ def state_entry(rest: RestState, index: int, **more: Any) -> ProvedState:
     return ProvedState(
         orientation=Theta,
         position=rest.motion.X,
-        connector_state=rest.own,
+        connector_state=rest.element_states,
         energy=rest.energy,
         index=index,
         held=rest.on_kink or None,

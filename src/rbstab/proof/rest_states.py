@@ -10,7 +10,7 @@ from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.analysis.rest_state import held_at_kink, rest_state_at
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.boxes import Box, joined, one_box
+from rbstab.proof.boxes import Box, as_boxes, joined
 from rbstab.proof.confine import confined, end_of_pitch
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.levels import Ranges, least_values
@@ -107,21 +107,23 @@ class Body:
         roots = [] if self.energy.free else [a for a in self.energy.U.all_atoms if a.kind == "sqrt"]
         for root in roots:
             square = Ranges(BoundedEnergy(root.inner, least=self.energy.least))
-            shortest = least_values(square, one_box(Box(-end, end)), LENGTH_LIMIT)
+            shortest = least_values(square, as_boxes(Box(-end, end)), LENGTH_LIMIT)
             if not shortest.bound[0] > 0:
                 raise NoReducedEnergy(NoEnergyReason.NO_LENGTH)
 
-    def proved(self, limit: int, end: Array = RANGE_END, known: Sequence[Zero] = ()) -> RestStates:
+    def proved(
+        self, limit: int, end: Array = RANGE_END, proved_zeros: Sequence[Zero] = ()
+    ) -> RestStates:
         """Prove the rest states with -end <= Θ <= end, with at most so many boxes.
 
         Args:
             limit: The number of boxes at which the search stops.
             end: The largest |Θ|, shape (3,), rad; by default that of eq. 5.
-            known: Zeros that are proved already, and keep their enclosures.
+            proved_zeros: Zeros that are proved already, and keep their enclosures.
         """
         end = self.within_stop(end)
         zeros = rest_zeros(self.energy, self.bounded, Box(-end, end), limit)
-        zeros = replace(zeros, zeros=tuple(_as_known(zero, known) for zero in zeros.zeros))
+        zeros = replace(zeros, zeros=tuple(_as_proved(zero, proved_zeros) for zero in zeros.zeros))
         outcome = SearchOutcome.UNDECIDED if zeros.undecided.count else SearchOutcome.PROVED
         if zeros.undecided.count and (zeros.family or zeros.examined >= limit):
             outcome = SearchOutcome.FAMILY if zeros.family else SearchOutcome.BOX_LIMIT
@@ -132,12 +134,12 @@ class Body:
     def searched(self, seed: int = 0) -> RestStates:
         """Return the rest states in the range that Newton's method reaches; nothing is proved."""
         end = self.within_stop(RANGE_END)
-        found = rest_zeros(self.energy, self.bounded, Box(-end, end), 0, seed=seed)
-        outcome = SearchOutcome.FAMILY if found.family else SearchOutcome.SEARCHED
-        singular = () if found.family else found.singular
-        points = self._rest_states(found, end, outcome, singular, proved=False)
+        zeros = rest_zeros(self.energy, self.bounded, Box(-end, end), 0, seed=seed)
+        outcome = SearchOutcome.FAMILY if zeros.family else SearchOutcome.SEARCHED
+        singular = () if zeros.family else zeros.singular
+        points = self._rest_states(zeros, end, outcome, singular, proved=False)
         # Without an index, no minimum has a region.
-        unknown = tuple(replace(zero, index=None) for zero in found.zeros)
+        unknown = tuple(replace(zero, index=None) for zero in zeros.zeros)
         return replace(points, zeros=Zeros(unknown, joined([], 3), 0))
 
     def _rest_states(
@@ -179,10 +181,10 @@ class Body:
             Those in a box beyond which there are none: `rest` itself if its box is this one. None
             if no such box is known, or if a barrier closes the range of θ1 and θ3.
         """
-        found = confined(self.energy, self.bounded)
-        if found is None or not np.all(found < MAX_END):
+        outer = confined(self.energy, self.bounded)
+        if outer is None or not np.all(outer < MAX_END):
             return None
-        end = self.within_stop(np.array([found[0], RANGE_END[1], found[1]]))
+        end = self.within_stop(np.array([outer[0], RANGE_END[1], outer[1]]))
         if np.array_equal(end, rest.end):
             return rest
         most = self.wide_limit if limit is None else min(self.wide_limit, limit)
@@ -222,10 +224,10 @@ class Body:
         return state_entry(state, index, **more, degenerate=singular or None)
 
 
-def _as_known(zero: Zero, known: Sequence[Zero]) -> Zero:
-    """Return the known zero that a zero is: that in whose domain, which has no other, it lies."""
-    at = one_box(zero.enclosure)
-    return next((one for one in known if at.within(one.domain)[0]), zero)
+def _as_proved(zero: Zero, proved_zeros: Sequence[Zero]) -> Zero:
+    """Return the proved zero that a zero is: that in whose domain, which has no other, it lies."""
+    at = as_boxes(zero.enclosure)
+    return next((proved for proved in proved_zeros if at.within(proved.domain)[0]), zero)
 
 
 def _is_singular(energy: BoundedEnergy, x: Array) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.boxes import Box, Boxes, joined, one_box
+from rbstab.proof.boxes import Box, Boxes, as_boxes, joined
 from rbstab.proof.enclosures.bounds import UP, BoundedEnergy, Bounds, preconditioned
 from rbstab.proof.zeros import Zero, isolated, newton, ordered
 
@@ -101,14 +101,14 @@ class Search:
         self.tried: list[Array] = []
         self.failed: list[Array] = []
         self.ambiguous: list[Box] = []
-        self.left = one_box(box)
+        self.left = as_boxes(box)
         self.examined = 0
         self.pause, self.waiting = 0, 0
 
     def run(self, limit: int) -> Zeros:
         """Search until all boxes are done, or a number of boxes is examined."""
         n = len(self.box.lo)
-        pending, left = [one_box(self.box)], list[Boxes]()
+        pending, left = [as_boxes(self.box)], list[Boxes]()
         while pending and self.examined < limit and not self.family:
             boxes = pending.pop()
             if boxes.count < BATCH and pending:
@@ -137,7 +137,7 @@ class Search:
         volume = np.prod(
             (undecided.hi - undecided.lo) / (self.box.hi - self.box.lo)[:, None], axis=0
         )
-        inside, across = [], [one_box(box) for box in self.ambiguous]
+        inside, across = [], [as_boxes(box) for box in self.ambiguous]
         for zero in self.zeros:
             low, high = zero.enclosure
             touches = np.all(high >= self.box.lo) and np.all(low <= self.box.hi)
@@ -146,7 +146,7 @@ class Search:
             ):
                 inside.append(zero)
             elif touches:
-                across.append(one_box(zero.enclosure))
+                across.append(as_boxes(zero.enclosure))
         return Zeros(
             ordered(inside),
             joined([undecided, *across], len(self.box.lo)),
@@ -163,10 +163,10 @@ class Search:
 
     def _open(self, boxes: Boxes) -> Array:
         """Return which boxes do not lie in the domain of a proved zero."""
-        found = np.ones(boxes.count, dtype=bool)
+        outside = np.ones(boxes.count, dtype=bool)
         for zero in self.zeros:
-            found &= ~boxes.within(zero.domain)
-        return found
+            outside &= ~boxes.within(zero.domain)
+        return outside
 
     def _try_near(self, points: Array) -> None:
         """Try points near boxes that may have zeros; after tries in vain ever more seldom."""
@@ -207,7 +207,7 @@ class Search:
 
     def _add(self, zero: Zero) -> None:
         """Add a zero, unless it is a known one; where that is not known, it is undecided."""
-        around = one_box(zero.enclosure)
+        around = as_boxes(zero.enclosure)
         if any(around.within(other.domain)[0] for other in self.zeros):
             return
         if any(around.touch(other.domain)[0] for other in self.zeros):
@@ -221,8 +221,8 @@ class Search:
         They do in the box. Beyond it the bounds are those of another function, which may have a
         zero in whose domain that of V would be overlooked.
         """
-        known = frozenset[int]().union(*(a.variables for a in self.energy.least))
-        axes = [i for i, v in enumerate(self.energy.variables) if v in known]
+        bounded = frozenset[int]().union(*(a.variables for a in self.energy.least))
+        axes = [i for i, v in enumerate(self.energy.variables) if v in bounded]
         above = np.all(low[axes] > self.box.lo[axes])
         return bool(above and np.all(high[axes] < self.box.hi[axes]))
 

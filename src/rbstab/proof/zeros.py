@@ -52,12 +52,12 @@ def newton(
     energy: BoundedEnergy,
     starts: Array,
     steps: int = 30,
-    known: Callable[[Array], Array] | None = None,
+    arrived: Callable[[Array], Array] | None = None,
 ) -> tuple[Array, Array]:
     """Follow Newton's method from points of shape (n, points); return the ends and last steps.
 
     It moves in all variables at once, from where U is least over z. It ends when each point is at
-    a zero, or where `known` says so.
+    a zero, or where `arrived` says so.
     """
     z = energy.minimiser(starts).z if energy.k else np.zeros((0, starts.shape[1]))
 
@@ -65,7 +65,7 @@ def newton(
         return energy.at_all(x[: energy.n], x[energy.n :])[1:]
 
     def done(x: Array) -> Array:
-        return known(x[: energy.n]) if known is not None else np.zeros(x.shape[1], dtype=bool)
+        return arrived(x[: energy.n]) if arrived is not None else np.zeros(x.shape[1], dtype=bool)
 
     ends, last = followed(slopes, np.concatenate([starts, z]), steps, done)
     return ends[: energy.n], last
@@ -95,8 +95,8 @@ def followed(
 def _newton_steps(H: Array, g: Array) -> tuple[Array, Array]:
     """Return H⁻¹g for each point, and 0; for a singular H the shortest step, and what it leaves."""
     step, left = np.einsum("ijm,jm->im", inverses(H), g), np.zeros(g.shape[1])
-    known = np.all(np.isfinite(H), axis=(0, 1)) & np.all(np.isfinite(g), axis=0)
-    for k in np.flatnonzero(known & ~np.all(np.isfinite(step), axis=0)):  # as in a family
+    finite = np.all(np.isfinite(H), axis=(0, 1)) & np.all(np.isfinite(g), axis=0)
+    for k in np.flatnonzero(finite & ~np.all(np.isfinite(step), axis=0)):  # as in a family
         step[:, k] = np.linalg.pinv(H[:, :, k], hermitian=True) @ g[:, k]
         size = max(np.abs(H[:, :, k]).max(), 1e-300)
         left[k] = np.abs(H[:, :, k] @ step[:, k] - g[:, k]).max() / size

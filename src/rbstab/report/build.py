@@ -42,12 +42,12 @@ def report_of(sources: Sources, command: str, title: str | None = None) -> Repor
     """
     alone = not sources.runs and len(sources.sweeps) == 1
     sweeps = [sweep_part(sweep, alone=alone) for sweep in sources.sweeps]
-    found = _sections(sources.runs, sweeps, alone=alone)
+    sections = _sections(sources.runs, sweeps, alone=alone)
     return Report(
         title=untrusted(title) if title else _title(sources, sweeps, alone=alone),
         created=datetime.now(UTC).isoformat(timespec="seconds"),
         command=untrusted(command, MAX_COMMAND_LENGTH),
-        sections=tuple(section for section in found if section is not None),
+        sections=tuple(section for section in sections if section is not None),
         unread=sources.unread,
     )
 
@@ -82,8 +82,8 @@ def _summary(runs: Sequence[Run], sweeps: Sequence[SweepPart]) -> list[Block]:
         blocks[0] = f"Run {runs[0].label}: {blocks[0]}"
     cards = cards_of("sweeps-answers", [part.answer.card for part in sweeps])
     # A word means the same on both, and is explained once.
-    known = {word for block in blocks if isinstance(block, Cards) for word, _ in block.words}
-    words = tuple((word, meaning) for word, meaning in cards.words if word not in known)
+    explained = {word for block in blocks if isinstance(block, Cards) for word, _ in block.words}
+    words = tuple((word, meaning) for word, meaning in cards.words if word not in explained)
     return [*blocks, replace(cards, words=words)]
 
 

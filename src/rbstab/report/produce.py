@@ -63,19 +63,19 @@ def produce(
 
 def _usable(sources: Sources, command: str, form: str) -> Sources:
     """Return the sources in which the results that fail alone are unread."""
-    found: list[Run | SweepFile | Unread] = [*sources.unread]
+    results: list[Run | SweepFile | Unread] = [*sources.unread]
     every: list[Run | SweepFile] = [*sources.runs, *sources.sweeps]
-    for one in every:
+    for result in every:
         try:
-            _rehearse(report_of(Sources.of([one]), command), form)
+            _rehearse(report_of(Sources.of([result]), command), form)
         except Exception as error:
             if _is_of_the_system(error):
                 raise
             reason = f"its content cannot be shown ({type(error).__name__}: {error})"
-            found.append(Unread(untrusted(one.path), untrusted(reason)))
+            results.append(Unread(untrusted(result.path), untrusted(reason)))
         else:
-            found.append(one)
-    return Sources.of(found)
+            results.append(result)
+    return Sources.of(results)
 
 
 def _rehearse(report: Report, form: str) -> None:

@@ -137,7 +137,9 @@ def read_dataset(
         digest = checked_seal(path, file)
         index, size = read_index(path, file)
         try:
-            found, attributes, arrays = (index[key] for key in ("kind", "attributes", "arrays"))
+            stored_kind, attributes, arrays = (
+                index[key] for key in ("kind", "attributes", "arrays")
+            )
             if not all(isinstance(value, str | int | float) for value in attributes.values()):
                 raise TypeError("an attribute is no text and no number")
             variables = {
@@ -147,8 +149,8 @@ def read_dataset(
             }
         except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
             raise NotAResultError(f"{path} is damaged: its index is wrong ({error})") from error
-    if found != kind:
-        raise NotAResultError(f"{path} is {found}, not {kind}")
+    if stored_kind != kind:
+        raise NotAResultError(f"{path} is {stored_kind}, not {kind}")
     return form(variables, attributes, kind=kind, digest=digest)
 
 

@@ -93,19 +93,21 @@ def _scales(dataset: Dataset) -> dict[str, Variable]:
     Raises:
         ValueError: An array has another shape than its coordinates.
     """
-    found, arrays = dict[str, Variable](), dataset.variables
+    coordinates, arrays = dict[str, Variable](), dataset.variables
     for name, v in arrays.items():
         if len(v.dimensions) != v.data.ndim:
             raise ValueError(f"{name} has {v.data.ndim} dimensions (expected {len(v.dimensions)})")
         for dimension, length in zip(v.dimensions, v.data.shape, strict=True):
             scale, numbers = _coordinate_name(name, dimension), np.arange(1, length + 1)
             made = Variable((dimension,), numbers, "1", f"number of the {dimension}")
-            found.setdefault(scale, arrays.get(scale, made))
+            coordinates.setdefault(scale, arrays.get(scale, made))
     for name, v in arrays.items():
-        lengths = tuple(len(found[_coordinate_name(name, one)].data) for one in v.dimensions)
+        lengths = tuple(
+            len(coordinates[_coordinate_name(name, axis)].data) for axis in v.dimensions
+        )
         if v.data.shape != lengths:
             raise ValueError(f"{name} has the shape {v.data.shape} (expected {lengths})")
-    return found
+    return coordinates
 
 
 def _coordinate_name(name: str, dimension: str) -> str:

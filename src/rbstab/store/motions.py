@@ -30,12 +30,14 @@ class Motions(Dataset):
 def stack_motions(runs: list[Motions]) -> Motions:
     """Join the motions of single runs along the dimension `run`; their times must be equal."""
     stacked = {}
-    for name, one in runs[0].variables.items():
+    for name, variable in runs[0].variables.items():
         if name == RUN:
-            stacked[name] = one._replace(dimensions=(RUN,), data=np.stack([m[RUN] for m in runs]))
-        elif one.dimensions == (name,):
-            stacked[name] = one
+            stacked[name] = variable._replace(
+                dimensions=(RUN,), data=np.stack([m[RUN] for m in runs])
+            )
+        elif variable.dimensions == (name,):
+            stacked[name] = variable
         elif all(name in run for run in runs):
             data = np.stack([run[name] for run in runs])
-            stacked[name] = one._replace(dimensions=(RUN, *one.dimensions), data=data)
+            stacked[name] = variable._replace(dimensions=(RUN, *variable.dimensions), data=data)
     return Motions(stacked, runs[0].attributes)

@@ -50,13 +50,13 @@ class Result(Dataset):
 
     def _facts(self) -> list[str]:
         """Return the status, what the checks found, and the size."""
-        known = {name: str(self.attributes[name]) for name in SHOWN if name in self.attributes}
-        if "verdict" in known:
-            known["verdict"] = WORDS_OF_VERDICTS.get(known["verdict"], known["verdict"])
+        texts = {name: str(self.attributes[name]) for name in SHOWN if name in self.attributes}
+        if "verdict" in texts:
+            texts["verdict"] = WORDS_OF_VERDICTS.get(texts["verdict"], texts["verdict"])
         reason = str(self.attributes.get("convergence_reason", "")).partition(";")[0]
-        if known.get("convergence") == "not decided" and reason:
-            known["convergence"] += f" ({reason})"
-        return [*(f"{SHOWN[name]} {value}" for name, value in known.items()), *super()._facts()]
+        if texts.get("convergence") == "not decided" and reason:
+            texts["convergence"] += f" ({reason})"
+        return [*(f"{SHOWN[name]} {value}" for name, value in texts.items()), *super()._facts()]
 
     @property
     def status(self) -> str:
@@ -127,12 +127,12 @@ def open_result(path: str | Path) -> Result:
         NotAResultError: The file is damaged, or is not a result of rbstab.
         StoreError: The file cannot be opened.
     """
-    found = read_dataset(Path(path), RESULT, form=Result)
-    config = found.variables.get("config")
-    missing = [name for name in REQUIRED_ATTRIBUTES if name not in found.attributes]
+    dataset = read_dataset(Path(path), RESULT, form=Result)
+    config = dataset.variables.get("config")
+    missing = [name for name in REQUIRED_ATTRIBUTES if name not in dataset.attributes]
     if missing or config is None:
         raise NotAResultError(f"{path} is damaged: {', '.join(missing) or 'config'} is missing")
     if config.data.shape != () or not config.is_text:
         raise NotAResultError(f"{path} is damaged: its config is not a text")
-    arrays = {name: one for name, one in found.variables.items() if name != "config"}
-    return Result(arrays, dict(found.attributes), config.data.item())
+    arrays = {name: variable for name, variable in dataset.variables.items() if name != "config"}
+    return Result(arrays, dict(dataset.attributes), config.data.item())

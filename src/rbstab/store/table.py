@@ -174,20 +174,20 @@ class Table(Dataset):
             ImportError: xarray is not installed.
         """
         axes, varied = self._axes(), self.varied
-        found = {name: v for name, v in self.variables.items() if not v.dimensions}
+        variables = {name: v for name, v in self.variables.items() if not v.dimensions}
         for name in (RUN, *self.columns):
             column = self.variables[name]
             shape, dimensions = column.data.shape[1:], column.dimensions[1:]
-            for one, length in zip(dimensions, shape, strict=True):
+            for dimension, length in zip(dimensions, shape, strict=True):
                 numbers = np.arange(1, length + 1)
-                found[one] = Variable((one,), numbers, "1", "component of a vector")
+                variables[dimension] = Variable((dimension,), numbers, "1", "component of a vector")
             if name in varied:
-                found[name] = self._varied(name, axes)
+                variables[name] = self._varied(name, axes)
             elif column.data.dtype.kind != "S":
                 data = column.data.reshape(*axes.values(), *shape)
-                found[name] = column._replace(dimensions=(*axes, *dimensions), data=data)
-        coordinates = [RUN, *(name for name in varied if name in found)]
-        return dataset_of(found, self.attributes, coordinates)
+                variables[name] = column._replace(dimensions=(*axes, *dimensions), data=data)
+        coordinates = [RUN, *(name for name in varied if name in variables)]
+        return dataset_of(variables, self.attributes, coordinates)
 
     @property
     def varied(self) -> list[str]:
@@ -214,7 +214,9 @@ class Table(Dataset):
         names = self[GRID_AXIS].tolist() if GRID_AXIS in self else []
         if names in ([], ["point"]):
             return {RUN: len(self[RUN])}
-        taken = {one for name in self.columns for one in (name, *self.variables[name].dimensions)}
+        taken = {
+            label for name in self.columns for label in (name, *self.variables[name].dimensions)
+        }
         taken = (taken | {"axis"}).difference(self.varied)
         safe = [f"{name}_axis" if name in taken else name for name in map(safe_name, names)]
         return dict(zip(safe, self[GRID_LENGTH].tolist(), strict=True))

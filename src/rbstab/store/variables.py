@@ -112,8 +112,8 @@ def flat_columns(variables: Mapping[str, Variable], along: tuple[str, ...]) -> F
             continue
         shape = variable.data.shape[len(along) :]
         labels = [
-            _labels(variables.get(one), length)
-            for one, length in zip(dimensions, shape, strict=True)
+            _labels(variables.get(dimension), length)
+            for dimension, length in zip(dimensions, shape, strict=True)
         ]
         entries = variable.readable.reshape(-1, *shape)
         for index, label in zip(np.ndindex(*shape), product(*labels), strict=True):
@@ -133,18 +133,18 @@ def _labels(coordinate: Variable | None, length: int) -> Sequence[str]:
 def joined(parts: Sequence[FlatColumns]) -> FlatColumns:
     """Return tables below each other; what a part lacks is NaN, or an empty text."""
     units = {name: unit for part in parts for name, unit in part.units.items()}
-    found = [part.arrays for part in parts]
-    lengths = [len(next(iter(arrays.values()))) for arrays in found]
+    tables = [part.arrays for part in parts]
+    lengths = [len(next(iter(arrays.values()))) for arrays in tables]
     columns = {}
-    for name in dict.fromkeys(name for arrays in found for name in arrays):
-        is_text = any(name in arrays and arrays[name].dtype == object for arrays in found)
+    for name in dict.fromkeys(name for arrays in tables for name in arrays):
+        is_text = any(name in arrays and arrays[name].dtype == object for arrays in tables)
         columns[name] = np.concatenate(
             [
                 # A number in a column of texts is the NaN of a missing text.
                 np.full(length, "", dtype=object)
                 if is_text and (name not in arrays or arrays[name].dtype != object)
                 else arrays.get(name, np.full(length, np.nan))
-                for arrays, length in zip(found, lengths, strict=True)
+                for arrays, length in zip(tables, lengths, strict=True)
             ]
         )
     return FlatColumns(columns, units)
@@ -201,8 +201,8 @@ def _entry(variable: Variable, is_label: bool) -> tuple[Any, ...]:
     """Return an array as xarray takes it; of texts that are no labels, the codes."""
     data, words = variable.data, variable.flags
     if variable.is_text and not is_label:
-        found, codes = np.unique(data.astype(str), return_inverse=True)
-        data, words = codes.reshape(data.shape), tuple(found.tolist())
+        texts, codes = np.unique(data.astype(str), return_inverse=True)
+        data, words = codes.reshape(data.shape), tuple(texts.tolist())
     return variable.dimensions, data, described(variable._replace(data=data, flags=words))
 
 

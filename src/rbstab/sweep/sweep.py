@@ -40,7 +40,7 @@ from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.bodies import Bodies, bodies_of
 from rbstab.sweep.proofs.boxes import prove_boxes
-from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
+from rbstab.sweep.proofs.columns import CONVERGENCE_COLUMNS
 from rbstab.sweep.proofs.convergence import (
     PROOF_COLUMNS,
     MemberConvergence,
@@ -49,8 +49,8 @@ from rbstab.sweep.proofs.convergence import (
     keep_proofs,
     stored_convergence,
 )
-from rbstab.sweep.proofs.one_state import one_state_of
 from rbstab.sweep.proofs.prove_bodies import BUDGET, FEW, BodyProofs, Progress, prove_bodies
+from rbstab.sweep.proofs.sole_state import sole_state_of
 
 
 @dataclass(frozen=True)
@@ -180,24 +180,24 @@ def prove_members(  # noqa: PLR0913 (options by name)
     results, begin = folder.path.parent, monotonic()
     with locked_folder(folder.path):
         stored = _stored(folder)
-        bodies, known = bodies_of(plan) if bodies is None else bodies, stored
+        bodies, convergence = bodies_of(plan) if bodies is None else bodies, stored
         boxes = prove_boxes(plan, results, stop=stop) if len(bodies) > FEW else []
         if any(box.record.proved for box in boxes):
             table = read_sweep(folder.sweep_file, PROOF_COLUMNS)
-            known = convergence_now(table, ProvedConvergence(plan, results))
+            convergence = convergence_now(table, ProvedConvergence(plan, results))
         proofs = prove_bodies(
-            *(plan, results, known),
+            *(plan, results, convergence),
             bodies=bodies,
             budget=None if budget is None else budget - (monotonic() - begin),
             processes=processes,
             progress=progress,
             stop=stop,
         )
-        now = one_state_of(ProvedConvergence(plan, results), proofs.found)
+        now = sole_state_of(ProvedConvergence(plan, results), proofs.convergence)
         seconds = monotonic() - begin
-        proofs = proofs._replace(budget=budget, seconds=seconds, boxes=boxes, one_state=now)
-        if not all(map(np.array_equal, proofs.found, stored)):
-            _write_known(plan, sweep, proofs.found)
+        proofs = proofs._replace(budget=budget, seconds=seconds, boxes=boxes, sole_state=now)
+        if not all(map(np.array_equal, proofs.convergence, stored)):
+            _write_convergence(plan, sweep, proofs.convergence)
     return proofs
 
 
@@ -217,22 +217,25 @@ def store_convergence(plan: Plan, sweep: Sweep, shared: ProvedConvergence) -> Me
         StoreError: A file cannot be written or read.
     """
     stored = _stored(sweep.folder)
-    found = shared.of(0, plan.members).beside(stored)
-    if not np.array_equal(found.codes, stored.codes):
+    convergence = shared.of(0, plan.members).beside(stored)
+    if not np.array_equal(convergence.codes, stored.codes):
         with locked_folder(sweep.folder.path):
-            _write_known(plan, sweep, found)
-    return found
+            _write_convergence(plan, sweep, convergence)
+    return convergence
 
 
 def _stored(folder: SweepFolder) -> MemberConvergence:
     """Return what the members file says of convergence."""
-    return stored_convergence(read_members_file(folder, KNOWN_COLUMNS))
+    return stored_convergence(read_members_file(folder, CONVERGENCE_COLUMNS))
 
 
-def _write_known(plan: Plan, sweep: Sweep, found: MemberConvergence) -> None:
+def _write_convergence(plan: Plan, sweep: Sweep, convergence: MemberConvergence) -> None:
     """Store what is found, beside what another command has stored in the meantime."""
-    found, digest = found.beside(_stored(sweep.folder)), digest_of_shards(sweep.inventory)
-    write_members_file(plan, sweep.folder, digest, sweep.comparison, found)
+    convergence, digest = (
+        convergence.beside(_stored(sweep.folder)),
+        digest_of_shards(sweep.inventory),
+    )
+    write_members_file(plan, sweep.folder, digest, sweep.comparison, convergence)
 
 
 def _finish(  # noqa: PLR0913, PLR0917 (a sweep, and how its end is told)
@@ -263,8 +266,8 @@ def _finish(  # noqa: PLR0913, PLR0917 (a sweep, and how its end is told)
         finished = finished and comparison == kept
     if not finished:
         on_event(Finishing())
-        known = None if before is None else stored_convergence(before)
-        write_members_file(plan, folder, digest, comparison, known)
+        convergence = None if before is None else stored_convergence(before)
+        write_members_file(plan, folder, digest, comparison, convergence)
     for inner in (folder.path, folder.path / SHARDS, folder.path / TRACES):
         remove_all_abandoned(inner)
     return Sweep(folder, inventory, comparison, finished=True)

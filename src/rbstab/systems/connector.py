@@ -26,12 +26,12 @@ def is_connector(element: object) -> bool:
 
 def connector_of(system: System) -> Sliding:
     """Return the sliding connector of a system; it must have one."""
-    return next(one for one in system.elements if is_connector(one))  # type: ignore[return-value]
+    return next(element for element in system.elements if is_connector(element))  # type: ignore[return-value]
 
 
 def with_connector(system: System, changed: Sliding) -> System:
     """Return a system with another sliding connector in the place of its own."""
-    elements = tuple(changed if is_connector(one) else one for one in system.elements)
+    elements = tuple(changed if is_connector(element) else element for element in system.elements)
     return replace(system, elements=elements)
 
 

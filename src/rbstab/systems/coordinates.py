@@ -199,9 +199,9 @@ class QuaternionCoordinates(Coordinates):
         )
         Theta = quaternion.same_turns(Theta, start[:, np.newaxis])
         Theta[:, together[order] == times[0]] = start[:, np.newaxis]
-        found = np.empty_like(Theta)
-        found[:, order] = Theta
-        return found, float(turn)
+        unsorted = np.empty_like(Theta)
+        unsorted[:, order] = Theta
+        return unsorted, float(turn)
 
     def watched(self, y: Array) -> Array:
         """Return θ1, sin θ2 and θ3 at state vectors, and their rates, shape (2, 3, ...)."""

@@ -198,18 +198,18 @@ def chosen(system: System, y: Array, rows: Array, time: float = 0.0) -> tuple[Sy
     """
     if not len(rows) and not resting(system):
         return system, y
-    found = choice(system, y, rows, time)
-    return found.system, moved(found, y)
+    decision = choice(system, y, rows, time)
+    return decision.system, moved(decision, y)
 
 
 def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
     """Return Filippov's choice for axes on their surfaces; see `chosen`."""
-    system, found = with_held(system, y, rows, time)
+    system, all_surfaces = with_held(system, y, rows, time)
     bounds = bounds_of_axes(system)[rows]
     contact, count = resting(system), len(rows)
     if contact:
-        rows = np.append(rows, len(found.rates) - 1)
-    W, b = found.mobility[np.ix_(rows, rows)], found.rates[rows]
+        rows = np.append(rows, len(all_surfaces.rates) - 1)
+    W, b = all_surfaces.mobility[np.ix_(rows, rows)], all_surfaces.rates[rows]
     if contact:
         most = largest_couple(W, b, bounds)
         bounds, b = np.append(bounds, most), b - contact * most * W[:, -1]
@@ -221,7 +221,7 @@ def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
     system = with_changed(system, places, [side[:count] >= 0, holds])
     if contact and not is_held[-1]:
         system = with_contact(system, 0)
-    return Choice(system, found, rows, side)
+    return Choice(system, all_surfaces, rows, side)
 
 
 def with_held(system: System, y: Array, rows: Array, time: float) -> tuple[System, Surfaces]:
@@ -240,8 +240,8 @@ def held_at_rest(system: System, y: Array, rows: Array, time: float = 0.0) -> tu
         rows: The axes, among those of all ties.
         time: The time, s.
     """
-    system, found = with_held(system, y, rows, time)
-    return system, moved(Choice(system, found, rows, np.zeros(len(rows))), y)
+    system, all_surfaces = with_held(system, y, rows, time)
+    return system, moved(Choice(system, all_surfaces, rows, np.zeros(len(rows))), y)
 
 
 def resting(system: System) -> int:
@@ -324,20 +324,20 @@ def _definite(W: Array) -> Array:
 def residuals(system: System, y: Array) -> Array:
     """Return what is zero on held rows: s of each axis (F on s = E), then θ̇2 beside a stop."""
     motion = system.motion(y)
-    found = [tie.held_rate(motion) for tie in ties_of(system)]
+    rates = [tie.held_rate(motion) for tie in ties_of(system)]
     if stop_of(system) is not None:
-        found.append(np.array([pitch.rate(motion)]))
-    return np.concatenate(found)
+        rates.append(np.array([pitch.rate(motion)]))
+    return np.concatenate(rates)
 
 
-def moved(found: Choice, y: Array) -> Array:
+def moved(decision: Choice, y: Array) -> Array:
     """Return the state that belongs to a choice: by impulses, and E on s = E; see `chosen`."""
-    system, rows = found.system, found.rows
+    system, rows = decision.system, decision.rows
     is_axis = rows < 3 * len(ties_of(system))
     sticky = np.zeros(len(rows), bool)
     sticky[is_axis] = sticky_rows(system)[rows[is_axis]]
-    targets = found.sides * RELEASE_OFFSET
-    W = found.surfaces.mobility[np.ix_(rows, rows)]
+    targets = decision.sides * RELEASE_OFFSET
+    W = decision.surfaces.mobility[np.ix_(rows, rows)]
     rates = np.where(sticky | ~is_axis, 0.0, targets)
     wanted = rates - residuals(system, y)[rows]
     after = pushed(system, y, rows, np.linalg.lstsq(W, wanted, rcond=SMALLEST_MOBILITY)[0])

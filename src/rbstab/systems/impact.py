@@ -93,7 +93,7 @@ def rests(system: System, y: Array, side: int, time: float = 0.0) -> bool:
         time: The time, s.
     """
     motion, pairs = system.acting(y, time)
-    towards = next(side * float(own[1]) for element, own in pairs if element.holds)
+    towards = next(side * float(hold[1]) for element, hold in pairs if element.holds)
     return towards > 0 and float(pitch.rate(motion)) ** 2 <= 2.0 * towards * HOP_HEIGHT
 
 

@@ -76,25 +76,25 @@ def landed(system: System, y: Array, side: int, time: float = 0.0) -> tuple[Syst
     touching = with_contact(system, side)
     for count in range(len(rows), -1, -1):
         with suppress(RedundantTiesError):
-            found = choice(touching, y, np.sort(rows[:count]), time)
-            if resting(found.system) and _hop_height(found, y, time) <= HOP_HEIGHT:
-                return found.system, laid_on_stop(found.system, moved(found, y))
+            decision = choice(touching, y, np.sort(rows[:count]), time)
+            if resting(decision.system) and _hop_height(decision, y, time) <= HOP_HEIGHT:
+                return decision.system, laid_on_stop(decision.system, moved(decision, y))
     return None
 
 
 def _hops(system: System, y: Array, time: float) -> tuple[Array, float]:
     """Return the energy of the rate of each row alone, J, and a bound of the couple, N m."""
     K_s = bounds_of_axes(system)
-    system, found = with_held(system, y, np.arange(len(K_s)), time)
-    energies = 0.5 * residuals(system, y) ** 2 / np.diag(found.mobility)
-    return energies, largest_couple(found.mobility, found.rates, K_s)
+    system, surfaces = with_held(system, y, np.arange(len(K_s)), time)
+    energies = 0.5 * residuals(system, y) ** 2 / np.diag(surfaces.mobility)
+    return energies, largest_couple(surfaces.mobility, surfaces.rates, K_s)
 
 
-def _hop_height(found: Choice, y: Array, time: float) -> float:
+def _hop_height(decision: Choice, y: Array, time: float) -> float:
     """Return the largest height of later hops, rad: T/λ."""
-    rows = found.rows[found.sides == 0]
-    r = residuals(found.system, y)[rows]
-    energy = 0.5 * float(r @ np.linalg.solve(found.surfaces.mobility[np.ix_(rows, rows)], r))
-    _, pairs = found.system.acting(y, time)
-    couple = next(float(own[0]) for element, own in pairs if element.holds)
+    rows = decision.rows[decision.sides == 0]
+    r = residuals(decision.system, y)[rows]
+    energy = 0.5 * float(r @ np.linalg.solve(decision.surfaces.mobility[np.ix_(rows, rows)], r))
+    _, pairs = decision.system.acting(y, time)
+    couple = next(float(hold[0]) for element, hold in pairs if element.holds)
     return energy / abs(couple)

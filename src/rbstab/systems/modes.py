@@ -36,7 +36,7 @@ def mode_owners(system: System) -> tuple[str, ...]:
 
 def first_mode(system: System, element: Any) -> int:
     """Return the index of the first mode of an element among the modes of a system."""
-    return sum(one.mode_count for one in system.elements[: system.elements.index(element)])
+    return sum(earlier.mode_count for earlier in system.elements[: system.elements.index(element)])
 
 
 NO_STATE = -1
@@ -86,8 +86,8 @@ def guards_at(system: System, y: Array, time: Number = 0.0) -> Array:
     Those of an element that `holds` or `slides` depend on the loads, and so on the time.
     """
     motion, pairs = system.acting(y, time)
-    found = [element.guards(motion, own) for element, own in pairs if element.mode_count]
-    return np.concatenate([np.zeros(0), *found])
+    guards = [element.guards(motion, states) for element, states in pairs if element.mode_count]
+    return np.concatenate([np.zeros(0), *guards])
 
 
 def with_modes_at(system: System, y: Array, time: float = 0.0) -> System:

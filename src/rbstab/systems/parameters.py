@@ -20,7 +20,7 @@ from rbstab.systems.system import System
 
 Transform = Callable[[str, Array], Array]
 
-_known: WeakKeyDictionary[System, dict[str, Array]] = WeakKeyDictionary()
+_cached: WeakKeyDictionary[System, dict[str, Array]] = WeakKeyDictionary()
 """The parameters of the systems in memory, which do not change. A run asks for those of one system
 several times, and finding them takes longer than some steps."""
 
@@ -31,17 +31,17 @@ def parameters(system: System) -> dict[str, Array]:
     Raises:
         ValueError: Two parameters have the same name, because two elements have the same name.
     """
-    by_name = _known.get(system)
+    by_name = _cached.get(system)
     if by_name is None:
-        found: dict[str, Array] = {}
+        arrays: dict[str, Array] = {}
 
         def add(name: str, value: Array) -> Array:
-            if name in found:
+            if name in arrays:
                 raise ValueError(f"two elements have the same name: {name} exists twice")
-            return found.setdefault(name, value)
+            return arrays.setdefault(name, value)
 
         map_parameters(system, add)
-        by_name = _known[system] = found
+        by_name = _cached[system] = arrays
     return by_name.copy()
 
 

@@ -116,8 +116,8 @@ def _of_stabilizer(kind: type, part: str) -> Formula:
 
     def formula(seen: Observation) -> Array:
         pairs = zip(seen.system.elements, seen.wrenches, strict=True)
-        found = [getattr(wrench, part) for element, wrench in pairs if isinstance(element, kind)]
-        return found[0] if found else ZERO
+        vectors = [getattr(wrench, part) for element, wrench in pairs if isinstance(element, kind)]
+        return vectors[0] if vectors else ZERO
 
     return formula
 
@@ -262,12 +262,12 @@ PEAKS = {quantity.name: quantity.peak for quantity in QUANTITIES if quantity.pea
 
 def quantities_with(states: Iterable[OwnState]) -> dict[str, Quantity]:
     """Return all quantities by name, in the order of files, of a run with some own states."""
-    found: dict[str, Quantity] = {}
+    quantities: dict[str, Quantity] = {}
     for name, quantity in BY_NAME.items():
         if name == "contact_displacement":
-            found |= {state.name: state_quantity(state) for state in states}
-        found[name] = quantity
-    return found
+            quantities |= {state.name: state_quantity(state) for state in states}
+        quantities[name] = quantity
+    return quantities
 
 
 def observed_in(system: System) -> dict[str, Quantity]:

@@ -77,15 +77,15 @@ def with_equivalent_forces(
         pairs: All elements with their own states; those that slide or hold with zero forces. There
             is one of them at least.
     """
-    found = surfaces(body, coordinates, motion, pairs)
+    all_surfaces = surfaces(body, coordinates, motion, pairs)
     size = 3 * sum(element.slides for element, _ in pairs)
     # The couple of a stop alone needs no solution of equations.
-    forces = found.forces() if size else np.zeros(1)
+    forces = all_surfaces.forces() if size else np.zeros(1)
     of_ties = iter(forces[:size].reshape(-1, 3))
-    hold = found.hold(forces) if any(element.holds for element, _ in pairs) else ZERO
+    hold = all_surfaces.hold(forces) if any(element.holds for element, _ in pairs) else ZERO
     return [
-        (element, next(of_ties) if element.slides else hold if element.holds else own)
-        for element, own in pairs
+        (element, next(of_ties) if element.slides else hold if element.holds else states)
+        for element, states in pairs
     ]
 
 
@@ -139,13 +139,13 @@ def impulses(
 
 def elements_with_rows(elements: Iterable[Any]) -> list[Any]:
     """Return the elements that have rows in `Surfaces`: those that slide, then one that holds."""
-    found = list(elements)
-    return [one for one in found if one.slides] + [one for one in found if one.holds]
+    elements = list(elements)
+    return [tie for tie in elements if tie.slides] + [stop for stop in elements if stop.holds]
 
 
 def total_wrench(motion: Motion, pairs: list[Pair]) -> Wrench:
     """Return the sum of the wrenches of elements."""
-    return _sum([element.wrench(motion, own) for element, own in pairs])
+    return _sum([element.wrench(motion, states) for element, states in pairs])
 
 
 def _sum(wrenches: list[Wrench]) -> Wrench:
@@ -181,12 +181,12 @@ def _rates(
     rates, Lambda_ = coordinates.dynamics(body, motion, loads)
     # Λ is the whole force at the contact point, also what holds it there.
     V_rate = (loads.force + Lambda_) / body.mass
-    found = []
+    row_rates = []
     for element in rows:
         if element.slides:
             p = element.place(body)
             a = point.acceleration(motion, p, rates[OMEGA], V_rate)
-            found.append(element.surface_rate(motion, a))
+            row_rates.append(element.surface_rate(motion, a))
         else:
-            found.append(np.array([pitch.acceleration(motion, rates[OMEGA])]))
-    return np.concatenate(found)
+            row_rates.append(np.array([pitch.acceleration(motion, rates[OMEGA])]))
+    return np.concatenate(row_rates)

@@ -87,9 +87,9 @@ class System:
             begin += state.size
         return slices
 
-    def start(self, motion: Motion, own: Array) -> Array:
+    def start(self, motion: Motion, element_states: Array) -> Array:
         """Return the state vector of a motion and of the elements' own states, shape (size,)."""
-        return np.concatenate([self.coordinates.from_motion(motion), own])
+        return np.concatenate([self.coordinates.from_motion(motion), element_states])
 
     def motion(self, y: Array, time: Number = 0.0) -> Motion:
         """Return the motion at a state vector and a time, s."""
@@ -100,7 +100,7 @@ class System:
         """Return ẏ, shape (size,)."""
         motion, pairs = self.acting(y, time)
         body_rates, _ = self.coordinates.dynamics(self.body, motion, total_wrench(motion, pairs))
-        return np.concatenate([body_rates, *_own_rates(motion, pairs)])
+        return np.concatenate([body_rates, *_state_rates(motion, pairs)])
 
     def audited_rates(self, y: Array, time: Number = 0.0) -> Array:
         """Return the rates of [y, ∫v' dt, ε]: ẏ, v' (eq. 29, 37, 43, 46) and ε̇ = F'Λ (eq. 26).
@@ -112,12 +112,12 @@ class System:
         motion, pairs = self.acting(y, time)
         wrench = total_wrench(motion, pairs)
         body_rates, Lambda_ = self.coordinates.dynamics(self.body, motion, wrench)
-        lyapunov_rate = -sum(element.dissipated(motion, own) for element, own in pairs)
+        lyapunov_rate = -sum(element.dissipated(motion, states) for element, states in pairs)
         audit = [lyapunov_rate, motion.F @ Lambda_]
         if self.supplies:
-            supplied = sum(element.supplied(motion, own) for element, own in pairs)
+            supplied = sum(element.supplied(motion, states) for element, states in pairs)
             audit = [supplied, supplied + lyapunov_rate, audit[-1]]
-        return np.concatenate([body_rates, *_own_rates(motion, pairs), np.array(audit)])
+        return np.concatenate([body_rates, *_state_rates(motion, pairs), np.array(audit)])
 
     def observe(self, y: Array, time: Number = 0.0) -> "Observation":
         """Return what is observed at a state: motion, forces, energies and powers."""
@@ -129,7 +129,7 @@ class System:
 
     def stored_energy(self, motion: Motion, y: Array) -> Number:
         """Return the energy stored in all elements, J, of the motion at a state vector."""
-        return sum(element.stored(motion, own) for element, own in self.with_states(y))
+        return sum(element.stored(motion, states) for element, states in self.with_states(y))
 
     def acting(self, y: Array, time: Number = 0.0) -> tuple[Motion, list[tuple[Element, Array]]]:
         """Return the motion, and each element with its own states.
@@ -150,8 +150,10 @@ class System:
     def clearances(self, y: Array) -> Array:
         """Return the functions of all elements that are zero where their statements end."""
         motion = self.motion(y)
-        found = [one.clearances(motion) for one in self.elements if one.clearance_count]
-        return np.concatenate([np.zeros(0), *found])
+        values = [
+            element.clearances(motion) for element in self.elements if element.clearance_count
+        ]
+        return np.concatenate([np.zeros(0), *values])
 
     def loads(self, y: Array, time: Number = 0.0) -> tuple[Motion, list[tuple[Element, Array]]]:
         """Return the motion, and each element with its own states; without forces that hold."""
@@ -161,12 +163,12 @@ class System:
         """Return each element with its own states, or with zero equivalent forces, or no hold."""
         pairs, begin = [], self.coordinates.size
         for element in self.elements:
-            own = y[begin : begin + element.state_size]
+            states = y[begin : begin + element.state_size]
             if element.slides:
-                own = ZERO
+                states = ZERO
             elif element.holds:
-                own = NO_HOLD
-            pairs.append((element, own))
+                states = NO_HOLD
+            pairs.append((element, states))
             begin += element.state_size
         return pairs
 
@@ -197,7 +199,9 @@ class Observation:
         """The energy of each part, shape (parts,), J."""
         kinetic = self.system.body.kinetic_energy(self.motion.Omega, self.motion.V)
         pairs = self.system.with_states(self._y)
-        return np.array([kinetic, *(element.stored(self.motion, own) for element, own in pairs)])
+        return np.array(
+            [kinetic, *(element.stored(self.motion, states) for element, states in pairs)]
+        )
 
     @cached_property
     def _acting(self) -> list[tuple[Element, Array]]:
@@ -206,7 +210,7 @@ class Observation:
     @cached_property
     def wrenches(self) -> tuple[Wrench, ...]:
         """The wrench of each element."""
-        return tuple(element.wrench(self.motion, own) for element, own in self._acting)
+        return tuple(element.wrench(self.motion, states) for element, states in self._acting)
 
     @cached_property
     def contact_force(self) -> Array:
@@ -227,12 +231,14 @@ class Observation:
 
     def _powers(self, kind: str) -> Array:
         pairs = self._acting
-        return np.array([0.0, *(getattr(one, kind)(self.motion, own) for one, own in pairs)])
+        return np.array(
+            [0.0, *(getattr(element, kind)(self.motion, states) for element, states in pairs)]
+        )
 
     def own_state(self, name: str) -> Array:
         """Return an own state of an element."""
         return self._y[self.system.own_states[name]]
 
 
-def _own_rates(motion: Motion, pairs: list[tuple[Element, Array]]) -> list[Array]:
-    return [element.rates(motion, own) for element, own in pairs if element.state_size]
+def _state_rates(motion: Motion, pairs: list[tuple[Element, Array]]) -> list[Array]:
+    return [element.rates(motion, states) for element, states in pairs if element.state_size]

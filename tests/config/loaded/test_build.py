@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.config_elements import ONE_OF_EACH, config_data
+from support.config_elements import EACH_KIND, config_data
 from support.configs import (
     BY_VARIANT,
     EMBEDDED,
@@ -39,10 +39,10 @@ def test_each_number_of_body_gravity_and_controller_by_itself(variant):
     for form in (np.diag, np.array):
         data["body"]["inertia"] = form(expected["inertia"])
         data["controller"] |= {gain: form(expected[gain]) for gain in gains}
-        found = parameters(system_of(load_config(data)))
-        assert not found.pop("anchor").any()
-        assert sorted(name.rpartition(".")[2] for name in found) == sorted(expected)
-        for name, value in found.items():
+        numbers = parameters(system_of(load_config(data)))
+        assert not numbers.pop("anchor").any()
+        assert sorted(name.rpartition(".")[2] for name in numbers) == sorted(expected)
+        for name, value in numbers.items():
             np.testing.assert_allclose(value, expected[name.rpartition(".")[2]], rtol=1e-15)
 
 
@@ -53,9 +53,9 @@ def test_each_number_of_an_element_by_itself():
         "stiff": guard("stiff", 8.0, 0.2),
         "end": stop(0.6, 1.2),
     }
-    elements = ONE_OF_EACH | switching
-    found = system_of(load_config(config_data(elements, controller=None)))
-    kinds = {element.name: type(element).__name__ for element in found.elements}
+    elements = EACH_KIND | switching
+    system = system_of(load_config(config_data(elements, controller=None)))
+    kinds = {element.name: type(element).__name__ for element in system.elements}
     assert kinds == {
         "gravity": "Gravity",
         "end": "Stop",
@@ -67,7 +67,7 @@ def test_each_number_of_an_element_by_itself():
         "tie": "ViscoElasticTie",
         "upright": "AttitudeSpring",
     }
-    values = parameters(found)
+    values = parameters(system)
     for name, section in elements.items():
         for key, value in section.items():
             if key not in {"kind", "method"}:
@@ -79,8 +79,8 @@ def test_each_number_of_an_element_by_itself():
 def test_only_the_direction_of_an_input_counts():
     for direction in ([1, -2, 2], [0.5, -1, 1]):
         config = load_config(config_data({"a": couple(SINE, direction=direction)}))
-        found = parameters(system_of(config))["a.direction"]
-        np.testing.assert_allclose(found, np.array([1, -2, 2]) / 3, rtol=1e-15)
+        unit_vector = parameters(system_of(config))["a.direction"]
+        np.testing.assert_allclose(unit_vector, np.array([1, -2, 2]) / 3, rtol=1e-15)
 
 
 @pytest.mark.parametrize("text", [PERMANENT, VISCO_ELASTIC, EMBEDDED])
@@ -134,9 +134,9 @@ def test_settings_arrive():
     settings = {"rtol": 1e-7, "atol": 1e-8, "method": "Radau", "range_bound": 0.2}
     settings |= {"step_limit": 55, "time_limit": 66}
     changes = [f"integration.{key}={value}" for key, value in settings.items()]
-    found = problem(VISCO_ELASTIC, "integration.duration=3", "integration.samples=7", *changes)
-    assert found.times.tolist() == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
-    assert {key: getattr(found, key) for key in settings} == settings
+    given = problem(VISCO_ELASTIC, "integration.duration=3", "integration.samples=7", *changes)
+    assert given.times.tolist() == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
+    assert {key: getattr(given, key) for key in settings} == settings
 
 
 @pytest.mark.parametrize(
@@ -149,9 +149,9 @@ def test_settings_arrive():
     ],
 )
 def test_drift_control_arrives(text, control, projects, rate):
-    found = problem(text, f"integration.drift_control={control}")
-    assert found.project is projects
-    assert parameters(found.system).get("manifold.baumgarte_rate") == rate
+    given = problem(text, f"integration.drift_control={control}")
+    assert given.project is projects
+    assert parameters(given.system).get("manifold.baumgarte_rate") == rate
 
 
 @pytest.mark.parametrize(

@@ -157,12 +157,12 @@ def test_defaults_are_those_of_the_documentation(load, variant):
     config = load("\n".join(x for x in text.splitlines() if not x.startswith(given)))
     assert (config.schema_version, config.title, config.gravity) == (1, "untitled", ZERO)
     assert config.reference is None
-    found = config.integration.model_dump() | config.initial.model_dump()
-    found |= config.controller.model_dump()
+    values = config.integration.model_dump() | config.initial.model_dump()
+    values |= config.controller.model_dump()
     expected = {"samples": 401, "orientation": ZERO, "angular_velocity": ZERO} | (
         SOLVER_DEFAULTS | expected
     )
-    assert {key: found.get(key) for key in expected} == expected
+    assert {key: values.get(key) for key in expected} == expected
 
 
 # Texts that some version of YAML could read as another value.
@@ -247,9 +247,9 @@ def test_a_held_body_without_springs_of_angles_passes_the_pole(stiffness, coordi
 def test_a_config_in_quaternions_can_be_changed_to_read_angles():
     config = load_config(plain(PERMANENT), ["controller.K_r=[0,0,0]"])
     stored = yaml.safe_load(resolved_yaml(config))
-    for one in (config, config.plain(), stored):
-        assert load_config(one).integration.coordinates == "quaternion"
-        changed = load_config(one, ["controller.K_r=[0,0,5]"])
+    for source in (config, config.plain(), stored):
+        assert load_config(source).integration.coordinates == "quaternion"
+        changed = load_config(source, ["controller.K_r=[0,0,5]"])
         assert changed.integration.coordinates == "reduced"
     assert config.in_angles().integration.coordinates == "reduced"
     assert run_id(load_config(config.in_angles().plain())) != run_id(config)

@@ -55,10 +55,10 @@ SAME = [
 ]
 
 
-@pytest.mark.parametrize(("one", "other"), SAME)
-def test_what_is_written_in_another_way_is_the_same_run(load, one, other):
-    assert one != other
-    assert run_id(load(one)) == run_id(load(other))
+@pytest.mark.parametrize(("text", "other"), SAME)
+def test_what_is_written_in_another_way_is_the_same_run(load, text, other):
+    assert text != other
+    assert run_id(load(text)) == run_id(load(other))
 
 
 def test_a_seed_may_be_a_whole_float():

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from support.inputs import SINE, force
 from support.switching import data
-from support.user_code import SPRING, element_text, mine, traitor
+from support.user_code import SPRING, element_text, python_section, traitor
 
 from rbstab.config.build import problem_of, supplies_power, system_of
 from rbstab.config.errors import ConfigError
@@ -49,7 +49,7 @@ Gain("a", "N", "a", shape="number"), Gain("b", "N", "b", shape="diagonal"),
     Gain("e", "N", "e", "number", default=0.5), Gain("f", "1", "f", "number", below=1.0), POINT"""
 
 SHAPED = element_text(
-    "def wrench(self, motion, own):\n    return force_at_centre(0 * motion.X)", SHAPES
+    "def wrench(self, motion, states):\n    return force_at_centre(0 * motion.X)", SHAPES
 )
 
 VALUES = {"a": 1, "b": [1, 2, 3], "copy": [4, 5, 6], "d": -1, "f": 0.5, "point": [0, -1, 0]}
@@ -71,9 +71,9 @@ def allowed(*changes, config="case.yaml"):
 
 
 def problems(*changes, config="case.yaml", allow_python=True):
-    with pytest.raises(ConfigError) as found:
+    with pytest.raises(ConfigError) as caught:
         load_config(config, changes, allow_python=allow_python)
-    return str(found.value).splitlines()
+    return str(caught.value).splitlines()
 
 
 def test_it_is_refused_with_a_place_and_a_reason(code):
@@ -182,14 +182,14 @@ def test_no_file_is_looked_for_where_none_was_read(code):
     """What is validated without a file of the user must not read one."""
     with pytest.raises(ConfigError, match=r"elements\.mine\.file: was not read"):
         validated(source_of("case.yaml"))
-    section = {key: value for key, value in mine(k=1).items() if key != "file"}
+    section = {key: value for key, value in python_section(k=1).items() if key != "file"}
     (line,) = problems(config=data({"mine": section}))
     assert "elements.mine.file: is missing (expected a Python file" in line
 
 
 def test_parameters_of_every_shape(code):
     (code.parents[1] / "mine.py").write_text(SHAPED)
-    config = allowed(config=data({"mine": mine(**VALUES)}))
+    config = allowed(config=data({"mine": python_section(**VALUES)}))
     element: Any = system_of(config).elements[-1]
     assert (element.a, element.e, element.f) == (1.0, 0.5, 0.5)
     assert element.copy.tolist() == [[4, 0, 0], [0, 5, 0], [0, 0, 6]]
@@ -200,10 +200,10 @@ def test_parameters_of_every_shape(code):
     assert units == ["N", "1", "m", ""]
     assert unit_of(keys[0], [element | {"source": "("}]) == ""
     full = VALUES | {"copy": [[4, 1, 0], [1, 5, 0], [0, 0, 6]]}
-    element = system_of(allowed(config=data({"mine": mine(**full)}))).elements[-1]
+    element = system_of(allowed(config=data({"mine": python_section(**full)}))).elements[-1]
     assert element.copy[0, 1] == 1.0
     wrong = VALUES | {"copy": [[4, 9, 0], [9, 5, 0], [0, 0, 6]], "b": [1, 0, 1], "f": 1}
-    lines = problems(config=data({"mine": mine(**wrong)}))
+    lines = problems(config=data({"mine": python_section(**wrong)}))
     assert [line.split(": ")[1] for line in lines] == [
         "elements.mine.parameters.b[1]",
         "elements.mine.parameters.copy",
@@ -244,7 +244,7 @@ def test_without_permission_nothing_is_built(code):
 
 
 SHAKE = f"\n  shake: {force(SINE)}"
-PUMP = "\n    def supplied(self, motion, own):\n        return 0 * motion.v[0]\n"
+PUMP = "\n    def supplied(self, motion, states):\n        return 0 * motion.v[0]\n"
 
 
 @pytest.mark.parametrize("pump", ["", PUMP], ids=["passive", "supplies"])

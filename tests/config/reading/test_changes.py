@@ -110,8 +110,8 @@ WRONG = [
 
 @pytest.mark.parametrize(("changes", "expected"), WRONG)
 def test_a_wrong_change_is_told_with_its_place_and_its_key(complaints, changes, expected):
-    found = complaints(VISCO_ELASTIC, *changes)
-    assert [" ".join(message.split(": ")[:2]) for message in found] == [
+    messages = complaints(VISCO_ELASTIC, *changes)
+    assert [" ".join(message.split(": ")[:2]) for message in messages] == [
         f"--set {x}" for x in expected
     ]
 
@@ -161,8 +161,8 @@ def test_a_mapping_gives_the_config_of_the_file(load, variant):
     ],
 )
 def test_kinds_of_numbers_and_containers(data):
-    found = load_config(data)
-    assert (found, repr(found)) == (load_config(plain()), repr(load_config(plain())))
+    config = load_config(data)
+    assert (config, repr(config)) == (load_config(plain()), repr(load_config(plain())))
 
 
 @pytest.mark.parametrize("kind", [tuple, list, np.array])

@@ -106,15 +106,15 @@ def test_byte_order_marks_and_line_ends(load, complaints, mark, encoding, line_e
         return mark + edited(old, new).replace("\n", line_end).encode(encoding)
 
     assert load(raw("Case", "Über θ")).title == "Über θ"
-    found = complaints(raw("title:", "titel:"))
-    assert found == ["1:1: titel: is unknown (did you mean title?)"]
+    messages = complaints(raw("title:", "titel:"))
+    assert messages == ["1:1: titel: is unknown (did you mean title?)"]
     assert complaints(raw("41.0", "-1"))[0].startswith("3:9: body.mass: is -1 ")
 
 
 def test_columns_count_characters(complaints):
     """Columns count characters, as editors do: not bytes, not halves of a surrogate pair."""
-    found = complaints("{title: é😀é, zzz: 1}\n")
-    assert any(message.startswith("1:14: zzz: is unknown") for message in found)
+    messages = complaints("{title: é😀é, zzz: 1}\n")
+    assert any(message.startswith("1:14: zzz: is unknown") for message in messages)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +149,7 @@ UNKNOWN = [f"k{number:05d}: 1" for number in range(90_000)]
     ids=lambda text: text[:40],
 )
 def test_a_large_file_is_refused_after_little_work(complaints, text, last):
-    found = complaints(text)
-    assert last in found[-1]
-    assert len(found) <= 100
-    assert all(len(message) < 300 for message in found)
+    messages = complaints(text)
+    assert last in messages[-1]
+    assert len(messages) <= 100
+    assert all(len(message) < 300 for message in messages)

@@ -29,12 +29,12 @@ def path(tmp_path_factory):
 def check(config, changes=()):
     """Assert that each problem has a line, or that the config can be stored."""
     try:
-        found = load_config(config, changes)
+        loaded = load_config(config, changes)
     except ConfigError as error:
         lines, count = str(error).split("\n"), len(error.problems)
     else:
-        lines, count = [run_id(found)], 1
-        assert resolved_yaml(found)
+        lines, count = [run_id(loaded)], 1
+        assert resolved_yaml(loaded)
     assert len(lines) == count > 0
     assert all(line and line.isprintable() for line in lines)
 

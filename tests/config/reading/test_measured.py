@@ -33,19 +33,21 @@ def test_numbers_become_si_and_empty_cells_are_gaps(file):
         "\n\n0,180,90,1500,3,0.5\r\n 0.5 ,,-360,NaN,,\n,,,,,\n"
     )
     for encoding in ("utf-8", "utf-8-sig", "utf-16"):
-        found = read_measured(file(text, encoding), 0.5)
-        assert [(one.name, one.vector, one.axis, one.unit) for one in found.columns] == [
+        measured = read_measured(file(text, encoding), 0.5)
+        assert [
+            (column.name, column.vector, column.axis, column.unit) for column in measured.columns
+        ] == [
             ("theta1", "Theta", 0, "rad"),
             ("omega3", "Omega", 2, "rad/s"),
             ("x2", "X", 1, "m"),
             ("e3", "E", 2, "m"),
             ("theta2", "Theta", 1, "rad"),
         ]
-        assert found.times.tolist() == [0.0, 0.5]
+        assert measured.times.tolist() == [0.0, 0.5]
         first = [math.pi, math.pi / 2, 1.5, 0.03, 0.5]
-        np.testing.assert_allclose(found.values[0], first, rtol=1e-15)
-        np.testing.assert_array_equal(np.isnan(found.values[1]), [True, False, True, True, True])
-        assert found.values[1, 1] == pytest.approx(-2 * math.pi)
+        np.testing.assert_allclose(measured.values[0], first, rtol=1e-15)
+        np.testing.assert_array_equal(np.isnan(measured.values[1]), [True, False, True, True, True])
+        assert measured.values[1, 1] == pytest.approx(-2 * math.pi)
 
 
 def test_all_problems_are_told_each_with_its_line_and_column(file):
@@ -69,9 +71,9 @@ def test_all_problems_are_told_each_with_its_line_and_column(file):
         # A motion that is longer than the run is one problem.
         "10:1: is the time -1 s (expected rising times",
     ]
-    found = problems(file(text), 5.0)
-    assert len(found) == len(ends)
-    for line, end in zip(found, ends, strict=True):
+    lines = problems(file(text), 5.0)
+    assert len(lines) == len(ends)
+    for line, end in zip(lines, ends, strict=True):
         assert line.startswith(f"m.csv:{end}")
 
 

@@ -192,14 +192,14 @@ def test_all_problems_at_once_in_the_order_of_their_places(complaints):
 
 
 def test_a_key_of_the_controller_where_elements_hold_the_body(complaints):
-    found = complaints("schema_version: 2\n" + edited("visco-elastic", "none"))
-    assert len(found) == 6
-    assert found[0].endswith("embedded, sliding; here, `elements` hold the body)")
+    messages = complaints("schema_version: 2\n" + edited("visco-elastic", "none"))
+    assert len(messages) == 6
+    assert messages[0].endswith("embedded, sliding; here, `elements` hold the body)")
 
 
 def test_a_repeated_section_is_not_called_incomplete_where_it_is_complete(complaints):
-    found = complaints(VISCO_ELASTIC + "body: {}\ncontroller: {}\n")
-    assert [message.split(" (")[0] for message in found] == [
+    messages = complaints(VISCO_ELASTIC + "body: {}\ncontroller: {}\n")
+    assert [message.split(" (")[0] for message in messages] == [
         "20:1: body: is given twice, first in line 2",
         "21:1: controller: is given twice, first in line 6",
     ]
@@ -265,6 +265,6 @@ def test_long_texts_are_cut_in_a_message(name):
 )
 def test_no_message_is_long(complaints, line):
     """A message is one line of a terminal, whatever the file has: a key, a tag, an alias."""
-    found = complaints(VISCO_ELASTIC + line.format("x" * 100_000))
-    assert found
-    assert all(len(message) < 700 for message in found)
+    messages = complaints(VISCO_ELASTIC + line.format("x" * 100_000))
+    assert messages
+    assert all(len(message) < 700 for message in messages)

@@ -65,9 +65,9 @@ def test_nested_data_and_keys_are_texts():
 
 
 def test_a_missing_value_has_the_place_of_its_nearest_parent():
-    found = parse_source("a:\n  - {b: 1, c: 2}\n  -   3\n", "name")
-    assert str(found.location(("a", 0, "x", "y"), of_key=True)) == "name:2:5"
-    assert str(found.location(("z",))) == "name:1:1"
+    parsed = parse_source("a:\n  - {b: 1, c: 2}\n  -   3\n", "name")
+    assert str(parsed.location(("a", 0, "x", "y"), of_key=True)) == "name:2:5"
+    assert str(parsed.location(("z",))) == "name:1:1"
 
 
 def test_the_first_of_repeated_keys_is_kept_and_the_others_are_read():
@@ -130,9 +130,9 @@ REFUSED = [
 @EITHER_READER
 @pytest.mark.parametrize(("text", "begin"), REFUSED)
 def test_what_is_no_part_of_a_config_is_refused(complaints, text, begin):
-    found = complaints(text)
-    assert found[-1].startswith(begin)
-    assert len(found) == 1 + ("<<" in text)  # which is no key of the body either
+    messages = complaints(text)
+    assert messages[-1].startswith(begin)
+    assert len(messages) == 1 + ("<<" in text)  # which is no key of the body either
 
 
 @EITHER_READER
@@ -150,9 +150,9 @@ def test_what_is_no_yaml_is_refused_in_its_line(complaints, old, new, line):
 @EITHER_READER
 @pytest.mark.parametrize("text", ["", "# a comment\n", "\n\n", "   "])
 def test_an_empty_file_lacks_its_keys(complaints, text):
-    found = complaints(text)
-    assert all(message.startswith("1:1: ") for message in found)
-    assert all("is missing" in message or "is empty" in message for message in found)
+    messages = complaints(text)
+    assert all(message.startswith("1:1: ") for message in messages)
+    assert all("is missing" in message or "is empty" in message for message in messages)
 
 
 @EITHER_READER
@@ -160,9 +160,9 @@ def test_an_alias_bomb_is_refused_before_it_grows(complaints):
     """Nine levels of nine aliases each would expand to a billion entries."""
     lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
     lines += [f"a{k}: &a{k} [{', '.join([f'*a{k - 1}'] * 9)}]" for k in range(1, 10)]
-    found = complaints("\n".join(lines))
-    assert len(found) <= 110
-    assert any("is the alias *a8" in message for message in found)
+    messages = complaints("\n".join(lines))
+    assert len(messages) <= 110
+    assert any("is the alias *a8" in message for message in messages)
 
 
 @EITHER_READER

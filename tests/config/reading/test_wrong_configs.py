@@ -332,11 +332,11 @@ def marked(text):
 @pytest.mark.parametrize(("text", "old", "new", "keys"), rows([KEYS, ONLY_THE_PROGRAM]))
 def test_each_problem_is_told_with_its_place_and_its_key(complaints, text, old, new, keys):
     wrong, places = marked(edited(old, new, text))
-    found = [" ".join(message.split(": ")[:2]) for message in complaints(wrong)]
+    told = [" ".join(message.split(": ")[:2]) for message in complaints(wrong)]
     expected = keys.split(", ")
     if not expected[0][0].isdigit():
         expected = [f"{place} {key}" for place, key in zip(places, expected, strict=True)]
-    assert [one.replace(" .", " elements.upright.") for one in expected] == found
+    assert [entry.replace(" .", " elements.upright.") for entry in expected] == told
 
 
 @pytest.fixture(scope="module")

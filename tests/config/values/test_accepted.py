@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.config_elements import ONE_OF_EACH, UPRIGHT, YAML, config_data
+from support.config_elements import EACH_KIND, UPRIGHT, YAML, config_data
 from support.configs import (
     BY_VARIANT,
     EMBEDDED,
@@ -71,7 +71,7 @@ ACCEPTED = [
     ),
     YAML,
     *(
-        json.dumps(plain(text) | {"schema_version": 2, "elements": ONE_OF_EACH})
+        json.dumps(plain(text) | {"schema_version": 2, "elements": EACH_KIND})
         for text in BY_VARIANT.values()
     ),
     json.dumps(config_data({})),
@@ -183,8 +183,8 @@ def test_a_matrix_of_numpy_is_symmetric_to_round_off():
 
 
 def test_whole_floats_are_whole_numbers(load):
-    found = load(VISCO_ELASTIC, "integration.samples=1e3").integration
-    assert repr(found.samples) == "1000"
+    settings = load(VISCO_ELASTIC, "integration.samples=1e3").integration
+    assert repr(settings.samples) == "1000"
     plan: dict[str, Any] = {"base": plain(), "design": "random", "members": 1e1, "seed": 3.0}
     assert load_plan({**plan, "vary": {"body.mass": {"uniform": [1, 2]}}}).members == 10
     lists = {"body.mass": {"linspace": [1, 2, 5e0]}}

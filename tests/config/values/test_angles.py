@@ -31,9 +31,9 @@ ROTATIONS = [
 
 @pytest.mark.parametrize(("given", "degrees"), ROTATIONS)
 def test_an_attitude_as_a_rotation(given, degrees):
-    found = load_config({**plain(PERMANENT), "initial": {"orientation": given}})
-    assert found.initial.orientation == pytest.approx([radians(x) for x in degrees], abs=1e-7)
-    A = rotation(np.array(found.initial.orientation))
+    config = load_config({**plain(PERMANENT), "initial": {"orientation": given}})
+    assert config.initial.orientation == pytest.approx([radians(x) for x in degrees], abs=1e-7)
+    A = rotation(np.array(config.initial.orientation))
     if "matrix" in given:
         assert pytest.approx(np.array(given["matrix"]), abs=1e-15) == A
 
@@ -59,9 +59,9 @@ def test_quaternions_of_a_motion_do_not_jump():
     """A body that turns about x: half the angle, through more than a turn."""
     angle = np.linspace(0, 9, 200)
     Theta = np.stack([angle, 0 * angle, 0 * angle], axis=1)
-    found = quaternions(rotations(Theta))
+    computed = quaternions(rotations(Theta))
     expected = np.stack([np.cos(angle / 2), np.sin(angle / 2), 0 * angle, 0 * angle], axis=1)
-    assert found == pytest.approx(expected * np.sign(found[0, 0]), abs=1e-12)
+    assert computed == pytest.approx(expected * np.sign(computed[0, 0]), abs=1e-12)
 
 
 @pytest.mark.parametrize("variant", BY_VARIANT)
@@ -77,10 +77,10 @@ def test_degrees_are_the_same_config_as_their_radians(variant):
         elements = {"guard": guard | {"soft_angle": angles(85)}}
         return load_config({**data, "initial": initial, "elements": elements})
 
-    found = config(lambda degrees: {"deg": degrees})
+    in_degrees = config(lambda degrees: {"deg": degrees})
     expected = config(lambda x: radians(x) if isinstance(x, int) else [radians(y) for y in x])
-    assert (found, run_id(found)) == (expected, run_id(expected))
-    assert resolved(found)["initial"]["angular_velocity"][0] == 2 * pi
+    assert (in_degrees, run_id(in_degrees)) == (expected, run_id(expected))
+    assert resolved(in_degrees)["initial"]["angular_velocity"][0] == 2 * pi
 
 
 KEY, RIGHT = "initial.angular_velocity[2]", "initial.angular_velocity.deg[2]"
@@ -166,9 +166,9 @@ def test_quaternions_are_refused_where_an_element_reads_angles(data, what):
 def test_in_quaternions_a_start_at_the_pole_is_one_as_any_other():
     data = in_quaternions(PERMANENT)
     data["initial"]["orientation"] = [0.1, 1.5707963267948, 0.2]
-    found = load_config(data)
-    assert found.integration.coordinates == "quaternion"
-    assert "drift_control" not in resolved(found)["integration"]
+    config = load_config(data)
+    assert config.integration.coordinates == "quaternion"
+    assert "drift_control" not in resolved(config)["integration"]
     data["integration"]["coordinates"] = "reduced"
     with pytest.raises(ConfigError, match="cos θ2"):
         load_config(data)

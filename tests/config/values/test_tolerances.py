@@ -16,7 +16,10 @@ CONFIG = load_config(
 
 
 def bounds(*texts):
-    return {one.entry.key: (one.low, one.high) for one in tolerances_of(CONFIG, texts)}
+    return {
+        tolerance.entry.key: (tolerance.low, tolerance.high)
+        for tolerance in tolerances_of(CONFIG, texts)
+    }
 
 
 def problems(*texts):
@@ -63,8 +66,8 @@ def test_a_section_stands_for_all_its_numbers():
 
 
 def test_a_matrix_stays_symmetric():
-    (one,) = tolerances_of(CONFIG, ["body.inertia[1][0]=±0.1"])
-    assert one.entry.paths == (("body", "inertia", 0, 1), ("body", "inertia", 1, 0))
+    (tolerance,) = tolerances_of(CONFIG, ["body.inertia[1][0]=±0.1"])
+    assert tolerance.entry.paths == (("body", "inertia", 0, 1), ("body", "inertia", 1, 0))
 
 
 @pytest.mark.parametrize(
@@ -88,15 +91,15 @@ def test_a_matrix_stays_symmetric():
     ],
 )
 def test_a_wrong_text_says_what_is_wrong(text, expected):
-    found = problems(text)
-    assert found[0].startswith(f"--within {text}:1:1: ")
-    assert any(expected in line for line in found)
+    messages = problems(text)
+    assert messages[0].startswith(f"--within {text}:1:1: ")
+    assert any(expected in line for line in messages)
 
 
 def test_all_wrong_texts_are_named_at_once():
-    found = problems("body.mass=±1", "body.mass=3", "body=±1%", "foo=±1")
-    assert len(found) == 3
-    assert any("gives a second tolerance of body.mass" in line for line in found)
+    messages = problems("body.mass=±1", "body.mass=3", "body=±1%", "foo=±1")
+    assert len(messages) == 3
+    assert any("gives a second tolerance of body.mass" in line for line in messages)
 
 
 @pytest.mark.parametrize(
@@ -109,5 +112,5 @@ def test_all_wrong_texts_are_named_at_once():
     ],
 )
 def test_bounds_are_written_as_exact_decimals(text, expected):
-    (one,) = tolerances_of(CONFIG, [text])
-    assert one.bounds == expected
+    (tolerance,) = tolerances_of(CONFIG, [text])
+    assert tolerance.bounds == expected

@@ -70,8 +70,8 @@ def warnings_of(changes):
 
 @pytest.mark.parametrize(("changes", "begin", "part"), FIRES)
 def test_a_likely_wrong_unit_is_named(changes, begin, part):
-    found = warnings_of(changes)
-    assert [line.startswith(begin) and part in line for line in found] == [True], found
+    warnings = warnings_of(changes)
+    assert [line.startswith(begin) and part in line for line in warnings] == [True], warnings
 
 
 @pytest.mark.parametrize(
@@ -110,8 +110,8 @@ def test_an_anchor_far_from_the_origin_has_a_warning(stiffness, warned):
     assert config_warnings(load_config(plain(), changes)) == []
     changes.append("controller.anchor=equilibrium")
     # So far away, the connector pulls with a force that makes the motion fast as well.
-    found = config_warnings(load_config(plain(), changes))
-    assert sum(line.startswith("controller.anchor") for line in found) == warned
+    warnings = config_warnings(load_config(plain(), changes))
+    assert sum(line.startswith("controller.anchor") for line in warnings) == warned
 
 
 @pytest.mark.parametrize(("h", "warned"), [(0.02, True), (0.01, False)])
@@ -132,7 +132,7 @@ def shipped(path):
 def test_no_config_of_the_project_has_a_likely_wrong_unit(folder):
     """The body of the paper breaks the triangle inequality, and implicit steps damp numerically."""
     files = sorted((CONFIGS / folder).rglob("*.yaml"))
-    found = {
+    warnings = {
         warning
         for path in files
         for config in shipped(path)
@@ -140,4 +140,4 @@ def test_no_config_of_the_project_has_a_likely_wrong_unit(folder):
         if "triangle inequality" not in warning and not warning.startswith("controller.law")
     }
     assert files
-    assert found == set()
+    assert warnings == set()

@@ -21,15 +21,15 @@ def of(gains, rest="pass"):
 
 
 def test_every_form_of_a_declaration():
-    found = of(
+    declaration = of(
         '(POINT, ANCHOR, elements.Gain("c", "N s/m", "c", "number", default=0),'
         ' Gain(name="K", unit="N/m", description="K", positive=False, below=None))',
         "mode_count: ClassVar[int] = 2",
     )
-    assert found.gains[:2] == (POINT, ANCHOR)
-    assert found.gains[2] == Gain("c", "N s/m", "c", "number", default=0)
-    assert found.gains[3] == Gain("K", "N/m", "K", positive=False)
-    assert found.mode_count == 2
+    assert declaration.gains[:2] == (POINT, ANCHOR)
+    assert declaration.gains[2] == Gain("c", "N s/m", "c", "number", default=0)
+    assert declaration.gains[3] == Gain("K", "N/m", "K", positive=False)
+    assert declaration.mode_count == 2
     assert declared(TEMPLATE, "CubicSpring").gains[0].shape == "diagonal"
 
 
@@ -47,7 +47,7 @@ def test_gains_of_a_base_in_the_same_file():
 def test_supplied_power():
     text = (
         "class A(Element):\n    def stored(self): ...\n"
-        "class B(A):\n    def supplied(self, motion, own): ...\nclass C(B):\n    pass\n"
+        "class B(A):\n    def supplied(self, motion, states): ...\nclass C(B):\n    pass\n"
     )
     assert [declared(text, name).supplies for name in "ABC"] == [False, True, True]
 
@@ -101,9 +101,9 @@ def test_arguments_are_constants(argument, tmp_path, monkeypatch):
     ],
 )
 def test_wrong_gains(gains, problem):
-    with pytest.raises(DeclarationError, match=re.escape(problem)) as found:
+    with pytest.raises(DeclarationError, match=re.escape(problem)) as caught:
         of(gains)
-    assert found.value.line == 2
+    assert caught.value.line == 2
 
 
 @pytest.mark.parametrize("count", ["-1", "True", "1.0", "COUNT", "1000"])
@@ -113,10 +113,10 @@ def test_wrong_numbers_of_modes(count):
 
 
 def test_own_states():
-    found = of(
+    declaration = of(
         "()", "states = (OwnState('s', 'σ', 'm', 'a', 2), elements.OwnState('t', 't', '1', 'b'))"
     )
-    assert found.states == (OwnState("s", "σ", "m", "a", 2), OwnState("t", "t", "1", "b"))
+    assert declaration.states == (OwnState("s", "σ", "m", "a", 2), OwnState("t", "t", "1", "b"))
     assert of("()").states == ()
 
 
@@ -140,15 +140,15 @@ def test_own_states():
     ],
 )
 def test_wrong_own_states(states, problem):
-    with pytest.raises(DeclarationError, match=re.escape(problem)) as found:
+    with pytest.raises(DeclarationError, match=re.escape(problem)) as caught:
         of("()", f"states = {states}")
-    assert found.value.line == 3
+    assert caught.value.line == 3
 
 
 def test_another_class():
-    with pytest.raises(DeclarationError, match="not a class of the file") as found:
-        declared(element_text("def wrench(self, motion, own): ..."), "Yours")
-    assert found.value.expected == "expected one of its own: Mine"
+    with pytest.raises(DeclarationError, match="not a class of the file") as caught:
+        declared(element_text("def wrench(self, motion, states): ..."), "Yours")
+    assert caught.value.expected == "expected one of its own: Mine"
 
 
 SYNTAX = "x = 1\ny = 2\nclass 5:\n"
@@ -158,6 +158,6 @@ SYNTAX = "x = 1\ny = 2\nclass 5:\n"
     "text", [SYNTAX, "\0", "(" * 50_000, "-" * 90_000 + "1", "x = 1\n\tif y:\n"]
 )
 def test_what_is_not_python(text):
-    with pytest.raises(DeclarationError, match="is not Python") as found:
+    with pytest.raises(DeclarationError, match="is not Python") as caught:
         declared(text, "Mine")
-    assert found.value.line == text.count("\n") or text != SYNTAX
+    assert caught.value.line == text.count("\n") or text != SYNTAX

@@ -59,7 +59,9 @@ def test_a_dataclass_of_the_user():
 
 
 def test_classes_of_a_file_with_a_base():
-    text = SPRING + "\n\nclass Twice(Mine):\n    def stored(self, motion, own):\n        return 2\n"
+    text = (
+        SPRING + "\n\nclass Twice(Mine):\n    def stored(self, motion, states):\n        return 2\n"
+    )
     text += "\n\nclass NoWrench(Element):\n    pass\n"
     kinds: list[Any] = list(element_classes(UserCode(text, "mine.py")))
     assert [kind.__name__ for kind in kinds] == ["Mine", "Twice"]
@@ -118,7 +120,7 @@ def test_what_is_not_the_class_that_was_read(text, problem):
 @pytest.mark.parametrize(
     ("statement", "name"),
     [
-        ("def supplied(self, motion, own): return 1.0", "supplied"),
+        ("def supplied(self, motion, states): return 1.0", "supplied"),
         ("holds = True", "holds"),
         ("slides = True", "slides"),
         ("timed = True", "timed"),
@@ -133,13 +135,13 @@ def test_what_only_elements_of_the_program_state(statement, name):
 
 def test_the_line_of_an_error():
     code = UserCode(
-        element_text("def wrench(self, motion, own):\n    return motion.Y\n"), "mine.py"
+        element_text("def wrench(self, motion, states):\n    return motion.Y\n"), "mine.py"
     )
     line = 1 + next(i for i, text in enumerate(code.source.splitlines()) if "motion.Y" in text)
     kind: Any = element_class(code, "Mine")
-    with pytest.raises(AttributeError) as found:
+    with pytest.raises(AttributeError) as caught:
         kind(name="mine", k=1.0).wrench(MOTION, ())
     text = "AttributeError: 'Motion' object has no attribute 'Y'"
-    assert failure(code, found.value) == f"line {line}: {text}"
-    assert failure_in_user_code(found.value) == f"mine.py: line {line}: {text}"
+    assert failure(code, caught.value) == f"line {line}: {text}"
+    assert failure_in_user_code(caught.value) == f"mine.py: line {line}: {text}"
     assert failure_in_user_code(ValueError("ours")) is None

@@ -58,12 +58,12 @@ def fallen():
     ],
 )
 def test_a_body_rests_where_it_is_wanted_or_elsewhere(fallen, changes, kind, away):
-    found = outcome_of(fallen, config("leg_falls", *changes))
-    assert found.kind == kind
-    assert found.orientation == pytest.approx((0, LEANING, 0), abs=1e-6)
-    assert found.tilt == pytest.approx(away, abs=1e-6)
-    assert found.sureness == "seen"
-    assert 0 < found.time < 5
+    outcome = outcome_of(fallen, config("leg_falls", *changes))
+    assert outcome.kind == kind
+    assert outcome.orientation == pytest.approx((0, LEANING, 0), abs=1e-6)
+    assert outcome.tilt == pytest.approx(away, abs=1e-6)
+    assert outcome.sureness == "seen"
+    assert 0 < outcome.time < 5
 
 
 @pytest.mark.parametrize(
@@ -77,11 +77,11 @@ def test_a_body_rests_where_it_is_wanted_or_elsewhere(fallen, changes, kind, awa
 )
 def test_a_motion_that_does_not_come_to_rest(name, changes, kind):
     result = rbstab.simulate(config(name, *changes))
-    found = outcome_of(result)
-    assert found.kind == kind
-    assert found.time == result["time"][-1]
-    assert found.orientation == tuple(result["orientation"][-1])
-    assert found.sentence.startswith(f"{found.kind.words} at t = ")
+    outcome = outcome_of(result)
+    assert outcome.kind == kind
+    assert outcome.time == result["time"][-1]
+    assert outcome.orientation == tuple(result["orientation"][-1])
+    assert outcome.sentence.startswith(f"{outcome.kind.words} at t = ")
 
 
 @pytest.mark.heavy
@@ -95,8 +95,8 @@ def test_the_outcome_of_a_leg_is_proved():
     assert not pushes_of(falls, proof)
     stands = config("leg_stands")
     proof = rbstab.prove(stands)
-    found = outcome_of(rbstab.simulate(stands, proof=proof), stands, proof)
-    assert found.sentence == "returns: at (0°, 0°, 0°), 0° from the desired attitude: proved"
+    outcome = outcome_of(rbstab.simulate(stands, proof=proof), stands, proof)
+    assert outcome.sentence == "returns: at (0°, 0°, 0°), 0° from the desired attitude: proved"
     assert "5.95 J" in (pushes := pushes_of(stands, proof))
     # About y, at the knee.
     fastest = math.sqrt(2 * 5.95 / (0.059 + 3.5 * 0.186**2))
@@ -127,16 +127,16 @@ def test_pushes_say_through_which_point_their_axis_goes(variant, rng):
     }
     loaded = rbstab.load_config(data)
     pushes = pushes_of(loaded, rbstab.prove(loaded))
-    found = re.fullmatch(
+    match = re.fullmatch(
         r"pushes below (\S+) J \(or (\S+) rad/s about (.+)\), from rest .*", pushes
     )
-    assert found is not None
-    assert found[3] == words
+    assert match is not None
+    assert match[3] == words
     axes = rng.normal(size=(2000, 3))
-    spins = float(found[2]) * axes / np.linalg.norm(axes, axis=1)[:, None]
+    spins = float(match[2]) * axes / np.linalg.norm(axes, axis=1)[:, None]
     speeds = np.cross(spins, -np.array(point))
     energies = 0.5 * (spins**2 @ inertia + 2.0 * (speeds**2).sum(axis=1))
-    assert 0.99 * float(found[1]) < energies.max() <= float(found[1]) * 1.001
+    assert 0.99 * float(match[1]) < energies.max() <= float(match[1]) * 1.001
 
 
 @pytest.mark.slow
@@ -174,8 +174,8 @@ def test_the_tilt_is_the_angle_of_the_rotation_between_two_attitudes(
 @pytest.mark.parametrize(("stiffness", "kind"), [(10, "returns"), (5, "at_unstable_rest")])
 def test_a_body_at_rest_where_it_would_fall_is_said_to_be_unstable(stiffness, kind):
     given = leg(stiffness, initial={"position": [0, 0, -3.5 * 9.81 / (4e4 + 1e-6)]})
-    found = outcome_of(rbstab.simulate(rbstab.load_config(given, ["integration.duration=0.1"])))
-    assert (found.kind, found.is_good) == (kind, kind == "returns")
+    outcome = outcome_of(rbstab.simulate(rbstab.load_config(given, ["integration.duration=0.1"])))
+    assert (outcome.kind, outcome.is_good) == (kind, kind == "returns")
 
 
 HELD = {"variant": "permanent", "K_r": [10, 10, 5], "L_r": [0.8, 0.8, 0.3]}
@@ -197,9 +197,9 @@ def test_a_constant_force_is_a_load_under_which_rest_is_proved():
     assert state.orientation == pytest.approx((0.0, leans, 0.0), abs=1e-9)
     assert proof.globally_stable
     run = rbstab.simulate(given, proof=proof)
-    found = outcome_of(run, given, proof)
-    assert (found.kind, found.sureness) == ("rests_elsewhere", "proved")
-    assert found.tilt == pytest.approx(leans, abs=1e-9)
+    outcome = outcome_of(run, given, proof)
+    assert (outcome.kind, outcome.sureness) == ("rests_elsewhere", "proved")
+    assert outcome.tilt == pytest.approx(leans, abs=1e-9)
     assert "supplied_energy" not in run
 
 
@@ -212,11 +212,11 @@ def test_a_constant_force_is_a_load_under_which_rest_is_proved():
 )
 def test_a_body_that_stands_under_a_load_is_not_moving(signal, kind, why):
     """A couple M about y: K θ = m g l sin θ + M."""
-    found = outcome_of(rbstab.simulate(pushed("couple", signal, 1.2, direction=[0, 1, 0])))
-    assert (found.kind, found.why) == (kind, why)
+    outcome = outcome_of(rbstab.simulate(pushed("couple", signal, 1.2, direction=[0, 1, 0])))
+    assert (outcome.kind, outcome.why) == (kind, why)
     if why:
         leans = brentq(lambda angle: 10.0 * angle - LOAD * math.sin(angle) - 1.2, 0.0, 1.0)
-        assert found.tilt == pytest.approx(leans, abs=1e-6)
+        assert outcome.tilt == pytest.approx(leans, abs=1e-6)
 
 
 def test_a_result_shows_its_outcome_first(fallen):
@@ -250,9 +250,9 @@ def modes_of(**controller):
 
 def test_modes_without_damping_are_said_not_to_decay():
     """Free, with a spring on the angles: sqrt(60/0.34), sqrt(60/0.29), sqrt(30/0.13), 3 drifts."""
-    found = modes_of(variant="free", K_r=[60, 60, 30])
-    assert found.startswith("natural frequencies 13.28, 14.38, 15.19 rad/s; 6 modes do not osc")
-    assert "no mode decays" in found
+    modes = modes_of(variant="free", K_r=[60, 60, 30])
+    assert modes.startswith("natural frequencies 13.28, 14.38, 15.19 rad/s; 6 modes do not osc")
+    assert "no mode decays" in modes
     held = modes_of(variant="permanent", K_r=[60, 60, 30])
     assert "no mode decays" in held
     assert "τ" not in held
@@ -261,12 +261,12 @@ def test_modes_without_damping_are_said_not_to_decay():
 def test_turns_without_a_spring_have_no_frequency():
     """A tie leaves the turns about C free: they neither oscillate nor decay."""
     tie = {"K_c": [400] * 3, "L_c": [8] * 3}
-    found = modes_of(variant="visco-elastic", **tie)
+    modes = modes_of(variant="visco-elastic", **tie)
     # Along z: sqrt(400/12). Across: 400 (1/12 + 0.25²/J), for J = 0.34 and 0.29.
-    assert found.startswith("natural frequencies 5.774, 10.34, 10.93 rad/s; 6 modes do not osc")
-    assert "6 modes do not decay; of the others, the slowest mode decays with τ = 3 s" in found
-    one = modes_of(variant="visco-elastic", K_r=[60, 60, 30], **tie)
-    assert "1 mode does not decay" in one
+    assert modes.startswith("natural frequencies 5.774, 10.34, 10.93 rad/s; 6 modes do not osc")
+    assert "6 modes do not decay; of the others, the slowest mode decays with τ = 3 s" in modes
+    with_springs = modes_of(variant="visco-elastic", K_r=[60, 60, 30], **tie)
+    assert "1 mode does not decay" in with_springs
 
 
 def tie(point, anchor, stiffness=80, damping=4):
@@ -292,14 +292,14 @@ def pitched():
 
 def test_a_body_comes_to_rest_at_the_pole_of_its_angles(pitched):
     loaded, result = pitched
-    found = outcome_of(result, loaded)
-    assert found.kind is OutcomeKind.RESTS_ELSEWHERE
-    assert found.time < 40
-    assert found.tilt == pytest.approx(math.pi / 2, abs=1e-9)
-    assert found.orientation is not None
-    turned = Rotation.from_euler("XYZ", found.orientation).as_matrix()
+    outcome = outcome_of(result, loaded)
+    assert outcome.kind is OutcomeKind.RESTS_ELSEWHERE
+    assert outcome.time < 40
+    assert outcome.tilt == pytest.approx(math.pi / 2, abs=1e-9)
+    assert outcome.orientation is not None
+    turned = Rotation.from_euler("XYZ", outcome.orientation).as_matrix()
     assert turned == pytest.approx(Rotation.from_euler("y", math.pi / 2).as_matrix(), abs=1e-6)
-    assert max(map(abs, found.orientation)) <= math.pi
+    assert max(map(abs, outcome.orientation)) <= math.pi
     # Frequencies of small motions, from the masses and stiffnesses of translation and rotation.
     turn = np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]])
     K, M = np.zeros((6, 6)), np.zeros((6, 6))
@@ -333,7 +333,7 @@ def test_a_body_stands_still_also_where_no_rest_state_was_found(pitched, speed, 
 def test_modes_do_not_depend_on_the_attitude_at_which_a_body_rests(pitch):
     """Near θ2 = ±90° rates of Θ are singular. The same body is turned by turning its anchors."""
     points = ([0, 0, 0.25], [0.2, 0, 0], [0, 0.2, 0])
-    found = []
+    spectra = []
     for angle in (0, pitch):
         turn = Rotation.from_euler("y", angle, degrees=True).as_matrix()
         ties = {f"t{k}": tie(p, (turn @ p).tolist(), 1000, 50) for k, p in enumerate(points)}
@@ -344,8 +344,8 @@ def test_modes_do_not_depend_on_the_attitude_at_which_a_body_rests(pitch):
         modes = rest_modes(rbstab.simulate(loaded), loaded)
         assert modes is not None
         assert modes.growing == 0
-        found.append([*modes.frequencies, modes.slowest])
-    assert found[1] == pytest.approx(found[0], rel=1e-6)
+        spectra.append([*modes.frequencies, modes.slowest])
+    assert spectra[1] == pytest.approx(spectra[0], rel=1e-6)
 
 
 @pytest.mark.parametrize("tilt_of_start", [[10, 0, 0], [0, 10, 0], [0, -10, 30]])

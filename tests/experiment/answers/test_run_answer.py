@@ -127,9 +127,9 @@ def test_what_more_steps_can_do_where_a_body_stands_upright_on_a_soft_spring():
 def test_a_proof_that_came_after_the_run_is_used():
     config = config_of()
     result, proof = rbstab.simulate(config), prove(config)
-    found = answer_of(with_later_proof(result, config, proof), config, proof)
-    assert {answer.sureness for answer in found.answers.values()} == {Sureness.PROVED}
-    assert found == answer_of(rbstab.simulate(config, proof=proof), config, proof)
+    later = answer_of(with_later_proof(result, config, proof), config, proof)
+    assert {answer.sureness for answer in later.answers.values()} == {Sureness.PROVED}
+    assert later == answer_of(rbstab.simulate(config, proof=proof), config, proof)
     without = answer_of(with_later_proof(result, None, proof), None, proof)
     assert without.answers == answer_of(result, proof=proof).answers
 
@@ -138,12 +138,12 @@ def test_several_rest_states_leave_almost_every_start():
     config = config_of(SOFT)
     proof = prove(config)
     result = rbstab.simulate(config, proof=proof)
-    found = answer_of(result, proof=proof).whole_range
-    assert (found.sureness, found.word) == (
+    whole_range = answer_of(result, proof=proof).whole_range
+    assert (whole_range.sureness, whole_range.word) == (
         Sureness.PROVED,
         "almost every start returns: proved",
     )
-    assert found.sentence == (
+    assert whole_range.sentence == (
         "returns: almost every start (all but a set of measure zero) whose motion stays in the "
         "range and away from θ2 = ±90° converges to rest state 1, the only stable one in the "
         "range, at the desired attitude; the exceptions are the 2 unstable rest states (2, 3) "
@@ -156,9 +156,11 @@ def test_several_rest_states_leave_almost_every_start():
     )
     # Without what acts on the body nothing is known of its unstable rest states.
     alone = type(proof).model_validate(proof.model_dump())
-    found = answer_of(result, proof=alone).whole_range
-    assert found.sureness is Sureness.FALSE
-    assert found.sentence.startswith("the body can also rest at the unstable rest state 2, Θ = (")
+    whole_range = answer_of(result, proof=alone).whole_range
+    assert whole_range.sureness is Sureness.FALSE
+    assert whole_range.sentence.startswith(
+        "the body can also rest at the unstable rest state 2, Θ = ("
+    )
 
 
 @pytest.mark.parametrize(("end", "says_so"), [(-0.02, True), (2.0, False)])
@@ -189,10 +191,10 @@ def test_a_short_enclosure_says_that_it_was_short(monkeypatch):
     config = config_of(FAST)
     proof = prove(config)
     result = rbstab.simulate(config, proof=proof, enclose=Enclose.BRIEFLY)
-    found = answer_of(result, proof=proof).this_start
-    assert found.sureness is Sureness.SEEN
-    assert "after 3 steps of the enclosure" in found.sentence
-    assert "rbstab run CONFIG --prove takes up to 2000 steps" in found.sentence
+    this_start = answer_of(result, proof=proof).this_start
+    assert this_start.sureness is Sureness.SEEN
+    assert "after 3 steps of the enclosure" in this_start.sentence
+    assert "rbstab run CONFIG --prove takes up to 2000 steps" in this_start.sentence
     assert Enclose(int(result.attributes["convergence_enclosed"])) is Enclose.BRIEFLY
     assert not Enclose.BRIEFLY.covers(Enclose.UNTIL_PROVED)
 

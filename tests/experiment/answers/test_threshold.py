@@ -33,8 +33,8 @@ KINDS = {"g": (True, False), "b": (False, True), "-": (False, False)}
 )
 def test_a_threshold_separates_good_members_from_bad_ones(members, expected):
     good, bad = np.array([KINDS[letter] for letter in members]).T
-    found = threshold_of(np.arange(float(len(members))), good, bad)
-    assert (found and (found.good, found.bad, found.upward)) == expected
+    threshold = threshold_of(np.arange(float(len(members))), good, bad)
+    assert (threshold and (threshold.good, threshold.bad, threshold.upward)) == expected
 
 
 @pytest.mark.parametrize(

@@ -43,27 +43,27 @@ def proved(config, enclose=Enclose.UNTIL_PROVED, proof=None):
 @pytest.mark.parametrize("name", PAPER)
 def test_the_motions_of_the_paper_converge(name):
     config = rbstab.load_config(CONFIGS / "paper" / f"{name}.yaml")
-    found, samples = proved(config)
-    assert found.proved is True
-    assert found.rest_state == 1
-    low, high = found.energy
+    convergence, samples = proved(config)
+    assert convergence.proved is True
+    assert convergence.rest_state == 1
+    low, high = convergence.energy
     assert low < high < low + 1e-5
-    assert high < found.bound
+    assert high < convergence.bound
     # A computed motion has such an energy at that time, and enters the region a step before.
     system, rest = problem_of(config).system, prove(config).states[0].energy
     path = solve_ivp(
         lambda _, y: system.rates(y),
-        (0, found.time),
+        (0, convergence.time),
         problem_of(config).start,
         method="DOP853",
         rtol=1e-13,
         atol=1e-13,
-        t_eval=[0.9 * found.time, found.time],
+        t_eval=[0.9 * convergence.time, convergence.time],
     )
     before, after = (system.observe(y).energy.sum() - rest for y in path.y.T)
     assert after == pytest.approx((low + high) / 2, abs=1e-6)
-    assert after < found.bound < before
-    assert samples.times[-1] <= found.time
+    assert after < convergence.bound < before
+    assert samples.times[-1] <= convergence.time
     widths = [(samples.high[key] - samples.low[key]).max() for key in samples.low]
     assert max(widths) < 1e-7
 
@@ -113,9 +113,11 @@ def test_an_enclosure_that_ends_early_says_so(monkeypatch):
     """Convergence is proved; what was asked for beyond it is not."""
     monkeypatch.setattr(exact_motion, "MAX_STEPS", 40)
     config = rbstab.load_config(paper_config("permanent"))
-    found, samples = proved(config, Enclose.TO_END, held_proof())
-    assert (found.proved, found.steps) == (True, 40)
-    assert found.why.startswith("not enclosed to the end: 40 steps of the enclosure reach t = 0.8")
+    convergence, samples = proved(config, Enclose.TO_END, held_proof())
+    assert (convergence.proved, convergence.steps) == (True, 40)
+    assert convergence.why.startswith(
+        "not enclosed to the end: 40 steps of the enclosure reach t = 0.8"
+    )
     assert 0.3 < samples.times[-1] < 2.0
 
 
@@ -128,17 +130,19 @@ def test_a_motion_past_the_pole_is_not_decided_because_euler_angles_end():
             "initial.angular_velocity=[0, 60, 0]",
         ],
     )
-    found, _ = proved(config)
-    assert found.proved is None
-    assert found.why.endswith("where θ2 is near ±90° and the Euler angles of the enclosure end")
+    convergence, _ = proved(config)
+    assert convergence.proved is None
+    assert convergence.why.endswith(
+        "where θ2 is near ±90° and the Euler angles of the enclosure end"
+    )
 
 
 def test_a_start_without_bounds_is_not_followed():
     near = rbstab.load_config(paper_config("permanent"))
     far = rbstab.load_config(paper_config("permanent"), ["initial.angular_velocity=[1e155, 0, 0]"])
-    found, samples = prove_convergence(far, problem_of(far), prove(near))
-    assert (found.proved, samples) == (None, None)
-    assert found.why == "the numbers of the start are too large"
+    convergence, samples = prove_convergence(far, problem_of(far), prove(near))
+    assert (convergence.proved, samples) == (None, None)
+    assert convergence.why == "the numbers of the start are too large"
 
 
 @pytest.mark.parametrize(("coordinates", "moves_on"), [("Z", True), ("quaternion", False)])
@@ -153,10 +157,10 @@ def test_that_no_rest_state_is_in_the_range_says_nothing_of_the_pole(coordinates
         proved=True,
         states=(),
     )
-    found = refusal(problem_of(config), proof)
-    assert found is not None
-    assert (found.proved is False) == moves_on
-    assert ("no rest state with |θ2| < π/2" in found.why) == moves_on
+    refused = refusal(problem_of(config), proof)
+    assert refused is not None
+    assert (refused.proved is False) == moves_on
+    assert ("no rest state with |θ2| < π/2" in refused.why) == moves_on
 
 
 @pytest.mark.parametrize(
@@ -184,13 +188,13 @@ def test_wrong_words():
 
 
 def test_the_sentence_says_what_is_proved():
-    found = Convergence(True, 1, 0.36031, (915.68, 915.680002), 1020.4123, "", 42, 1.8)
-    assert found.sentence == (
+    convergence = Convergence(True, 1, 0.36031, (915.68, 915.680002), 1020.4123, "", 42, 1.8)
+    assert convergence.sentence == (
         "converges to rest state 1: proved; it is inside the certified region from t = 0.3604 s "
         "(v = 915.68 J < 1020.41 J, known to 1e-06 J), 42 steps, 1.8 s"
     )
-    short = replace(found, why="not enclosed to the end: too slow")
-    assert short.sentence == f"{found.sentence}; not enclosed to the end: too slow"
+    short = replace(convergence, why="not enclosed to the end: too slow")
+    assert short.sentence == f"{convergence.sentence}; not enclosed to the end: too slow"
     # An error is never rounded down.
-    wider = replace(found, energy=(900.0, 901.96))
+    wider = replace(convergence, energy=(900.0, 901.96))
     assert "known to 1 J" in wider.sentence

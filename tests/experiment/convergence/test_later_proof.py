@@ -11,7 +11,7 @@ import rbstab
 from rbstab.analysis.certificate.verdict import Check, Verdict
 from rbstab.experiment.convergence import with_proof
 from rbstab.experiment.convergence.convergence import Enclose
-from rbstab.experiment.convergence.with_proof import _known, with_later_proof
+from rbstab.experiment.convergence.with_proof import _strength, with_later_proof
 from rbstab.experiment.proof import prove
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
@@ -37,13 +37,13 @@ def proof(config):
     return prove(config)
 
 
-def same(one, other):
+def same(first, second):
     """Whether two results say the same, but for the times that they took."""
     times = {"wall_time", "compile_time", "created"}
     texts = [
-        {k: v for k, v in result.attributes.items() if k not in times} for result in (one, other)
+        {k: v for k, v in result.attributes.items() if k not in times} for result in (first, second)
     ]
-    lines = [str(certificate_lines(result)) for result in (one, other)]
+    lines = [str(certificate_lines(result)) for result in (first, second)]
     return texts[0] == texts[1] and lines[0] == lines[1]
 
 
@@ -96,10 +96,10 @@ def test_a_search_that_found_all_replaces_one_that_did_not(config, proof):
 def test_rest_states_of_a_search_that_ended_are_at_least_so_many(proof):
     state = proof.states[0]
     other = state.model_copy(update={"proved": False, "enclosure": None})
-    found = proof.model_copy(
+    incomplete = proof.model_copy(
         update={"proved": False, "unique": False, "states": (state, state, other)}
     )
-    check = rest_state_check(found)
+    check = rest_state_check(incomplete)
     assert (str(check.verdict), check.value) == ("violated", 2.0)
     assert check.quantity == LEAST_REST_STATES
 
@@ -143,4 +143,4 @@ UNKNOWN, CERTIFIED, VIOLATED = Verdict.UNKNOWN, Verdict.CERTIFIED, Verdict.VIOLA
     ],
 )
 def test_a_shorter_proof_takes_nothing_away(stored, new, kept):
-    assert max(stored, new, key=_known) is (stored if kept else new)
+    assert max(stored, new, key=_strength) is (stored if kept else new)

@@ -49,8 +49,8 @@ def values_of(configs):
     for config in configs:
         system = enclosed_system(config, lambda numbers: numbers)
         values.append(start_of(config, system))
-    found = np.array(values)
-    return found, ROUND_OFF * (1 + np.abs(found))
+    starts = np.array(values)
+    return starts, ROUND_OFF * (1 + np.abs(starts))
 
 
 def motion_in_doubles(config, time):
@@ -71,20 +71,20 @@ def motion_in_doubles(config, time):
 def test_the_energy_of_a_computed_motion_is_inside_the_bounds(variant):
     config, many = many_of(variant)
     configs = starts_of(config, [1.0, 0.01, 0.8])
-    found = many.follow_all(*values_of(configs), MAX_STEPS)
+    followed = many.follow_all(*values_of(configs), MAX_STEPS)
     rest = many.proof.states[0].energy
-    for one, result in zip(configs, found, strict=True):
+    for start, result in zip(configs, followed, strict=True):
         decision = result.decision
         assert decision.proved is True
         assert decision.time == result.time
         low, high = decision.energy
         assert low <= high < decision.bound
-        system, end = motion_in_doubles(one, result.time)
+        system, end = motion_in_doubles(start, result.time)
         v = system.observe(end).energy.sum() - rest
         assert low - 1e-7 * (1 + v) <= v <= high + 1e-7 * (1 + v)
-    assert found[0].steps > 0
-    assert (found[1].steps, found[1].time) == (0, 0.0)
-    assert found[2].time < found[0].time
+    assert followed[0].steps > 0
+    assert (followed[1].steps, followed[1].time) == (0, 0.0)
+    assert followed[2].time < followed[0].time
 
 
 def test_numbers_without_bounds_prove_nothing():
@@ -95,13 +95,13 @@ def test_numbers_without_bounds_prove_nothing():
     broken = []
     for bad in (np.nan, np.inf, -np.inf, 1e200):
         for place in (0, 4, 7, 11):
-            one = values.copy()
-            one[0, place] = bad
-            broken.append((one, errors))
+            start = values.copy()
+            start[0, place] = bad
+            broken.append((start, errors))
             broken.append((values, np.where(np.arange(12) == place, abs(bad), errors)))
-    found = many.follow_all(*(np.concatenate(parts) for parts in zip(*broken, strict=True)), 5)
-    assert [one.decision for one in found] == [None] * len(broken)
-    assert {one.steps for one in found} == {0}
+    followed = many.follow_all(*(np.concatenate(parts) for parts in zip(*broken, strict=True)), 5)
+    assert [motion.decision for motion in followed] == [None] * len(broken)
+    assert {motion.steps for motion in followed} == {0}
 
 
 def test_at_rest_where_the_energy_has_stopped_falling():
@@ -112,7 +112,7 @@ def test_at_rest_where_the_energy_has_stopped_falling():
     falls, stops = 2000.0 - k, 1000.0 - np.minimum(k, 20)
     lost_more = np.where(k == 0, 1e9, stops)
     motions = [falls, stops, np.nan * k, falls + 1e4 * (k < 5), lost_more]
-    found = [[decide._rests(n, low) for low in lows] for n, lows in enumerate(motions)]
-    firsts = [rests.index(True) if any(rests) else None for rests in found]
+    at_rest = [[decide._rests(n, low) for low in lows] for n, lows in enumerate(motions)]
+    firsts = [rests.index(True) if any(rests) else None for rests in at_rest]
     # A fall of 1 J in 50 steps is nothing beside 1e9 J.
     assert firsts == [None, 20 + PATIENCE, None, None, PATIENCE + 1]

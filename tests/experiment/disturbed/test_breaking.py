@@ -12,17 +12,17 @@ from rbstab.experiment.disturbed.breaking import smallest_breaking
 def test_the_couples_that_break_case_1_are_about_those_of_another_program():
     """It found 144.6 and 288.2 N m for |Θ| = 0.5 and 1, which allow tilts of 0.522 and 1.079."""
     system = system_of(tied_config("permanent"))
-    for tilt, known in ((0.522, 144.6), (1.079, 288.2)):
-        found = smallest_breaking(system, np.zeros(6), [COUPLE], [1.0], tilt)
-        assert found == pytest.approx(known, rel=0.06)
+    for tilt, reference in ((0.522, 144.6), (1.079, 288.2)):
+        couple = smallest_breaking(system, np.zeros(6), [COUPLE], [1.0], tilt)
+        assert couple == pytest.approx(reference, rel=0.06)
 
 
 @pytest.mark.slow
 def test_near_rest_the_smallest_couple_is_that_of_the_linear_system():
     """For a tilt ρ it is ρ/∫|h|dt in the worst direction: here by the eigenvalues."""
     system = system_of(random_held(0))
-    found = smallest_breaking(system, np.zeros(6), [COUPLE], [1.0], 1e-3)
-    assert found is not None
+    couple = smallest_breaking(system, np.zeros(6), [COUPLE], [1.0], 1e-3)
+    assert couple is not None
 
     def rates(y):
         return system.rates(y)
@@ -37,7 +37,7 @@ def test_near_rest_the_smallest_couple_is_that_of_the_linear_system():
     n /= np.linalg.norm(n, axis=1)[:, None]
     along = np.linalg.norm(np.einsum("di,tij->tdj", n, h), axis=2)
     most = ((along[1:] + along[:-1]).sum(axis=0) * (times[1] / 2)).max()
-    assert found == pytest.approx(1e-3 / most, rel=0.02)
+    assert couple == pytest.approx(1e-3 / most, rel=0.02)
 
 
 def test_a_force_at_the_held_point_breaks_nothing():

@@ -53,9 +53,9 @@ def test_v_at_the_start_is_that_of_the_equations(bound):
 def test_whether_a_start_is_one_of_those_is_said(angle, speed, is_inside):
     start = {"orientation": [angle, 0, 0], "angular_velocity": [speed, 0, 0]}
     config = rbstab.load_config(CASE_1.plain() | {"initial": start})
-    found = prove_bound(config, {COUPLE: Fraction(100)}, HALF)
-    assert found.as_data()["start_inside"] is is_inside
-    assert ("is one of these starts" in found.statements[0]) is is_inside
+    bounded = prove_bound(config, {COUPLE: Fraction(100)}, HALF)
+    assert bounded.as_data()["start_inside"] is is_inside
+    assert ("is one of these starts" in bounded.statements[0]) is is_inside
 
 
 @pytest.mark.slow
@@ -82,15 +82,16 @@ def test_v_falls_as_fast_as_it_is_said(bound):
 
 @pytest.mark.heavy
 def test_too_large_a_couple_is_not_decided_and_the_largest_is_bracketed():
-    found = prove_bound(CASE_1, {COUPLE: Fraction(150)}, HALF, largest=True)
-    assert not found.proved
+    bounded = prove_bound(CASE_1, {COUPLE: Fraction(150)}, HALF, largest=True)
+    assert not bounded.proved
     assert (
-        "not decided, as the best V that was found allows a couple up to 11" in found.statements[0]
+        "not decided, as the best V that was found allows a couple up to 11"
+        in bounded.statements[0]
     )
-    largest: Any = found.largest
+    largest: Any = bounded.largest
     assert largest.proved[0] >= 105
     assert largest.proved[0] < largest.undecided[0] < 121 < largest.broken[0] < 150
-    assert found.as_data()["largest"]["proved"] == {
+    assert bounded.as_data()["largest"]["proved"] == {
         "couple": float(largest.proved[0]),
         "force": None,
     }
@@ -98,10 +99,11 @@ def test_too_large_a_couple_is_not_decided_and_the_largest_is_bracketed():
 
 @pytest.mark.slow
 def test_a_body_of_many_parts_is_proved_under_a_couple_and_a_force():
-    found = prove_bound(full_config(), {COUPLE: Fraction(30), FORCE: Fraction(20)}, HALF)
-    assert found.proved
+    bounded = prove_bound(full_config(), {COUPLE: Fraction(30), FORCE: Fraction(20)}, HALF)
+    assert bounded.proved
     assert (
-        "couple up to 30 N m with any force up to 20 N at [0.1, 0.2, 0.4] m" in found.statements[0]
+        "couple up to 30 N m with any force up to 20 N at [0.1, 0.2, 0.4] m"
+        in bounded.statements[0]
     )
 
 
@@ -123,21 +125,21 @@ GUST |= {"amplitude": 3, "signal": {"kind": "sine", "frequency": 1}}
 @pytest.mark.slow
 def test_inputs_are_left_out_and_this_is_said():
     config = rbstab.load_config(config_data({"gust": GUST}, HELD) | WEIGHTLESS)
-    found = prove_bound(config, {COUPLE: Fraction(50)}, HALF)
-    assert found.proved
-    assert "the tilt of this body without its inputs below" in found.statements[0]
+    bounded = prove_bound(config, {COUPLE: Fraction(50)}, HALF)
+    assert bounded.proved
+    assert "the tilt of this body without its inputs below" in bounded.statements[0]
 
 
 def test_another_desired_attitude_is_not_decided():
     data = config_data({}, HELD) | {"desired": {"orientation": [0.1, 0, 0]}}
-    found = prove_bound(rbstab.load_config(data), {COUPLE: Fraction(50)}, HALF)
-    assert not found.proved
-    assert found.why == "the desired attitude is not Θ = 0, from where the tilt is counted"
-    assert found.as_data()["level"] is None
+    bounded = prove_bound(rbstab.load_config(data), {COUPLE: Fraction(50)}, HALF)
+    assert not bounded.proved
+    assert bounded.why == "the desired attitude is not Θ = 0, from where the tilt is counted"
+    assert bounded.as_data()["level"] is None
 
 
 def test_a_body_without_a_stiffness_of_attitude_is_not_decided():
     loose = {**HELD, "K_r": [0.0, 0.0, 0.0], "K_t": [0.0, 0.0, 0.0]}
     config = rbstab.load_config(config_data({}, loose) | WEIGHTLESS)
-    found = prove_bound(config, {COUPLE: Fraction(1)}, HALF)
-    assert found.why.startswith("no V of this form was found that falls")
+    bounded = prove_bound(config, {COUPLE: Fraction(1)}, HALF)
+    assert bounded.why.startswith("no V of this form was found that falls")

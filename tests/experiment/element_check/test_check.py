@@ -32,12 +32,12 @@ def _few_states(monkeypatch):
 
 NO_CODE = UserCode("", "ours.py")
 
-STORED = "def stored(self, motion, own):\n    return 0.5 * self.k * (motion.X @ motion.X)\n"
+STORED = "def stored(self, motion, states):\n    return 0.5 * self.k * (motion.X @ motion.X)\n"
 
 DAMPER = """
-def wrench(self, motion, own):
+def wrench(self, motion, states):
     return force_at_centre(-self.k * motion.V)
-def dissipated(self, motion, own):
+def dissipated(self, motion, states):
     return self.k * (motion.V @ motion.V)
 """
 
@@ -51,7 +51,7 @@ def of(text, name="Mine"):
 
 def force(formula, rest=STORED):
     return element_text(
-        f"def wrench(self, motion, own):\n    return force_at_centre({formula})\n{rest}"
+        f"def wrench(self, motion, states):\n    return force_at_centre({formula})\n{rest}"
     )
 
 
@@ -65,11 +65,11 @@ OF_THE_MOTION = [
 
 @pytest.mark.parametrize("kind", OF_THE_MOTION, ids=lambda kind: kind.__name__)
 def test_every_element_of_the_program_passes(kind):
-    found = check_class(kind, NO_CODE)
-    assert found.problems == ()
-    assert AT_REST in found.passed
-    assert IN_MOTION in found.passed
-    assert len(found.passed) == 8 + 2 * bool(kind.mode_count) + kind.kinked
+    checked = check_class(kind, NO_CODE)
+    assert checked.problems == ()
+    assert AT_REST in checked.passed
+    assert IN_MOTION in checked.passed
+    assert len(checked.passed) == 8 + 2 * bool(kind.mode_count) + kind.kinked
 
 
 RIGHT = {
@@ -78,28 +78,28 @@ RIGHT = {
     "damper": element_text(DAMPER),
     "ligament": ROPE,
     "exponential": element_text("""
-        def wrench(self, motion, own):
+        def wrench(self, motion, states):
             return force_at_centre(-self.k * exp(motion.X))
 
-        def stored(self, motion, own):
+        def stored(self, motion, states):
             return self.k * exp(motion.X).sum()
         """),
     "contact": element_text("""
-        def wrench(self, motion, own):
+        def wrench(self, motion, states):
             return force_at_contact(-self.k * motion.E - self.k * motion.F)
 
-        def stored(self, motion, own):
+        def stored(self, motion, states):
             return 0.5 * self.k * (motion.E @ motion.E)
 
-        def dissipated(self, motion, own):
+        def dissipated(self, motion, states):
             return self.k * (motion.F @ motion.F)
         """),
     "couple": element_text("""
-        def wrench(self, motion, own):
+        def wrench(self, motion, states):
             down = np.array([0.0, 0.0, 1.0])
             return couple_on_body(self.k * cross(down, motion.A.T @ down))
 
-        def stored(self, motion, own):
+        def stored(self, motion, states):
             return -self.k * motion.A[2, 2]
         """),
     "own states": CREEPING,
@@ -109,10 +109,10 @@ RIGHT = {
 
 @pytest.mark.parametrize("name", RIGHT)
 def test_right_elements_of_users(name):
-    found = of(RIGHT[name])
-    assert found.problems == ()
-    assert "heyoka's expressions pass" in found.passed
-    (note,) = found.notes
+    checked = of(RIGHT[name])
+    assert checked.problems == ()
+    assert "heyoka's expressions pass" in checked.passed
+    (note,) = checked.notes
     assert note.startswith(NOTES.get(name, "proofs take it into account"))
     assert name in NOTES or note == "proofs take it into account"
 
@@ -148,7 +148,10 @@ WRONG = {
         "`dissipated` is negative",
     ),
     "kinetic": (
-        force("0 * motion.X", "def stored(self, motion, own):\n    return motion.V @ motion.V\n"),
+        force(
+            "0 * motion.X",
+            "def stored(self, motion, states):\n    return motion.V @ motion.V\n",
+        ),
         "`stored` depends on the velocity V",
     ),
     "branch": (
@@ -187,7 +190,7 @@ WRONG = {
         "`stored` jumps where event function 1 is 0",
     ),
     "sign of a rate": (
-        CREEPING.replace(" - self.K_d @ own) / self.L_d", " + self.K_d @ own) / self.L_d"),
+        CREEPING.replace(" - self.K_d @ states) / self.L_d", " + self.K_d @ states) / self.L_d"),
         "`dissipated` is not the power that `wrench` takes from the motion, or `rates` is wrong",
     ),
     "rate by time": (
@@ -203,8 +206,8 @@ WRONG = {
     "guards by own states": (
         MAXWELL.replace(
             "    def rates",
-            "    mode_count = 1\n\n    def guards(self, motion, own):\n"
-            "        return np.array([own[0] - 0.1])\n\n    def rates",
+            "    mode_count = 1\n\n    def guards(self, motion, states):\n"
+            "        return np.array([states[0] - 0.1])\n\n    def rates",
         ),
         "`guards` depends on own states",
     ),
@@ -216,8 +219,8 @@ WRONG = {
 def test_the_wrong_statement_is_named(name):
     text, expected = WRONG[name]
     assert text not in RIGHT.values()
-    found = of(text)
-    assert any(expected in problem for problem in found.problems), found.problems
+    checked = of(text)
+    assert any(expected in problem for problem in checked.problems), checked.problems
 
 
 @pytest.mark.parametrize("name", ["sign", "active", "jump of the energy", "half of the power"])
@@ -231,15 +234,15 @@ def test_no_other_statement_is_blamed(name):
 @missing_heyoka.NEEDED
 def test_slow_elements_have_a_note():
     """numpy evaluates what Python code of single numbers cannot: here, a fractional power."""
-    found = of(
+    checked = of(
         force(
             "-self.k * motion.X * (1 + motion.X @ motion.X) ** 0.5",
-            "def stored(self, motion, own):\n"
+            "def stored(self, motion, states):\n"
             "    return self.k * (1 + motion.X @ motion.X) ** 1.5 / 3\n",
         )
     )
-    assert found.problems == ()
-    slow, no_proof = found.notes
+    assert checked.problems == ()
+    slow, no_proof = checked.notes
     assert "15 times slower" in slow
     assert no_proof.startswith("no proof takes it into account: its code cannot be recorded: ")
 
@@ -247,48 +250,48 @@ def test_slow_elements_have_a_note():
 @missing_heyoka.NEEDED
 def test_a_force_that_jumps_has_a_note_unless_the_class_says_so():
     text = (Path(__file__).parents[3] / "configs" / "examples" / "counterweight.py").read_text()
-    found = of(text.replace("class Counterweight", "class Mine"))
-    assert found.problems == ()
-    assert "`stored` is linear in each mode, as `kinked` says" in found.passed
-    assert len(found.notes) == 1
+    checked = of(text.replace("class Counterweight", "class Mine"))
+    assert checked.problems == ()
+    assert "`stored` is linear in each mode, as `kinked` says" in checked.passed
+    assert len(checked.notes) == 1
     silent = of(text.replace("class Counterweight", "class Mine").replace("kinked = True", ""))
     assert silent.problems == ()
     assert silent.notes[0].startswith("its force jumps at a switch: declare `kinked = True`")
-    assert silent.notes[1:] == found.notes
+    assert silent.notes[1:] == checked.notes
 
 
 STEP = element_text("""
     mode_count = 1
 
-    def guards(self, motion, own):
+    def guards(self, motion, states):
         return np.array([motion.X[2] - self.k])
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         return force_at_centre(np.array([0.0, 0.0, -3.0 * self.mode[0]]))
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         return 3.0 * self.mode[0] * (motion.X[2] - self.k)
     """)
 """A constant force above a height. Its energy is zero at the switch, but for round-off."""
 
 
 def test_an_energy_that_is_zero_at_the_switch_does_not_jump_there():
-    found = of(STEP)
-    assert found.problems == ()
+    checked = of(STEP)
+    assert checked.problems == ()
     higher = of(STEP.replace("(motion.X[2] - self.k)", "(motion.X[2] - self.k + 1e-6)"))
     assert "`stored` jumps where event function 1 is 0" in higher.problems[0]
 
 
 def test_a_switch_that_no_states_have_between_them_has_a_note():
-    found = of(STEP.replace("motion.X[2] - self.k", "motion.X[2] - 1e3 * self.k"))
-    assert found.problems == ()
-    assert found.notes[0].startswith("event function 1 has one sign at all these states")
+    checked = of(STEP.replace("motion.X[2] - self.k", "motion.X[2] - 1e3 * self.k"))
+    assert checked.problems == ()
+    assert checked.notes[0].startswith("event function 1 has one sign at all these states")
     assert not any("has one sign" in note for note in of(STEP).notes)
 
 
 def test_every_class_of_a_file_is_checked(tmp_path):
     path = tmp_path / "mine.py"
-    wrong = "\n\nclass Wrong(Mine):\n    def stored(self, motion, own):\n        return 0.0\n"
+    wrong = "\n\nclass Wrong(Mine):\n    def stored(self, motion, states):\n        return 0.0\n"
     path.write_text(SPRING + wrong)
     good, bad = check_file(path)
     assert (good.name, good.problems) == ("Mine", ())
@@ -308,6 +311,6 @@ def test_every_class_of_a_file_is_checked(tmp_path):
 def test_files_that_have_no_element(tmp_path, text, expected):
     path = tmp_path / "mine.py"
     path.write_text(text)
-    with pytest.raises(ElementFileError) as found:
+    with pytest.raises(ElementFileError) as caught:
         check_file(path)
-    assert expected in str(found.value)
+    assert expected in str(caught.value)

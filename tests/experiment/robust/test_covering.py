@@ -7,7 +7,7 @@ from support.bodies import config_of
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.robust import covering
 from rbstab.experiment.robust.bodies import bodies_for
-from rbstab.experiment.robust.covering import known_of, valid_proofs
+from rbstab.experiment.robust.covering import member_claims, valid_proofs
 
 K_T = ("controller", "K_t", 0)
 K_R = ("controller", "K_r", 0)
@@ -17,7 +17,7 @@ TEXTS = ["controller.K_t[0]=±10%", "body.contact_point[2]=±0.01"]
 
 def robust_levels(folder, config, varied, count):
     """Return the level of each member, J, by all proofs in a folder of results; 0: none."""
-    return known_of(valid_proofs(folder, config), config, varied, count)[0]
+    return member_claims(valid_proofs(folder, config), config, varied, count)[0]
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def test_all_numbers_must_lie_inside(folder, varied, inside):
     arrays = {path: np.array(values) for path, values in varied.items()}
     levels = robust_levels(folder, config, arrays, len(inside))
     level = bodies_for(folder, config, tolerances_of(config, TEXTS)).level
-    assert levels.tolist() == [level * one for one in inside]
+    assert levels.tolist() == [level * is_inside for is_inside in inside]
 
 
 @pytest.mark.parametrize(
@@ -79,7 +79,7 @@ def test_the_highest_level_counts_and_only_of_proofs_of_these_equations(tmp_path
     wide.model_copy(update={"level": 0.0}).keep(tmp_path)
     assert robust_levels(tmp_path, config, varied, 2).tolist() == [narrow.level, 0.0]
     members = {K_T: np.array([4300, 9e3])}
-    _, states = known_of(valid_proofs(tmp_path, config), config, members, 2)
+    _, states = member_claims(valid_proofs(tmp_path, config), config, members, 2)
     assert states.tolist() == [1, 0]
     monkeypatch.setattr(covering, "bodies_id", lambda *_: "that of other equations")
     assert not np.any(robust_levels(tmp_path, config, varied, 2))

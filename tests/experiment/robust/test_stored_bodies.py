@@ -58,8 +58,8 @@ def test_a_damaged_proof_is_missing(tmp_path, record, damage):
 def test_id_depends_on_body_tolerances_and_equations(monkeypatch):
     config = config_of("permanent")
     ids = {
-        bodies_id(one, bounds_of(tolerances_of(one, [text])))
-        for one in (config, config_of("permanent", scale=0.5), config_of("visco-elastic"))
+        bodies_id(body, bounds_of(tolerances_of(body, [text])))
+        for body in (config, config_of("permanent", scale=0.5), config_of("visco-elastic"))
         for text in ("controller.K_r=±10%", "controller.K_r=±10.1%", "controller.K_t=±10%")
     }
     assert len(ids) == 9
@@ -71,14 +71,14 @@ def test_id_depends_on_body_tolerances_and_equations(monkeypatch):
 def test_a_false_claim_names_the_body():
     config = config_of("permanent", scale=0.2)
     texts = ["controller.K_t=±5%"]
-    found = prove_within(config, tolerances_of(config, texts))
-    assert found.proved is False
-    assert len(found.rest_states) > 1
-    (sentence,) = within_sentences(texts, found)
+    proof = prove_within(config, tolerances_of(config, texts))
+    assert proof.proved is False
+    assert len(proof.rest_states) > 1
+    (sentence,) = within_sentences(texts, proof)
     assert sentence.startswith("For every body within controller.K_t ±5 %: one rest state: false")
     assert sentence.endswith("rad: that of the config.")
     key = "controller.K_t[0]"
-    moved = found.model_copy(update={"body": {**(found.body or {}), key: "4000.5"}})
+    moved = proof.model_copy(update={"body": {**(proof.body or {}), key: "4000.5"}})
     (sentence,) = within_sentences(texts, moved)
     assert sentence.endswith(f"rad: {key} = 4000.5; the rest as in the config.")
 
@@ -102,33 +102,33 @@ def fake(record, threshold, tried):
 @pytest.mark.parametrize("threshold", [0.05, 3.21, 640.0])
 def test_largest_is_found_to_one_percent(record, threshold):
     tried: list[float] = []
-    found = largest_within(HEAVY_BODY, fake(record, threshold, tried), "gravity", FIXED)
-    assert found.percent is not None
-    assert found.not_proved is not None
-    assert float(found.percent) <= threshold < float(found.not_proved)
-    assert found.not_proved - found.percent <= found.percent / 100
+    largest = largest_within(HEAVY_BODY, fake(record, threshold, tried), "gravity", FIXED)
+    assert largest.percent is not None
+    assert largest.not_proved is not None
+    assert float(largest.percent) <= threshold < float(largest.not_proved)
+    assert largest.not_proved - largest.percent <= largest.percent / 100
     assert len(tried) == len(set(tried)) < 20
 
 
 def test_largest_tells_what_it_has_at_its_limit_of_time(record):
     tried: list[float] = []
-    found = largest_within(
+    largest = largest_within(
         HEAVY_BODY, fake(record, 3.21, tried), "gravity", FIXED, is_late=lambda: len(tried) == 3
     )
     # 1 % and 2 % are proved, and 4 % is not.
-    assert found.late
-    assert (found.percent, found.not_proved) == (Fraction(2), Fraction(4))
-    first = largest_sentences(found, FIXED)[0]
+    assert largest.late
+    assert (largest.percent, largest.not_proved) == (Fraction(2), Fraction(4))
+    first = largest_sentences(largest, FIXED)[0]
     assert "found by the time limit: ±2 %, proved. At ±4 % it is not decided" in first
 
 
 def test_largest_ends_where_the_bounds_are_no_config(record):
     """Gains cannot be negative, so 101 % is not valid; here every valid percentage is "proved"."""
     config = config_of("permanent")
-    found = largest_within(config, lambda _: record, "controller", [])
-    assert found.why is None
-    assert found.percent == Fraction(100)
-    assert "a bound is not a valid number" in largest_sentences(found, [])[0]
+    largest = largest_within(config, lambda _: record, "controller", [])
+    assert largest.why is None
+    assert largest.percent == Fraction(100)
+    assert "a bound is not a valid number" in largest_sentences(largest, [])[0]
 
 
 def test_dampings_must_be_definite_for_each_body():
@@ -139,5 +139,5 @@ def test_dampings_must_be_definite_for_each_body():
     matrix = [[41, 0, 0], [0, 41, 25], [0, 25, 41]]
     config = config_of("permanent", controller={"L_r": matrix})
     texts = ["controller.L_r[0][1]=±25", "controller.L_r[0][2]=±25"]
-    found = prove_within(config, tolerances_of(config, texts))
-    assert (found.proved, found.why) == (None, "L_r is not positive definite for each body")
+    proof = prove_within(config, tolerances_of(config, texts))
+    assert (proof.proved, proof.why) == (None, "L_r is not positive definite for each body")

@@ -40,9 +40,9 @@ def motions_of(config, tolerances, part, count=3):
     points = [low, high, *(low + (high - low) * rng.random((count, len(low))))]
     for z in points:
         numbers = {
-            path: float(one.middle) + float(one.radius) * x
-            for one, x in zip(tolerances, z.tolist(), strict=True)
-            for path in one.entry.paths
+            path: float(tolerance.middle) + float(tolerance.radius) * x
+            for tolerance, x in zip(tolerances, z.tolist(), strict=True)
+            for path in tolerance.entry.paths
         }
         start = start_of(replaced(config, numbers), system)
         motion = solve_ivp(
@@ -57,10 +57,10 @@ def motions_of(config, tolerances, part, count=3):
         yield system, motion.y.T
 
 
-def check_motions(config, found, *texts):
+def check_motions(config, proof, *texts):
     """Check the claims about each part: v at its time, and the rest state in the end."""
     rests = prove(config).states
-    for part in found.parts:
+    for part in proof.parts:
         low, high = part.energy
         assert low <= high < part.bound
         rest = rests[part.rest_state - 1]
@@ -70,10 +70,10 @@ def check_motions(config, found, *texts):
             assert last[:3] == pytest.approx(rest.orientation, abs=0.02)
 
 
-def check_cover(found, variables):
+def check_cover(proof, variables):
     """Check that parts are disjoint boxes with dyadic bounds, and return their exact volume."""
     volume = Fraction(0)
-    for part in found.parts:
+    for part in proof.parts:
         assert len(part.low) == len(part.high) == variables
         sides = [Fraction(b) - Fraction(a) for a, b in zip(part.low, part.high, strict=True)]
         for side, low in zip(sides, part.low, strict=True):
@@ -83,8 +83,8 @@ def check_cover(found, variables):
             assert ((Fraction(low) + 1) / side).denominator == 1
         assert all(-1 <= x <= 1 for x in (*part.low, *part.high))
         volume += math.prod(side / 2 for side in sides)
-    for one, other in combinations(found.parts, 2):
-        ends = zip(one.low, one.high, other.low, other.high, strict=True)
+    for box, other in combinations(proof.parts, 2):
+        ends = zip(box.low, box.high, other.low, other.high, strict=True)
         assert any(a_high <= b_low or b_high <= a_low for a_low, a_high, b_low, b_high in ends)
     return volume
 
@@ -92,10 +92,10 @@ def check_cover(found, variables):
 def test_starts_inside_need_no_step():
     config = rbstab.load_config(paper_config("free", initial={"angular_velocity": [1, 0, 0]}))
     text = "initial.angular_velocity=±0.5"
-    found = proved(config, text)
-    assert (found.proved, found.fraction, found.steps, found.examined) == (True, 1.0, 0, 1)
-    assert (found.time, found.why) == (0.0, "")
-    (part,) = found.parts
+    proof = proved(config, text)
+    assert (proof.proved, proof.fraction, proof.steps, proof.examined) == (True, 1.0, 0, 1)
+    assert (proof.time, proof.why) == (0.0, "")
+    (part,) = proof.parts
     assert (part.low, part.high) == ((-1.0,) * 3, (1.0,) * 3)
     # v = ½ Ω'JΩ at Θ = 0, at its exact ends.
     J = np.array(config.body.inertia)
@@ -103,17 +103,17 @@ def test_starts_inside_need_no_step():
     most = 0.5 * J @ np.array([1.5, 0.5, 0.5]) ** 2
     assert high >= most > high - 1e-3 - 0.5 * J @ np.array([0.5, 0.5, 0.5]) ** 2
     assert low <= 0.5 * J @ np.array([0.5, 0.0, 0.0]) ** 2
-    first = found.tolerances[0]
+    first = proof.tolerances[0]
     assert (first.key, first.low, first.high) == ("initial.angular_velocity[0]", "0.5", "1.5")
-    check_motions(config, found, text)
+    check_motions(config, proof, text)
 
 
 def test_starts_of_a_valley_converge_to_its_rest_state():
     config, text = two_valleys(3.0), "initial.angular_velocity[0]=±1"
-    found = proved(config, text)
-    assert (found.proved, found.rest_states) == (True, (1,))
-    assert found.time > 0
-    check_motions(config, found, text)
+    proof = proved(config, text)
+    assert (proof.proved, proof.rest_states) == (True, (1,))
+    assert proof.time > 0
+    check_motions(config, proof, text)
 
 
 def decided(rest_state=1):
@@ -154,16 +154,16 @@ def test_parts_cover_the_box(monkeypatch):
         return Followed(2, 0.1, variable=widest(bounds))
 
     outcomes(monkeypatch, decide)
-    found = proved(free_config(), TEXT)
-    assert found.proved is True
-    assert check_cover(found, 3) == 1
-    assert len(found.parts) > 8
-    assert found.examined == 2 * len(found.parts) - 1
-    assert found.steps == 3 * len(found.parts) + 2 * (len(found.parts) - 1)
-    assert (found.time, found.why) == (0.25, "")
-    assert {part.steps for part in found.parts} == {3}
+    proof = proved(free_config(), TEXT)
+    assert proof.proved is True
+    assert check_cover(proof, 3) == 1
+    assert len(proof.parts) > 8
+    assert proof.examined == 2 * len(proof.parts) - 1
+    assert proof.steps == 3 * len(proof.parts) + 2 * (len(proof.parts) - 1)
+    assert (proof.time, proof.why) == (0.25, "")
+    assert {part.steps for part in proof.parts} == {3}
     # Each part is where its own starts are: the rest states tell on which side of the plane.
-    for part in found.parts:
+    for part in proof.parts:
         beyond = 1.0 + part.high[0] >= 0.9
         assert part.rest_state == 1 + beyond
 
@@ -179,12 +179,12 @@ def test_the_limit_of_parts_is_kept(monkeypatch):
     for limit, least in ((0, 0), (3, 1), (9, 7)):
         progress.clear()
         monkeypatch.setattr(module, "MAX_PARTS", limit)
-        found = proved(free_config(), TEXT, progress=lambda *now: progress.append(now))
-        assert found.proved is None
-        assert least <= len(found.parts) <= limit
-        assert found.why == f"more than {limit} parts would be needed"
-        assert check_cover(found, 3) == Fraction(found.fraction) < 1
-        assert len(progress) == found.examined
+        proof = proved(free_config(), TEXT, progress=lambda *now: progress.append(now))
+        assert proof.proved is None
+        assert least <= len(proof.parts) <= limit
+        assert proof.why == f"more than {limit} parts would be needed"
+        assert check_cover(proof, 3) == Fraction(proof.fraction) < 1
+        assert len(progress) == proof.examined
         assert [now[0] for now in progress] == sorted(now[0] for now in progress)
 
 
@@ -197,9 +197,9 @@ def test_parts_that_are_given_up_count(monkeypatch):
         return Followed(1, 0.1, decided()) if bounds[0, 0] > 0.99 else Followed(1, 0.1, variable=0)
 
     outcomes(monkeypatch, decide)
-    found = proved(free_config(), TEXT)
-    assert (found.proved, found.fraction, found.examined) == (None, 0.5, 3)
-    assert found.why == "v is too large after 500 steps, at t = 0.7 s"
+    proof = proved(free_config(), TEXT)
+    assert (proof.proved, proof.fraction, proof.examined) == (None, 0.5, 3)
+    assert proof.why == "v is too large after 500 steps, at t = 0.7 s"
 
 
 def test_a_broken_pool_of_workers_loses_nothing(monkeypatch):
@@ -236,6 +236,6 @@ def test_a_broken_pool_of_workers_loses_nothing(monkeypatch):
     outcomes(monkeypatch, decide)
     alone = proved(free_config(), TEXT)
     monkeypatch.setattr(workers, "worker_pool", pool)
-    found = proved(free_config(), TEXT, processes=4)
-    assert found.model_copy(update={"seconds": alone.seconds}) == alone
-    assert len(found.parts) == 4
+    with_workers = proved(free_config(), TEXT, processes=4)
+    assert with_workers.model_copy(update={"seconds": alone.seconds}) == alone
+    assert len(with_workers.parts) == 4

@@ -33,18 +33,18 @@ def exact_start(config, tolerances, z):
         return arb(fmpq(number.numerator, number.denominator))
 
     numbers = {
-        path: ball(one.middle + one.radius * x)
-        for one, x in zip(tolerances, z, strict=True)
-        for path in one.entry.paths
+        path: ball(tolerance.middle + tolerance.radius * x)
+        for tolerance, x in zip(tolerances, z, strict=True)
+        for path in tolerance.entry.paths
     }
 
     def convert(values):
-        found = np.empty(values.shape, dtype=object)
+        balls = np.empty(values.shape, dtype=object)
         for index, value in enumerate(values.ravel().tolist()):
-            found.flat[index] = (
+            balls.flat[index] = (
                 value if isinstance(value, arb) else decimal_balls(np.array(value))[()]
             )
-        return found
+        return balls
 
     system = enclosed_system(config, decimal_balls)
     return start_of(replaced(config, numbers), system, convert)
@@ -88,7 +88,7 @@ def test_a_part_has_the_starts_of_its_own_z():
     part = Box(np.array([-1.0, 0.25, -0.5]), np.array([-0.5, 0.5, 1.0]))
     tolerances, states = start_set(config, *texts, part=part)
     for side in (-1, 1):
-        z = [Fraction(one) for one in (part.lo if side < 0 else part.hi).tolist()]
+        z = [Fraction(coordinate) for coordinate in (part.lo if side < 0 else part.hi).tolist()]
         with ctx.workprec(BITS):
             exact, w = exact_start(config, tolerances, z), [arb(side)] * 3
             for i, (entry, row) in enumerate(

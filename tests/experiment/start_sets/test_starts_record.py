@@ -59,10 +59,10 @@ def test_what_is_proved_is_stored_and_found_again(tmp_path, monkeypatch):
 
     monkeypatch.setattr(prove_starts, "prove_starts", prove)
     monkeypatch.setattr(prove_starts, "proof_for", lambda *_: None)
-    one, other = (tolerances_of(config, [text]) for text in (TEXT, "initial.orientation=±0.1"))
-    first = starts_for(tmp_path, config, one)
+    original, other = (tolerances_of(config, [text]) for text in (TEXT, "initial.orientation=±0.1"))
+    first = starts_for(tmp_path, config, original)
     assert first[1] is None
-    assert starts_for(tmp_path, config, one) == first
+    assert starts_for(tmp_path, config, original) == first
     assert starts_for(tmp_path, config, other)[0].steps == len(asked) == 2
 
 
@@ -77,8 +77,8 @@ def test_a_proof_that_cannot_be_stored_is_returned_with_the_error(tmp_path, monk
     for room, broken in ((robust_record, "write_document"), (proof_cache, "read_model")):
         with monkeypatch.context() as patch:
             patch.setattr(room, broken, fails)
-            found, problem = starts_for(tmp_path, config, tolerances_of(config, [TEXT]))
-        assert found == proof(part())
+            returned, problem = starts_for(tmp_path, config, tolerances_of(config, [TEXT]))
+        assert returned == proof(part())
         assert isinstance(problem, StoreError)
         assert not (tmp_path / "proofs").exists()
 
@@ -114,10 +114,10 @@ def test_other_equations_or_another_method_have_another_identity(monkeypatch):
 
 
 def test_the_sentence_of_a_whole_proof():
-    found = proof(part(), part(low=(-1.0, -1.0), high=(1.0, 0.0), time=0.1, energy=(0.5, 1.5)))
-    assert found.proved is True
-    assert found.rest_states == (1,)
-    assert found.sentence == (
+    whole = proof(part(), part(low=(-1.0, -1.0), high=(1.0, 0.0), time=0.1, energy=(0.5, 1.5)))
+    assert whole.proved is True
+    assert whole.rest_states == (1,)
+    assert whole.sentence == (
         "the motion converges to rest state 1, proved; inside the certified region from "
         "t = 0.1235 s at the latest (v at most 2 J < 3 J), 2 parts, 20 steps, 1.2 s"
     )
@@ -127,11 +127,11 @@ def test_the_sentence_of_a_whole_proof():
 
 
 def test_a_sentence_about_two_regions_compares_no_energy_of_one_with_the_level_of_the_other():
-    found = proof(part(energy=(1.0, 2.0)), part(rest_state=2, energy=(-9.0, -8.0), bound=-7.0))
-    assert found.rest_states == (1, 2)
-    assert "to rest state 1 or 2, proved" in found.sentence
-    assert "(v at most 2 J)" in found.sentence
-    assert "; inside the regions of rest state 1 or 2 from t = 0.1235 s at" in found.sentence
+    both = proof(part(energy=(1.0, 2.0)), part(rest_state=2, energy=(-9.0, -8.0), bound=-7.0))
+    assert both.rest_states == (1, 2)
+    assert "to rest state 1 or 2, proved" in both.sentence
+    assert "(v at most 2 J)" in both.sentence
+    assert "; inside the regions of rest state 1 or 2 from t = 0.1235 s at" in both.sentence
     assert "inside the region of rest state 2 from" in proof(part(rest_state=2)).sentence
 
 

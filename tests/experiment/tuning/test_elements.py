@@ -25,7 +25,7 @@ CHANGES = [
 
 
 @pytest.fixture(scope="module")
-def found():
+def effects():
     return sensitivities(DATA)
 
 
@@ -33,22 +33,24 @@ def end_of_run(entry, shift):
     """Return the final state of a run with a number shifted; a matrix stays symmetric."""
     shifts = dict.fromkeys(entry.paths, entry.value + shift)
     problem = problem_of(replaced(load_config(DATA), shifts))
-    found = solve("scipy", replace(problem, rtol=3e-14, atol=1e-15, times=problem.times[[0, -1]]))
-    assert found.status == "completed"
-    return found.states[-1]
+    trajectory = solve(
+        "scipy", replace(problem, rtol=3e-14, atol=1e-15, times=problem.times[[0, -1]])
+    )
+    assert trajectory.status == "completed"
+    return trajectory.states[-1]
 
 
 @pytest.mark.parametrize("key", CHANGES)
-def test_derivatives_are_those_of_differences_of_runs(found, key):
+def test_derivatives_are_those_of_differences_of_runs(effects, key):
     """The final Θ, Ω, X, V by finite differences of fourth order, by the other engine."""
-    (row,) = [k for k, entry in enumerate(found.entries) if entry.key == key]
-    entry = found.entries[row]
+    (row,) = [k for k, entry in enumerate(effects.entries) if entry.key == key]
+    entry = effects.entries[row]
     names = ("orientation", "angular_velocity", "position", "velocity")
-    columns = [found.column(f"final.{name}[{axis}]") for name in names for axis in range(3)]
+    columns = [effects.column(f"final.{name}[{axis}]") for name in names for axis in range(3)]
     step = 2e-3 * (abs(entry.value) or 1.0)
     ends = [end_of_run(entry, s * step) for s in (-2, -1, 1, 2)]
     differences = (ends[0] - 8 * ends[1] + 8 * ends[2] - ends[3]) / (12 * step)
-    actual, scale = found.derivatives[row][columns], np.abs(differences).max()
+    actual, scale = effects.derivatives[row][columns], np.abs(differences).max()
     assert scale > 0
     assert np.abs(actual - differences).max() < 1e-6 * scale
 

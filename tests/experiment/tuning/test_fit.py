@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.stats import binom, chi2
-from support.config_elements import BAND, ONE_OF_EACH, config_data
+from support.config_elements import BAND, EACH_KIND, config_data
 from support.problems import solve
 from support.switching import data as switching_data
-from support.user_code import element_text, mine
+from support.user_code import element_text, python_section
 
 from rbstab.config.build import problem_of
 from rbstab.config.files.measured import read_measured
@@ -77,12 +77,14 @@ def noisy(seed, sizes=(0.002, 0.02)):
 
 
 def test_known_gains_are_found_without_noise():
-    found = fit(body(1.5), measured(closed()), FREE)
-    np.testing.assert_allclose([one.fitted for one in found.numbers], [*TRUE.values()], rtol=1e-7)
-    assert found.is_minimum
-    assert found.config.controller.K_t == (150.0, 150.0, found.numbers[0].fitted)
+    estimate = fit(body(1.5), measured(closed()), FREE)
+    np.testing.assert_allclose(
+        [number.fitted for number in estimate.numbers], [*TRUE.values()], rtol=1e-7
+    )
+    assert estimate.is_minimum
+    assert estimate.config.controller.K_t == (150.0, 150.0, estimate.numbers[0].fitted)
     # What is left is round-off: it is neither weighed nor judged.
-    assert not found.warnings
+    assert not estimate.warnings
 
 
 def test_19_of_20_intervals_hold_the_truth():
@@ -90,12 +92,12 @@ def test_19_of_20_intervals_hold_the_truth():
     repetitions, truth = 30, np.array([*TRUE.values()])
     inside, squares = 0, 0.0
     for seed in range(repetitions):
-        found = fit(body(1.2), measured(noisy(seed)), FREE)
-        assert found.is_minimum
-        fitted, error, low, high = np.array([one[3:] for one in found.numbers]).T
+        estimate = fit(body(1.2), measured(noisy(seed)), FREE)
+        assert estimate.is_minimum
+        fitted, error, low, high = np.array([entry[3:] for entry in estimate.numbers]).T
         inside += int(((low < truth) & (truth < high)).sum())
         squares += float((((fitted - truth) / error) ** 2).sum())
-        scatter = [one.scatter for one in found.columns]
+        scatter = [entry.scatter for entry in estimate.columns]
         np.testing.assert_allclose(scatter, (0.002, 0.02), rtol=0.4)
     # A right program is outside of these ends once in 1000 times. The errors are estimated, too: a
     # square of n degrees of freedom has the mean n / (n - 2).
@@ -110,13 +112,13 @@ def test_columns_that_share_no_number_have_the_intervals_of_fits_of_each_alone()
     values = noisy(4)
     values[np.arange(len(TIMES)) % 6 > 0, 0] = np.nan
     both = fit(body(1.2), measured(values), FREE)
-    assert [one.values for one in both.columns] == [7, 40]
+    assert [entry.values for entry in both.columns] == [7, 40]
     for at, head, keys in ((0, "x3 [mm]", FREE[:2]), (1, "theta1 [rad]", FREE[2:])):
         there = np.isfinite(values[:, at])
         alone = fit(body(1.2), measured(values[there][:, [at]], [head], TIMES[there]), keys)
-        found = both.numbers[2 * at : 2 * at + 2]
-        for one, other in zip(found, alone.numbers, strict=True):
-            np.testing.assert_allclose(one[3:], other[3:], rtol=2e-3)
+        numbers = both.numbers[2 * at : 2 * at + 2]
+        for entry, other in zip(numbers, alone.numbers, strict=True):
+            np.testing.assert_allclose(entry[3:], other[3:], rtol=2e-3)
         assert both.columns[at].scatter == pytest.approx(alone.columns[0].scatter, rel=2e-3)
 
 
@@ -124,9 +126,9 @@ def test_a_number_that_falls_to_zero_says_how_large_it_may_be():
     """By linear regression at a damping of 0: differences of the closed solution."""
     # The motion that is measured grows.
     angles = closed(TRUE | {"L_r": -0.1})[:, 1] + np.random.default_rng(1).normal(0, 0.02, 40)
-    found = fit(body(), measured(angles[:, None], ALL[:1]), FREE[2:])
-    stiffness, damping = found.numbers
-    assert found.is_minimum
+    estimate = fit(body(), measured(angles[:, None], ALL[:1]), FREE[2:])
+    stiffness, damping = estimate.numbers
+    assert estimate.is_minimum
     assert 0 <= damping.fitted < 1e-5
 
     def theta(K, L):
@@ -139,7 +141,7 @@ def test_a_number_that_falls_to_zero_says_how_large_it_may_be():
     errors = sigma * np.sqrt(np.diag(np.linalg.inv(slopes.T @ slopes)))
     np.testing.assert_allclose([stiffness.error, damping.error], errors, rtol=0.02)
     assert damping.high == pytest.approx(2.024 * errors[1], rel=0.02)
-    (warning,) = found.warnings
+    (warning,) = estimate.warnings
     assert warning.startswith("controller.L_r[0]: fell to almost 0, and may not be less")
 
 
@@ -152,10 +154,10 @@ def test_angles_without_their_whole_turns_are_told():
     keys = ["controller.L_r[0]"]
     assert not fit(data, measured(turned, ALL[:1]), keys).warnings
     wrapped = (turned + np.pi) % (2 * np.pi) - np.pi
-    found = fit(data, measured(wrapped, ALL[:1]), keys)
-    assert "theta1: jumps by more than half a turn" in "".join(found.warnings)
+    estimate = fit(data, measured(wrapped, ALL[:1]), keys)
+    assert "theta1: jumps by more than half a turn" in "".join(estimate.warnings)
     # A damper that would stop it at once: the motions would take hours.
-    assert 100 < found.numbers[0].fitted <= 5000
+    assert 100 < estimate.numbers[0].fitted <= 5000
 
 
 PENDULUM = Path(__file__).parents[2] / "data/pendulum.csv"
@@ -177,19 +179,19 @@ def test_a_measured_pendulum_is_as_its_authors_found():
     }
     free = ["controller.L_r[0]", "body.inertia[0]"]
     free += ["initial.orientation[0]", "initial.angular_velocity[0]"]
-    found = fit(data, PENDULUM, free)
-    assert found.is_minimum
-    damping, about_centre = (one.fitted for one in found.numbers[:2])
+    estimate = fit(data, PENDULUM, free)
+    assert estimate.is_minimum
+    damping, about_centre = (number.fitted for number in estimate.numbers[:2])
     about_pivot, published = m * a**2 + about_centre, m * a**2 + inertia
     assert about_pivot / (m * a) == pytest.approx(published / (m * a), rel=5e-3)
     assert damping / about_pivot == pytest.approx(k / published, rel=0.25)
     # It swings through two radians, and the residuals are a thousandth of it. They are not noise:
     # friction in a bearing is not quite viscous.
-    assert found.columns[0].scatter < 2e-3
-    assert [w.partition(":")[0] for w in found.warnings] == ["theta1"]
+    assert estimate.columns[0].scatter < 2e-3
+    assert [w.partition(":")[0] for w in estimate.warnings] == ["theta1"]
 
 
-SMOOTH = config_data(elements=ONE_OF_EACH, integration={"duration": 0.4, "samples": 21})
+SMOOTH = config_data(elements=EACH_KIND, integration={"duration": 0.4, "samples": 21})
 SWITCHING = switching_data({"band": BAND}, {"angular_velocity": [0.3, 0.2, 0.1]}, {"duration": 0.5})
 ALL = ("theta1 [rad]", "theta3 [rad]", "omega2 [rad/s]", "x1 [m]", "e2 [m]", "e3 [m]")
 CHANGES = [
@@ -207,7 +209,7 @@ CHANGES = [
 def test_the_jacobian_is_that_of_differences_of_other_runs(data, key):
     """By finite differences of fourth order, with SciPy instead of heyoka."""
     config = load_config(data)
-    (entry,) = [one for one in entries_of(config) if one.key == key]
+    (entry,) = [candidate for candidate in entries_of(config) if candidate.key == key]
     t = np.linspace(0.1, 0.4, 4)
     motion = FreeMotion(config, [entry], read_measured(measured(np.ones((4, 6)), ALL, t)))
     x, step, columns = np.array([0.0]), 2e-3, motion.data.columns
@@ -215,8 +217,8 @@ def test_the_jacobian_is_that_of_differences_of_other_runs(data, key):
     def run(number):
         problem = problem_of(replaced(config, dict.fromkeys(entry.paths, number)))
         times = np.concatenate([[0.0], t])
-        found = solve("scipy", replace(problem, rtol=3e-14, atol=1e-15, times=times))
-        motions = [found.systems[0].motion(y) for y in found.states[1:]]
+        trajectory = solve("scipy", replace(problem, rtol=3e-14, atol=1e-15, times=times))
+        motions = [trajectory.systems[0].motion(y) for y in trajectory.states[1:]]
         return np.array([[getattr(m, c.vector)[c.axis] for c in columns] for m in motions])
 
     size = float(motion.numbers(x)[1][0])
@@ -233,10 +235,10 @@ def test_a_gap_is_as_if_the_row_were_not_there():
     fewer = fit(body(1.2), measured(values[there], t=TIMES[there]), FREE)
     values[~there] = np.nan
     gaps = fit(body(1.2), measured(values), FREE)
-    for one, other in zip(gaps.numbers, fewer.numbers, strict=True):
-        np.testing.assert_allclose(one[3:], other[3:], rtol=1e-6)
-    assert [one.values for one in gaps.columns] == [32, 32]
-    rho = [[one.autocorrelation for one in found.columns] for found in (gaps, fewer)]
+    for entry, other in zip(gaps.numbers, fewer.numbers, strict=True):
+        np.testing.assert_allclose(entry[3:], other[3:], rtol=1e-6)
+    assert [entry.values for entry in gaps.columns] == [32, 32]
+    rho = [[entry.autocorrelation for entry in estimate.columns] for estimate in (gaps, fewer)]
     np.testing.assert_allclose(rho[0], rho[1], rtol=1e-6)
 
 
@@ -246,20 +248,20 @@ def test_residuals_of_columns_that_take_turns_are_compared_with_the_next_of_thei
     data["controller"] |= {"L_r": [1e-6] * 3}
     values = noisy(7)
     values[::2, 0] = values[1::2, 1] = np.nan
-    found = fit(data, measured(values), ["controller.K_t[2]", "controller.K_r[0]"])
-    assert found.columns[1].autocorrelation > 0.3
-    residuals = found.residuals[::2, 1]
+    estimate = fit(data, measured(values), ["controller.K_t[2]", "controller.K_r[0]"])
+    assert estimate.columns[1].autocorrelation > 0.3
+    residuals = estimate.residuals[::2, 1]
     scatter = np.sqrt((residuals**2).mean())
     rho = (residuals[1:] * residuals[:-1]).mean() / scatter**2
-    assert found.columns[1].autocorrelation == pytest.approx(rho, rel=0.1)
+    assert estimate.columns[1].autocorrelation == pytest.approx(rho, rel=0.1)
 
 
 PRODUCT = element_text(
     """
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         return force_at_centre(-self.a * self.b * motion.X)
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         return 0.5 * self.a * self.b * (motion.X @ motion.X)
     """,
     'Gain("a", "N/m", "a", shape="number"), Gain("b", "1", "b", shape="number")',
@@ -269,19 +271,19 @@ AB = ["elements.mine.parameters.a", "elements.mine.parameters.b"]
 
 def test_two_numbers_of_which_only_the_product_matters_are_not_determined():
     Path("mine.py").write_text(PRODUCT)
-    data = body(schema_version=2, elements={"mine": mine(a=10.0, b=3.0)})
+    data = body(schema_version=2, elements={"mine": python_section(a=10.0, b=3.0)})
     data["controller"] |= {"K_t": [70.0] * 3}
-    found = fit(data, measured(noisy(3)), [*AB, "controller.L_t[2]"], allow_python=True)
-    a, b, damping = found.numbers
+    estimate = fit(data, measured(noisy(3)), [*AB, "controller.L_t[2]"], allow_python=True)
+    a, b, damping = estimate.numbers
     assert (a.low, a.high, b.error) == (-math.inf, math.inf, math.inf)
     assert (a.fitted * b.fitted) == pytest.approx(30.0, rel=0.05)
     # What the others do not hide is still known.
     assert damping.low < TRUE["L_t"] < damping.high
     assert damping.error < 0.3
-    ((changes, reach),) = found.loose
+    ((changes, reach),) = estimate.loose
     assert math.isinf(reach)
     np.testing.assert_allclose(changes / changes[0], [1, -1, 0], atol=1e-6)
-    (warning,) = found.warnings
+    (warning,) = estimate.warnings
     sign = 1 if changes[0] > 0 else -1
     change = f"{AB[0]} {sign:+d} %, {AB[1]} {-sign:+d} %"
     assert warning == f"not determined: {change}: what was measured stays, to first order"
@@ -293,10 +295,10 @@ def test_two_numbers_of_which_only_the_product_matters_are_not_determined():
 def test_all_that_makes_a_motion_grows_together():
     """Without gravity a motion depends on the gains by their ratios to mass and inertia alone."""
     keys = ["controller.K_r[0]", "controller.L_r[0]", "body.inertia[0]"]
-    found = fit(body(1.2), measured(noisy(5)), keys)
-    np.testing.assert_allclose(found.loose[0][0], [1, 1, 1], atol=1e-6)
-    assert all(math.isinf(one.error) for one in found.numbers)
-    stiffness, damping, inertia = (one.fitted for one in found.numbers)
+    estimate = fit(body(1.2), measured(noisy(5)), keys)
+    np.testing.assert_allclose(estimate.loose[0][0], [1, 1, 1], atol=1e-6)
+    assert all(math.isinf(number.error) for number in estimate.numbers)
+    stiffness, damping, inertia = (number.fitted for number in estimate.numbers)
     assert stiffness / inertia == pytest.approx(TRUE["K_r"] / INERTIA, rel=0.1)
     assert damping / inertia == pytest.approx(TRUE["L_r"] / INERTIA, rel=0.3)
 
@@ -305,47 +307,49 @@ HIDDEN = "controller.K_r[1]"
 
 
 def test_a_number_that_moves_nothing_measured_is_not_determined():
-    found = fit(body(1.2), measured(noisy(5)), [*FREE, HIDDEN])
-    assert [math.isinf(one.error) for one in found.numbers] == [False] * 4 + [True]
-    (warning,) = found.warnings
+    estimate = fit(body(1.2), measured(noisy(5)), [*FREE, HIDDEN])
+    assert [math.isinf(number.error) for number in estimate.numbers] == [False] * 4 + [True]
+    (warning,) = estimate.warnings
     assert warning == f"not determined: {HIDDEN} +1 %: what was measured stays, to first order"
 
 
 def test_a_number_that_noise_hides_is_hardly_determined():
-    found = fit(body(), measured(noisy(6, (0.002, 0.15))), FREE)
-    wide = [one.name for one in found.numbers if one.high - one.low > 2 * one.fitted]
+    estimate = fit(body(), measured(noisy(6, (0.002, 0.15))), FREE)
+    wide = [
+        number.name for number in estimate.numbers if number.high - number.low > 2 * number.fitted
+    ]
     assert wide == ["controller.L_r[0]"]
-    (warning,) = found.warnings
+    (warning,) = estimate.warnings
     assert warning.startswith("hardly determined: controller.")
     assert "controller.L_r[0] +1 %" in warning
 
 
 def test_a_number_that_is_zero_has_no_relative_change():
     """So an interval of several m/s is no reason to warn."""
-    found = fit(body(), measured(noisy(6, (5.0, 0.02))), ["initial.velocity[2]", *FREE[2:]])
-    number = found.numbers[0]
+    estimate = fit(body(), measured(noisy(6, (5.0, 0.02))), ["initial.velocity[2]", *FREE[2:]])
+    number = estimate.numbers[0]
     assert number.given == 0.0
     assert number.low + 2.0 < 0.0 < number.high - 2.0
-    assert len(found.loose) == 1
-    assert not found.warnings
+    assert len(estimate.loose) == 1
+    assert not estimate.warnings
 
 
 def test_a_model_that_misses_something_is_told():
     """Here the damper of the angle: the residuals swing."""
     data = body(1.2)
     data["controller"] |= {"L_r": [1e-6] * 3}
-    found = fit(
+    estimate = fit(
         data, measured(noisy(7)), ["controller.K_t[2]", "controller.L_t[2]", "controller.K_r[0]"]
     )
-    (warning,) = found.warnings
+    (warning,) = estimate.warnings
     assert warning.startswith("theta1: successive residuals are alike (autocorrelation 0.")
 
 
 def test_a_fit_that_ends_early_is_no_minimum(monkeypatch):
     monkeypatch.setattr(module, "MAX_RUNS", 2)
-    found = fit(body(3.0), measured(noisy(8)), FREE)
-    assert not found.is_minimum
-    assert " to " not in repr(found)
+    estimate = fit(body(3.0), measured(noisy(8)), FREE)
+    assert not estimate.is_minimum
+    assert " to " not in repr(estimate)
 
 
 @pytest.mark.parametrize(

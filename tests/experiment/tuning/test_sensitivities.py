@@ -40,31 +40,31 @@ def test_every_derivative_through_switches_is_that_of_differences_of_runs(name):
 def compare_with_differences(name):
     """Compare all derivatives of a case with stored differences of runs."""
     data = CASES[name]
-    found = sensitivities(data)
+    effects = sensitivities(data)
     np.testing.assert_allclose(
-        quantities(data, found, METHODS[name]), found.values, rtol=0, atol=1e-9
+        quantities(data, effects, METHODS[name]), effects.values, rtol=0, atol=1e-9
     )
-    settles = np.isfinite(found.values)
+    settles = np.isfinite(effects.values)
     assert settles[1:].all()
-    assert np.isfinite(found.derivatives[:, settles]).all()
-    expected = stored_differences(name, found)
+    assert np.isfinite(effects.derivatives[:, settles]).all()
+    expected = stored_differences(name, effects)
     # Each derivative is scaled by the size of its number, so that effects can be compared.
-    sizes = np.array([[abs(entry.value) or 1.0] for entry in found.entries])
-    actual, expected = (found.derivatives * sizes)[:, settles], (expected * sizes)[:, settles]
+    sizes = np.array([[abs(entry.value) or 1.0] for entry in effects.entries])
+    actual, expected = (effects.derivatives * sizes)[:, settles], (expected * sizes)[:, settles]
     allowed = ERROR * np.abs(expected) + NOISE * np.abs(expected).max(axis=0)
     off = np.argwhere(np.abs(actual - expected) > allowed)
-    assert not [(found.entries[i].key, found.quantities[j].name) for i, j in off]
+    assert not [(effects.entries[i].key, effects.quantities[j].name) for i, j in off]
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", CASES)
 def test_the_stored_differences_are_those_of_runs(name):
-    found = sensitivities(CASES[name])
-    expected = stored_differences(name, found)
-    sizes = np.array([[abs(entry.value) or 1.0] for entry in found.entries])
+    effects = sensitivities(CASES[name])
+    expected = stored_differences(name, effects)
+    sizes = np.array([[abs(entry.value) or 1.0] for entry in effects.entries])
     allowed = NOISE * np.abs(expected * sizes).max(axis=0)
-    off = np.abs(differences(CASES[name], found, METHODS[name]) - expected) * sizes
-    has_value = np.isfinite(found.values)
+    off = np.abs(differences(CASES[name], effects, METHODS[name]) - expected) * sizes
+    has_value = np.isfinite(effects.values)
     assert np.all((off <= allowed)[:, has_value])
 
 
@@ -86,32 +86,32 @@ def oscillator_config():
 
 
 def test_sensitivities_show_what_they_are():
-    found = sensitivities(oscillator_config())
-    count = f"{len(found.entries)} numbers, {len(found.quantities)} quantities"
-    assert repr(found) == f"<rbstab.Sensitivities: {count}>"
+    effects = sensitivities(oscillator_config())
+    count = f"{len(effects.entries)} numbers, {len(effects.quantities)} quantities"
+    assert repr(effects) == f"<rbstab.Sensitivities: {count}>"
     with pytest.raises(ValueError, match=r"no quantity 'settling' \(expected one of .*settling_t"):
-        found.column("settling")
+        effects.column("settling")
 
 
 def test_a_run_that_does_not_settle_has_no_settling_time():
     data = oscillator_config()
     data["integration"]["duration"] = 0.2
-    found = sensitivities(data)
-    column = found.column("settling_time")
-    assert np.isnan(found.values[column])
-    assert np.isnan(found.derivatives[:, column]).all()
-    assert np.isfinite(np.delete(found.derivatives, column, axis=1)).all()
+    effects = sensitivities(data)
+    column = effects.column("settling_time")
+    assert np.isnan(effects.values[column])
+    assert np.isnan(effects.derivatives[:, column]).all()
+    assert np.isfinite(np.delete(effects.derivatives, column, axis=1)).all()
 
 
 def test_a_peak_at_an_end_of_the_run_stays_there():
     data = oscillator_config()
     data["initial"]["velocity"] = [0, 0, 0]
     data["gravity"] = [0, 0, 0]
-    found = sensitivities(data)
-    row = found.derivatives[[e.key for e in found.entries].index("initial.position[2]")]
-    assert found.values[found.column("peak_time[2]")] == 0.0
-    assert row[found.column("peak_time[2]")] == 0.0
-    assert row[found.column("peak_contact_displacement[2]")] == pytest.approx(1.0, rel=1e-12)
+    effects = sensitivities(data)
+    row = effects.derivatives[[e.key for e in effects.entries].index("initial.position[2]")]
+    assert effects.values[effects.column("peak_time[2]")] == 0.0
+    assert row[effects.column("peak_time[2]")] == 0.0
+    assert row[effects.column("peak_contact_displacement[2]")] == pytest.approx(1.0, rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -19,9 +19,9 @@ H = 1e-100
 
 def derivatives(config, keys, *names):
     """Return the derivatives of some quantities by some numbers of a config."""
-    found = sensitivities(config)
-    rows = [[entry.key for entry in found.entries].index(key) for key in keys]
-    return found.derivatives[np.ix_(rows, [found.column(name) for name in names])]
+    effects = sensitivities(config)
+    rows = [[entry.key for entry in effects.entries].index(key) for key in keys]
+    return effects.derivatives[np.ix_(rows, [effects.column(name) for name in names])]
 
 
 def of_formula(formula, numbers):
@@ -51,8 +51,8 @@ def test_a_body_that_bounces_between_two_stops():
     assert 0.0 < closed(*numbers)[0] + 0.4 < 0.8
     start = {"orientation": [0, 0.1, 0], "angular_velocity": [0, 0.8, 0]}
     config = data({"it": stop(angle=0.4, restitution=0.7)}, start, {"duration": end})
-    found = derivatives(config, STOP_KEYS, "final.orientation[1]", "final.angular_velocity[1]")
-    np.testing.assert_allclose(found, of_formula(closed, numbers), rtol=1e-11)
+    computed = derivatives(config, STOP_KEYS, "final.orientation[1]", "final.angular_velocity[1]")
+    np.testing.assert_allclose(computed, of_formula(closed, numbers), rtol=1e-11)
 
 
 SLIDING = {
@@ -76,8 +76,8 @@ def test_an_axis_that_arrives_at_its_surface_slides_there():
 
     config = data({"it": SLIDING}, {"position": [0.5, 0, 0]}, {"duration": end})
     keys = ("elements.it.K_s[0]", "body.mass", "initial.position[0]")
-    found = derivatives(config, keys, "final.position[0]", "final.velocity[0]")
-    np.testing.assert_allclose(found, of_formula(closed, (6.0, MASS, 0.5)), rtol=1e-11)
+    computed = derivatives(config, keys, "final.position[0]", "final.velocity[0]")
+    np.testing.assert_allclose(computed, of_formula(closed, (6.0, MASS, 0.5)), rtol=1e-11)
 
 
 PULSE_KEYS = tuple(f"elements.it.{key}" for key in ("amplitude", "signal.start", "signal.duration"))
@@ -122,8 +122,8 @@ def test_a_knock_from_rest_settles():
     knock = {"it": pulse(*numbers[:3])}
     config = data(knock, integration={"duration": 6.0}, controller=CONTROLLER)
     keys = (*PULSE_KEYS, "controller.K_t[0]", "controller.L_t[0]")
-    found = sensitivities(config)
-    assert found.values[found.column("settling_time")] == pytest.approx(knocked(*numbers))
+    effects = sensitivities(config)
+    assert effects.values[effects.column("settling_time")] == pytest.approx(knocked(*numbers))
     given = derivatives(config, keys, "settling_time")[:, 0]
     np.testing.assert_allclose(given, of_formula(knocked, numbers), rtol=1e-8, atol=1e-10)
 

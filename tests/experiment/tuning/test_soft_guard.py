@@ -45,45 +45,45 @@ def test_the_least_strength_has_three_digits_and_less_is_not_proved(method):
     """At the start the guard has energy already, 5 % of that at the border or more."""
     angle, pitch = 0.7, -0.9
     given = config(orientation=[0.0, pitch, 0.0])
-    found = guard(given, method, angle)
+    guarded = guard(given, method, angle)
     energy = simulate(given)["energy"][0].sum()
-    border = found.kept.energy_bound - found.strength * ROOM[method](angle, 0.0)
+    border = guarded.kept.energy_bound - guarded.strength * ROOM[method](angle, 0.0)
     least = (energy - border) / ROOM[method](angle, abs(pitch))
-    assert float(f"{found.strength:.3g}") == found.strength
-    unit = 10.0 ** (math.floor(math.log10(found.strength)) - 2)
-    assert least <= found.strength <= least + 1.0001 * unit
-    added = found.strength * (ROOM[method](angle, 0.0) - ROOM[method](angle, abs(pitch)))
-    assert found.kept.energy == pytest.approx(energy + added, rel=1e-12)
+    assert float(f"{guarded.strength:.3g}") == guarded.strength
+    unit = 10.0 ** (math.floor(math.log10(guarded.strength)) - 2)
+    assert least <= guarded.strength <= least + 1.0001 * unit
+    added = guarded.strength * (ROOM[method](angle, 0.0) - ROOM[method](angle, abs(pitch)))
+    assert guarded.kept.energy == pytest.approx(energy + added, rel=1e-12)
     start = unguarded(given)
-    assert start.keeps_range(SoftLaw(method, found.strength, angle))
-    assert not start.keeps_range(SoftLaw(method, 0.985 * found.strength, angle))
+    assert start.keeps_range(SoftLaw(method, guarded.strength, angle))
+    assert not start.keeps_range(SoftLaw(method, 0.985 * guarded.strength, angle))
 
 
 def test_a_fast_body_leaves_the_range_and_not_with_a_guard():
     """The numbers say nothing of convergence within 0.4 s: that is proved, not seen."""
     given = config(variant="free", angular_velocity=[0.0, 32.0, 0.0])
-    found = guard(given, "stiff", 1.3)
-    assert found.given.status is RunStatus.RANGE_LEFT
-    assert found.guarded.status is RunStatus.COMPLETED
-    assert 1.3 < found.guarded.largest_pitch < math.pi / 2
-    assert found.guarded.settling_time != found.guarded.settling_time
-    excess = found.guarded.largest_pitch - 1.3
-    assert found.guarded.largest_couple == pytest.approx(found.strength * excess, rel=1e-9)
-    run = simulate(found.config)
+    guarded = guard(given, "stiff", 1.3)
+    assert guarded.given.status is RunStatus.RANGE_LEFT
+    assert guarded.guarded.status is RunStatus.COMPLETED
+    assert 1.3 < guarded.guarded.largest_pitch < math.pi / 2
+    assert guarded.guarded.settling_time != guarded.guarded.settling_time
+    excess = guarded.guarded.largest_pitch - 1.3
+    assert guarded.guarded.largest_couple == pytest.approx(guarded.strength * excess, rel=1e-9)
+    run = simulate(guarded.config)
     couples = np.linalg.norm(run["element_couple"][:, 0], axis=1)
-    assert couples.max() <= found.guarded.largest_couple <= found.couple_bound
-    assert found.couple_bound == pytest.approx(found.strength * (math.pi / 2 - 1.3))
-    assert len(found.kept.states) == 1
-    assert found.kept.convergence == "to the rest state at Θ = (0, 0, 0) rad: proved"
+    assert couples.max() <= guarded.guarded.largest_couple <= guarded.couple_bound
+    assert guarded.couple_bound == pytest.approx(guarded.strength * (math.pi / 2 - 1.3))
+    assert len(guarded.kept.states) == 1
+    assert guarded.kept.convergence == "to the rest state at Θ = (0, 0, 0) rad: proved"
 
 
 def test_what_is_not_decided_says_why():
     spring: dict[str, Any] = {"kind": "spring", "point": [0, 0, 0.1], "anchor": [0, 0, 0.5]}
     spring |= {"stiffness": 100.0, "rest_length": 0.3}
-    found = guard(config({"strut": spring}), "stiff")
-    assert (found.config, found.strength, found.kept) == (None, None, None)
-    assert found.reason is not None
-    assert found.reason.startswith("the least soft guard is not looked for beside springs")
+    guarded = guard(config({"strut": spring}), "stiff")
+    assert (guarded.config, guarded.strength, guarded.kept) == (None, None, None)
+    assert guarded.reason is not None
+    assert guarded.reason.startswith("the least soft guard is not looked for beside springs")
     soft = guard(config(soft=0.15), "stiff")
     assert soft.config is not None
     assert soft.kept.states == ()
@@ -98,9 +98,9 @@ def test_what_is_not_decided_says_why():
 def test_a_refusal_of_the_checker_is_not_called_proved(monkeypatch):
     true: Any = searching.energy_bound  # type: ignore[attr-defined]
     monkeypatch.setattr(searching, "energy_bound", lambda *args: true(*args) + 1e-3)
-    found = guard(config(), "stiff")
-    assert found.config is None
-    assert found.reason.startswith("the checker refuses it: Every motion with an energy below")
+    guarded = guard(config(), "stiff")
+    assert guarded.config is None
+    assert guarded.reason.startswith("the checker refuses it: Every motion with an energy below")
 
 
 def test_a_body_whose_proof_is_about_rotations_has_no_soft_guard():

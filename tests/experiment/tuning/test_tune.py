@@ -34,17 +34,17 @@ def oscillator(damping, duration=6.0):
 
 def test_the_least_energy_over_time_is_at_the_textbook_damping():
     # From rest, ∫v dt = k x²/2 (m/l + l/(2k)): least at l = √(2mk), a damping ratio of 1/√2.
-    found = tune(oscillator(10.0), "energy", ["controller.L_t[2]"])
+    tuned = tune(oscillator(10.0), "energy", ["controller.L_t[2]"])
     best = math.sqrt(2 * MASS * STIFFNESS)
     least = 0.5 * STIFFNESS * OFFSET**2 * (MASS / best + best / (2 * STIFFNESS))
-    assert found.value == pytest.approx(least, rel=1e-9)
-    assert 10.0 * found.factors[0] == pytest.approx(best, rel=1e-5)
+    assert tuned.value == pytest.approx(least, rel=1e-9)
+    assert 10.0 * tuned.factors[0] == pytest.approx(best, rel=1e-5)
 
 
 def test_an_optimum_at_a_bound_is_on_it():
-    found = tune(oscillator(2.0), "energy", ["controller.L_t[2]"], (0.5, 10.0))
+    tuned = tune(oscillator(2.0), "energy", ["controller.L_t[2]"], (0.5, 10.0))
     # exp(log 10) would be one digit above the bound.
-    assert found.factors == (10.0,)
+    assert tuned.factors == (10.0,)
 
 
 @pytest.mark.parametrize("objective", OBJECTIVES)
@@ -61,11 +61,11 @@ def test_gradients_are_differences_of_the_objective(objective):
 
 def test_nothing_better_leaves_the_config_as_it_is():
     config = load_config(oscillator(30.0))
-    found = tune(config, "settling_time", ["controller.L_t[2]"], (1.0, 1.0))
-    assert not found.better
-    assert found.config is config
-    assert found.factors == (1.0,)
-    assert found.value == found.given < 6.0
+    tuned = tune(config, "settling_time", ["controller.L_t[2]"], (1.0, 1.0))
+    assert not tuned.better
+    assert tuned.config is config
+    assert tuned.factors == (1.0,)
+    assert tuned.value == tuned.given < 6.0
 
 
 def test_runs_that_fail_count_as_worst():
@@ -73,10 +73,10 @@ def test_runs_that_fail_count_as_worst():
     data = oscillator(20.0, 1.0)
     data["initial"] = {"angular_velocity": [0.0, 3.0, 0.0]}
     data["integration"]["range_bound"] = 0.9
-    found = tune(data, "energy", ["controller.L_r"], (0.02, 4.0))
-    assert found.failures > 0
-    assert math.isfinite(found.value)
-    assert found.value < found.given
+    tuned = tune(data, "energy", ["controller.L_r"], (0.02, 4.0))
+    assert tuned.failures > 0
+    assert math.isfinite(tuned.value)
+    assert tuned.value < tuned.given
 
 
 FULL = {"K_t": [[4100, 600, 0], [600, 4100, 0], [0, 0, 3280]]}

@@ -10,7 +10,7 @@ import pytest
 from support.config_elements import BAND, HELD, RANGE, STRUT, UPRIGHT, config_data, guard
 from support.paper_runs import paper_config
 from support.proved_code import OUTWARDS
-from support.user_code import loaded_with, mine
+from support.user_code import loaded_with, python_section
 
 from rbstab.config.load import load_config
 from rbstab.config.schema import Config
@@ -22,7 +22,7 @@ from rbstab.proof.record import expression_of
 
 def _code(text, **parameters):
     Path("mine.py").write_text(text, encoding="utf-8")
-    return loaded_with({"one": mine(**parameters)})
+    return loaded_with({"one": python_section(**parameters)})
 
 
 def _of(elements, controller=HELD):
@@ -64,7 +64,7 @@ def _proved(kind):
 
 
 def _refused(proof, config=None):
-    return [one.claim for one in verify(proof, config).findings if not one.verified]
+    return [finding.claim for finding in verify(proof, config).findings if not finding.verified]
 
 
 @pytest.mark.parametrize("kind", ALL)
@@ -138,5 +138,5 @@ def test_a_changed_proof_is_refused(kind, change):
         assert proof.every_start
         make, claim = _open_range, "every start"
     make(data)
-    found = _refused(Proof.model_validate(data), config)
-    assert any(claim in one for one in found)
+    refused = _refused(Proof.model_validate(data), config)
+    assert any(claim in text for text in refused)

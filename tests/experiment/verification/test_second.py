@@ -51,20 +51,23 @@ def config_of(name):
 
 
 def asked(proof, config):
-    return {(one.about, one.claim): one.verified for one in second_opinion(proof, config)}
+    return {
+        (finding.about, finding.claim): finding.verified
+        for finding in second_opinion(proof, config)
+    }
 
 
 def confirm(name):
     config = config_of(name)
     proof = prove(config)
     assert proof.proved
-    found = asked(proof, config)
-    decided = [fine for (_, claim), fine in found.items() if claim != UNDECIDED]
-    assert all(decided), found
-    assert len(decided) == len(found)
-    assert found["codac: the config", "energy"]
+    opinions = asked(proof, config)
+    decided = [fine for (_, claim), fine in opinions.items() if claim != UNDECIDED]
+    assert all(decided), opinions
+    assert len(decided) == len(opinions)
+    assert opinions["codac: the config", "energy"]
     for states, place in ((proof, "the range of eq. 5"), (proof.unwrapped, "all θ1 and θ3")):
-        claims = [claim for about, claim in found if about == f"codac: {place}"]
+        claims = [claim for about, claim in opinions if about == f"codac: {place}"]
         if states is None:
             assert not claims
         else:
@@ -100,8 +103,8 @@ def changed(proof, **entries):
 
 
 def refuted(proof, config):
-    found = asked(proof, config).items()
-    return [claim for (_, claim), fine in found if not fine and claim != UNDECIDED]
+    opinions = asked(proof, config).items()
+    return [claim for (_, claim), fine in opinions if not fine and claim != UNDECIDED]
 
 
 @pytest.mark.slow
@@ -157,8 +160,8 @@ def test_a_level_that_is_almost_attained_is_left_open():
     data = prove(given).model_copy(update={"unwrapped": None}).model_dump(mode="json")
     region = data["region"]
     region["energy_bound"] = region["energy"] - 1e-12 * region["level"]
-    found = second_opinion(Proof.model_validate(data), given)
-    assert [one.claim for one in found if not one.verified] == [UNDECIDED]
+    findings = second_opinion(Proof.model_validate(data), given)
+    assert [finding.claim for finding in findings if not finding.verified] == [UNDECIDED]
 
 
 @pytest.mark.slow
@@ -173,8 +176,12 @@ def test_an_energy_that_is_not_that_of_the_equations_is_refuted(proof, config, m
         return answers(data)
 
     monkeypatch.setattr(opinion, "answers", of_a_wrong_one)
-    (found,) = second_opinion(proof, config)
-    assert (found.about, found.claim, found.verified) == ("codac: the config", "energy", False)
+    (finding,) = second_opinion(proof, config)
+    assert (finding.about, finding.claim, finding.verified) == (
+        "codac: the config",
+        "energy",
+        False,
+    )
 
 
 @pytest.mark.slow
@@ -186,9 +193,9 @@ def test_the_equations_are_those_of_the_config(proof, config):
 
 def test_what_takes_too_long_is_not_decided(proof, config, monkeypatch):
     monkeypatch.setattr(opinion, "LATEST", 0.01)
-    (found,) = second_opinion(proof, config)
-    assert (found.claim, found.verified) == (UNDECIDED, False)
-    assert found.text == "The others: It took too long."
+    (finding,) = second_opinion(proof, config)
+    assert (finding.claim, finding.verified) == (UNDECIDED, False)
+    assert finding.text == "The others: It took too long."
     verified = verify(proof, config, second=True)
     assert verified.takes_too_long
     assert verified.outcome == "not decided: codac does not decide every claim"
@@ -196,17 +203,17 @@ def test_what_takes_too_long_is_not_decided(proof, config, monkeypatch):
 
 @pytest.mark.parametrize(("name", "why"), UNDECIDED_CONFIGS.items(), ids=list(UNDECIDED_CONFIGS))
 def test_what_codac_is_not_asked_has_its_reason(proof, name, why):
-    (found,) = second_opinion(proof, config_of(name))
-    assert (found.about, found.claim, found.verified) == ("codac", UNDECIDED, False)
-    assert why in found.text
+    (finding,) = second_opinion(proof, config_of(name))
+    assert (finding.about, finding.claim, finding.verified) == ("codac", UNDECIDED, False)
+    assert why in finding.text
 
 
 def test_code_that_may_not_run_is_not_asked_about(proof, monkeypatch):
     config = config_of("examples/magnet")
     monkeypatch.setattr("rbstab.experiment.verification.verify.may_build", lambda _: False)
-    (found,) = second_opinion(proof, config)
-    assert found.claim == UNDECIDED
-    assert "--allow-python" in found.text
+    (finding,) = second_opinion(proof, config)
+    assert finding.claim == UNDECIDED
+    assert "--allow-python" in finding.text
 
 
 def test_codac_is_not_imported_here():

@@ -24,17 +24,17 @@ CASES = [
 ]
 
 
-def refused(found):
-    assert found.verified == all(finding.verified for finding in found.findings)
-    return [finding.claim for finding in found.findings if not finding.verified]
+def refused(verification):
+    assert verification.verified == all(finding.verified for finding in verification.findings)
+    return [finding.claim for finding in verification.findings if not finding.verified]
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_proofs_of_the_paper_s_configs_are_verified(name):
     config = load_config(PAPER / f"{name}.yaml")
-    found = verify(prove(config), config)
-    assert refused(found) == []
-    claims = {(finding.about, finding.claim) for finding in found.findings}
+    verification = verify(prove(config), config)
+    assert refused(verification) == []
+    claims = {(finding.about, finding.claim) for finding in verification.findings}
     assert {(CONFIG, "id"), (CONFIG, "hypotheses"), (CONFIG, "energy")} < claims
     if name.endswith("guarded"):
         # All starts converge: no region is needed.
@@ -57,8 +57,8 @@ def proof():
 def test_another_energy_is_refused(proof, body):
     data = paper_config("embedded", with_gravity=True)
     changed = rbstab.load_config({**data, "body": {**data["body"], **body}})
-    found = verify(proof, changed)
-    assert refused(found) == ["id", "energy"]
+    verification = verify(proof, changed)
+    assert refused(verification) == ["id", "energy"]
     # Nor does the right id hide it.
     relabelled = proof.model_copy(update={"id": proof_id(changed)})
     assert refused(verify(relabelled, changed)) == ["energy"]
@@ -100,7 +100,7 @@ def test_a_file_without_a_proof_is_refused(proof):
 def test_a_proof_that_no_rule_shows_to_be_convex_is_not_refused():
     """The energy of a tied ligament is convex in X, but not each of its terms."""
     config = load_config(PAPER.parent / "examples/ligament_proved.yaml")
-    found = verify(prove(config), config)
-    assert refused(found) == ["convexity"]
-    assert found.takes_too_long
-    assert found.outcome == "not decided: no rule shows that U is convex in what is not Θ"
+    verification = verify(prove(config), config)
+    assert refused(verification) == ["convexity"]
+    assert verification.takes_too_long
+    assert verification.outcome == "not decided: no rule shows that U is convex in what is not Θ"

@@ -67,15 +67,17 @@ def traces(path):
 
 def sources(path):
     """Read a file for a report, and return what it lists; it is never unlisted."""
-    found = read_sources([path])
-    assert len(found.runs) + len(found.sweeps) + len(found.unread) == 1
-    return repr([*(content_of(one.result) for one in found.runs), *found.sweeps, *found.unread])
+    listing = read_sources([path])
+    assert len(listing.runs) + len(listing.sweeps) + len(listing.unread) == 1
+    return repr(
+        [*(content_of(stored.result) for stored in listing.runs), *listing.sweeps, *listing.unread]
+    )
 
 
 def inventory(path):
     """Read the shards of a folder."""
-    found = shard_inventory(read_folder(path), read_traces=True)
-    return repr(sorted((number, facts.digest) for number, facts in found.done.items()))
+    shards = shard_inventory(read_folder(path), read_traces=True)
+    return repr(sorted((number, facts.digest) for number, facts in shards.done.items()))
 
 
 def proof(path):

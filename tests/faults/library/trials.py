@@ -109,11 +109,11 @@ class Trials:
 
     def _until_none_fails(self, case, fault):
         for nth in count(1):
-            found = self.trial(case, fault._replace(nth=nth))
+            trial = self.trial(case, fault._replace(nth=nth))
             # Without a fault it made fewer calls; this was one more undisturbed run.
-            if found.counts.faults or found.ended.code or found.problems:
-                yield found
-            if not found.counts.faults:
+            if trial.counts.faults or trial.ended.code or trial.problems:
+                yield trial
+            if not trial.counts.faults:
                 return
 
     def trial(self, name, fault):

@@ -56,17 +56,17 @@ def balls(equations, system, x):
 def check(equations, system, x):
     """Assert that the code gives the numbers of the equations, but for round-off."""
     line = StraightLine(equations, system, len(x))
-    found, bounds = line.finite_value(x), balls(equations, system, x)
-    assert found is not None
-    assert found.dtype == float
-    assert len(found) == len(bounds)
+    values, bounds = line.finite_value(x), balls(equations, system, x)
+    assert values is not None
+    assert values.dtype == float
+    assert len(values) == len(bounds)
     scale = max(abs(float(bound.mid())) for bound in bounds)
-    for value, bound in zip(found.tolist(), bounds, strict=True):
+    for value, bound in zip(values.tolist(), bounds, strict=True):
         assert abs(value - float(bound.mid())) <= 2.0 * float(bound.rad())
         assert float(bound.rad()) < 1e-11 * scale
     in_complex = line.finite_value(x + 0j)
     assert in_complex is not None
-    assert relative_error(in_complex, found) < 1e-14
+    assert relative_error(in_complex, values) < 1e-14
     slopes = jacobian(lambda z: equations(system, z), x)
     assert relative_error(jacobian(line, x), slopes, np.abs(slopes).max() or 1.0) < 1e-13
 

@@ -86,9 +86,9 @@ def test_what_no_trace_can_record_is_evaluated_by_numpy(rng, name):
 def test_what_is_plain_algebra_is_traced(rng, name):
     system = with_spring(rng, TRACEABLE[name])
     y = state_of(rng, system)
-    found = audited_rates_of(system).finite_value(y)
-    assert found is not None
-    np.testing.assert_allclose(found, system.audited_rates(y), rtol=1e-11, atol=1e-11)
+    rates = audited_rates_of(system).finite_value(y)
+    assert rates is not None
+    np.testing.assert_allclose(rates, system.audited_rates(y), rtol=1e-11, atol=1e-11)
 
 
 def test_an_error_of_the_equations_is_not_hidden(rng):
@@ -108,8 +108,8 @@ def test_the_engine_runs_with_a_branch_in_an_element():
     start[:6] *= 0.1
     run = solve("scipy", problem(system, start, np.linspace(0, 0.2, 5), rtol=1e-9))
     assert run.status == "completed"
-    one_sided = with_spring(np.random.default_rng(0), lambda E: E)
-    other = solve("scipy", problem(one_sided, start, np.linspace(0, 0.2, 5), rtol=1e-9))
+    linear = with_spring(np.random.default_rng(0), lambda E: E)
+    other = solve("scipy", problem(linear, start, np.linspace(0, 0.2, 5), rtol=1e-9))
     assert np.abs(run.states - other.states).max() > 1e-6
 
 
@@ -122,11 +122,11 @@ def test_numbers_that_are_not_finite_are_those_of_numpy(rng, value):
         line = audited_rates_of(system)
         with np.errstate(all="ignore"):
             expected = system.audited_rates(y)
-            found = line(y)
+            rates = line(y)
         if np.isfinite(expected).all():
-            np.testing.assert_allclose(found, expected, rtol=1e-9)
+            np.testing.assert_allclose(rates, expected, rtol=1e-9)
         else:
-            np.testing.assert_array_equal(found, expected)
+            np.testing.assert_array_equal(rates, expected)
 
 
 def test_a_division_by_zero_is_that_of_numpy(rng):

@@ -23,9 +23,9 @@ def codes_made():
 
 
 def close(system, y):
-    found = audited_rates_of(system).finite_value(y)
-    assert found is not None
-    np.testing.assert_allclose(found, system.audited_rates(y), rtol=1e-9, atol=1e-9)
+    rates = audited_rates_of(system).finite_value(y)
+    assert rates is not None
+    np.testing.assert_allclose(rates, system.audited_rates(y), rtol=1e-9, atol=1e-9)
 
 
 def test_systems_of_one_structure_share_code_but_no_numbers(rng):

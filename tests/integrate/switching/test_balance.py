@@ -26,8 +26,8 @@ def bouncing(**elements):
     return data(two | elements, start, {"duration": 60.0, "samples": 241})
 
 
-def energies(found):
-    pairs = zip(found.systems, found.states, strict=True)
+def energies(trajectory):
+    pairs = zip(trajectory.systems, trajectory.states, strict=True)
     return np.array([system.observe(y).energy.sum() for system, y in pairs])
 
 
@@ -43,9 +43,9 @@ def count_switches(config, engine_name, monkeypatch):
         made.append(self)
 
     monkeypatch.setattr(Driver, "__init__", noted)
-    found = engine(engine_name)(problem(config))
+    trajectory = engine(engine_name)(problem(config))
     (current,) = made
-    return found, current.count
+    return trajectory, current.count
 
 
 @EACH
@@ -56,10 +56,10 @@ def test_energy_is_conserved_over_a_hundred_bounces(engine_name, method, monkeyp
     settings = {"engine": engine_name, "rtol": 1e-13 if engine_name == "scipy" else 1e-16}
     settings |= {"atol": 1e-13}
     config["integration"] |= settings
-    found, count = count_switches(config, engine_name, monkeypatch)
-    assert found.status == "completed"
+    trajectory, count = count_switches(config, engine_name, monkeypatch)
+    assert trajectory.status == "completed"
     assert count > 500
-    total = energies(found)
+    total = energies(trajectory)
     assert np.abs(total - total[0]).max() < 1e-11 * total[0]
 
 
@@ -85,9 +85,9 @@ def test_v_never_rises_with_one_to_four_ligaments(seed):
     config = data(
         elements, start, {"duration": 5.0}, controller=controller, gravity=[0.0, 0.0, -9.81]
     )
-    found = solved(config, "scipy", rtol=1e-11, atol=1e-12)
-    assert found.status == "completed"
-    v = energies(found)
+    trajectory = solved(config, "scipy", rtol=1e-11, atol=1e-12)
+    assert trajectory.status == "completed"
+    v = energies(trajectory)
     assert (np.diff(v) < 1e-11 * np.abs(v).max()).all()
-    residual = v - v[0] - found.lyapunov_change
+    residual = v - v[0] - trajectory.lyapunov_change
     assert np.abs(residual).max() < 1e-9 * np.abs(v).max()

@@ -38,16 +38,16 @@ EACH = pytest.mark.parametrize("engine_name", ENGINES)
 
 def switch_times(config, engine_name):
     """Return the times and the number of the modes at the switches of a run."""
-    found: list[tuple[float, list[int]]] = []
+    switches: list[tuple[float, list[int]]] = []
     kind: Any = RUNS[engine_name]
 
     class Recording(Driver):
         def cross(self, modes, t, y):
-            found.append((t, modes))
+            switches.append((t, modes))
             return super().cross(modes, t, y)
 
         def cross_alone(self, mode, t):
-            found.append((t, [mode]))
+            switches.append((t, [mode]))
             super().cross_alone(mode, t)
 
     settings = config["integration"] | TIGHT[engine_name] | {"engine": engine_name}
@@ -56,7 +56,7 @@ def switch_times(config, engine_name):
         patch.setattr("rbstab.integrate.driven_run.Driver", Recording)
         trajectory = kind(problem(changed), None, Deadline(60.0)).result()
     assert trajectory.status == "completed"
-    return found
+    return switches
 
 
 def turning(guard_method, size, **integration):
@@ -78,14 +78,14 @@ def angle_at(t):
 
 @EACH
 def test_the_state_is_that_of_the_closed_form_at_each_sample(engine_name):
-    found = solved(turning("stiff", K, duration=20.0), engine_name)
-    expected = np.array([angle_at(t) for t in found.times])
-    np.testing.assert_allclose(found.states[:, [1, 4]], expected, rtol=0, atol=1e-11)
-    others = np.delete(found.states, [1, 4], axis=1)
+    trajectory = solved(turning("stiff", K, duration=20.0), engine_name)
+    expected = np.array([angle_at(t) for t in trajectory.times])
+    np.testing.assert_allclose(trajectory.states[:, [1, 4]], expected, rtol=0, atol=1e-11)
+    others = np.delete(trajectory.states, [1, 4], axis=1)
     np.testing.assert_allclose(others, 0, atol=1e-13)
     # The system of a sample is in the modes of its angle.
-    for (angle, _), system in zip(expected, found.systems, strict=True):
-        (modes,) = [one.mode for one in system.elements if one.name == "soft"]
+    for (angle, _), system in zip(expected, trajectory.systems, strict=True):
+        (modes,) = [element.mode for element in system.elements if element.name == "soft"]
         assert modes.tolist() == [angle > SOFT, -angle > SOFT]
 
 
@@ -94,17 +94,17 @@ def test_a_mass_bounces_between_two_ligaments(engine_name):
     speed, k, toe = 1.1, 80.0, 0.05
     elements = {"a": ligament(1.0), "b": ligament(-1.0)}
     config = data(elements, {"velocity": [speed, 0, 0]}, {"duration": 8.0, "samples": 3})
-    found = switch_times(config, engine_name)
+    switches = switch_times(config, engine_name)
     leaves, enters, free = toe_bounce(speed, k, 1.0, toe)
-    one = np.array([0.0, leaves, enters, free])
+    offsets = np.array([0.0, leaves, enters, free])
     period = free + 2 * 0.3 / speed
-    expected = (0.3 / speed + one + period * np.arange(20)[:, np.newaxis]).ravel()
+    expected = (0.3 / speed + offsets + period * np.arange(20)[:, np.newaxis]).ravel()
     expected = expected[expected < 8.0]
-    assert len(found) == len(expected) > 20
-    np.testing.assert_allclose([t for t, _ in found], expected, rtol=0, atol=1e-11)
+    assert len(switches) == len(expected) > 20
+    np.testing.assert_allclose([t for t, _ in switches], expected, rtol=0, atol=1e-11)
     # Moving to positive x, the ligament with its anchor at negative x goes taut (modes 2 and 3).
     cycle = [[2], [3], [3], [2], [0], [1], [1], [0]]
-    assert [modes for _, modes in found] == [cycle[i % 8] for i in range(len(found))]
+    assert [modes for _, modes in switches] == [cycle[i % 8] for i in range(len(switches))]
 
 
 @pytest.mark.parametrize("method", ["DOP853", "RK45", "Radau"])
@@ -114,9 +114,9 @@ def test_order_of_the_method_holds_through_switches(method):
     tolerances = [1e-5, 1e-7, 1e-9]
     errors = []
     for rtol in tolerances:
-        found = solved(config, "scipy", rtol=rtol, atol=rtol, method=method)
-        expected = np.array([angle_at(t)[0] for t in found.times])
-        errors.append(np.abs(found.states[:, 1] - expected).max())
+        trajectory = solved(config, "scipy", rtol=rtol, atol=rtol, method=method)
+        expected = np.array([angle_at(t)[0] for t in trajectory.times])
+        errors.append(np.abs(trajectory.states[:, 1] - expected).max())
     assert (np.array(errors) < 3e3 * np.array(tolerances)).all()
     assert errors[2] < 0.1 * errors[1] < 0.01 * errors[0]
 
@@ -146,11 +146,11 @@ def test_modes_are_those_of_the_start_of_a_problem_not_of_its_system(engine_name
     assert modes_of(given.system) == (0, 0)
     start = given.start.copy()
     start[[1, 4]] = angle, 0.0
-    found = engine(engine_name)(replace(given, start=start, rtol=1e-13), None, None)
+    trajectory = engine(engine_name)(replace(given, start=start, rtol=1e-13), None, None)
     inside = max(abs(angle) - SOFT, 0.0)
-    expected = np.sign(angle) * (SOFT + inside * np.cos(np.sqrt(K / INERTIA) * found.times))
+    expected = np.sign(angle) * (SOFT + inside * np.cos(np.sqrt(K / INERTIA) * trajectory.times))
     if inside == 0:
         expected = angle
-    beyond = found.times < 0.5 * np.pi * np.sqrt(INERTIA / K)
-    np.testing.assert_allclose((found.states[:, 1] - expected)[beyond], 0, atol=1e-11)
-    assert modes_of(found.systems[0]) == (float(angle > SOFT), float(angle < -SOFT))
+    beyond = trajectory.times < 0.5 * np.pi * np.sqrt(INERTIA / K)
+    np.testing.assert_allclose((trajectory.states[:, 1] - expected)[beyond], 0, atol=1e-11)
+    assert modes_of(trajectory.systems[0]) == (float(angle > SOFT), float(angle < -SOFT))

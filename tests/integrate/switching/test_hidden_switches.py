@@ -59,15 +59,15 @@ TOPS = (0.01, 0.06, 0.125, 0.3, 0.5, 0.61, 0.94, 0.99)
 def test_a_crossing_and_return_between_two_tests_is_found(turning, top, height):
     """θ2 is a parabola that exceeds θ_s by so little that every test is below it."""
     curvature = 0.5
-    found = searched(
+    switch = searched(
         turning,
         lambda t: 0.3 + height - curvature * (t - top) ** 2,
         lambda t: -2 * curvature * (t - top),
     )
     half = np.sqrt(height / curvature)
-    assert found is not None
-    assert found.number == 0
-    assert abs(found.time - (top - half)) < 1e-6 * half + 1e-13 / half
+    assert switch is not None
+    assert switch.number == 0
+    assert abs(switch.time - (top - half)) < 1e-6 * half + 1e-13 / half
     if height < 1e-6:
         tests = np.linspace(0, 1, TESTS_PER_STEP + 1)
         assert (np.abs(tests - top) > half).all() or top in tests
@@ -75,10 +75,10 @@ def test_a_crossing_and_return_between_two_tests_is_found(turning, top, height):
 
 def test_the_first_of_several_switches_is_returned(turning):
     """θ2 oscillates beyond both angles within the step."""
-    found = searched(turning, lambda t: 0.5 * np.sin(9 * t), lambda t: 4.5 * np.cos(9 * t))
-    assert found is not None
-    assert found.number == 0
-    assert abs(found.time - np.arcsin(0.6) / 9) < 1e-12
+    switch = searched(turning, lambda t: 0.5 * np.sin(9 * t), lambda t: 4.5 * np.cos(9 * t))
+    assert switch is not None
+    assert switch.number == 0
+    assert abs(switch.time - np.arcsin(0.6) / 9) < 1e-12
 
 
 @EACH
@@ -94,19 +94,19 @@ def test_a_short_touch_within_one_step_is_followed(engine_name, method):
     start = {"orientation": [0, -reach, 0]}
     elements = {"soft": guard(method, 1e4 if method == "stiff" else 50.0), "turn": spring}
     config = data(elements, start, {"duration": 30.0, "samples": 301})
-    found = solved(config, engine_name)
-    assert found.status == "completed"
-    visited = set(modes(found))
+    trajectory = solved(config, engine_name)
+    assert trajectory.status == "completed"
+    visited = set(modes(trajectory))
     assert visited <= {(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)}
     # The potential energy of the start is within the guard's range; it returns at every turn.
     alone = solved(config | {"elements": {"turn": spring}}, engine_name)
-    assert np.abs(found.states[:, 1] - alone.states[:, 1]).max() > 1e-3
+    assert np.abs(trajectory.states[:, 1] - alone.states[:, 1]).max() > 1e-3
     energies = [
         system.observe(state).energy.sum()
-        for system, state in zip(found.systems, found.states, strict=True)
+        for system, state in zip(trajectory.systems, trajectory.states, strict=True)
     ]
     np.testing.assert_allclose(energies, energies[0], rtol=1e-11)
-    assert np.abs(found.states[:, 1]).max() <= reach * (1 + 1e-11)
+    assert np.abs(trajectory.states[:, 1]).max() <= reach * (1 + 1e-11)
 
 
 # --- Several switches at one instant.
@@ -124,8 +124,8 @@ def test_ligaments_that_go_taut_at_one_instant(engine_name, count):
     alone = solved(data(single, start), engine_name)
     assert together.status == "completed"
     np.testing.assert_allclose(together.states, alone.states, rtol=0, atol=1e-11)
-    for found, expected in zip(modes(together), modes(alone), strict=True):
-        taut = np.array(found).reshape(2, count, 2)
+    for modes_together, expected in zip(modes(together), modes(alone), strict=True):
+        taut = np.array(modes_together).reshape(2, count, 2)
         assert (taut == taut[:, :1]).all()
         assert taut[:, 0].ravel().tolist() == list(expected)
 
@@ -141,11 +141,11 @@ def test_switches_a_moment_apart_are_both_followed(engine_name):
             "c": ligament(-1.0, stiffness=40.0, slack_length=float(length)),
             "d": ligament(1.0, stiffness=40.0, slack_length=float(length)),
         }
-        found = solved(data(elements, start), engine_name)
+        trajectory = solved(data(elements, start), engine_name)
         alone = solved(data({"a": ligament(-1.0), "b": ligament(1.0)}, start), engine_name)
-        assert found.status == "completed"
+        assert trajectory.status == "completed"
         tolerance = 1e-11 + 200 * (length - 1.0)
-        np.testing.assert_allclose(found.states, alone.states, rtol=0, atol=tolerance)
+        np.testing.assert_allclose(trajectory.states, alone.states, rtol=0, atol=tolerance)
 
 
 # --- A start on a threshold.
@@ -160,11 +160,13 @@ def test_start_exactly_at_the_soft_angle(engine_name, spin):
         {"orientation": [0, 0.3, 0], "angular_velocity": [0, spin, 0]},
         {"duration": 0.4, "samples": 9},
     )
-    found = solved(config, engine_name)
+    trajectory = solved(config, engine_name)
     w = np.sqrt(40.0 / INERTIA)
-    expected = 0.3 + (spin / w * np.sin(w * found.times) if spin > 0 else spin * found.times)
-    np.testing.assert_allclose(found.states[:, 1], expected, atol=1e-12)
-    assert modes(found)[0] == (float(spin > 0), 0.0)
+    expected = 0.3 + (
+        spin / w * np.sin(w * trajectory.times) if spin > 0 else spin * trajectory.times
+    )
+    np.testing.assert_allclose(trajectory.states[:, 1], expected, atol=1e-12)
+    assert modes(trajectory)[0] == (float(spin > 0), 0.0)
 
 
 @EACH
@@ -177,16 +179,16 @@ def test_start_at_rest_at_the_slack_length_under_a_load(engine_name, pull):
         {"duration": 0.3, "samples": 31},
         gravity=[pull, 0, 0],
     )
-    found = solved(config, engine_name)
-    assert found.status == "completed"
-    assert found.systems[-1].elements[-1].mode[0] == float(pull > 0)
-    fall = 0.3 + 0.5 * pull * found.times**2
+    trajectory = solved(config, engine_name)
+    assert trajectory.status == "completed"
+    assert trajectory.systems[-1].elements[-1].mode[0] == float(pull > 0)
+    fall = 0.3 + 0.5 * pull * trajectory.times**2
     if pull < 0:
-        np.testing.assert_allclose(found.states[:, 6], fall, atol=1e-12)
+        np.testing.assert_allclose(trajectory.states[:, 6], fall, atol=1e-12)
     else:
-        assert (found.states[5:, 6] < fall[5:]).all()
+        assert (trajectory.states[5:, 6] < fall[5:]).all()
         energies = [
             system.observe(y).energy.sum()
-            for system, y in zip(found.systems, found.states, strict=True)
+            for system, y in zip(trajectory.systems, trajectory.states, strict=True)
         ]
         np.testing.assert_allclose(energies, energies[0], atol=1e-11)

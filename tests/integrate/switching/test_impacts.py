@@ -35,9 +35,9 @@ PRESS = COUPLE / INERTIA
 @pytest.mark.parametrize("restitution", [1.0, 0.7])
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_body_bounces_between_its_stops(engine_name, restitution, side):
-    found = solved(stopped(restitution, side * SPIN, duration=14.9, samples=301), engine_name)
-    impacts = found.impacts
-    assert found.status == "completed"
+    trajectory = solved(stopped(restitution, side * SPIN, duration=14.9, samples=301), engine_name)
+    impacts = trajectory.impacts
+    assert trajectory.status == "completed"
     count = len(impacts.times)
     rates = side * SPIN * (-restitution) ** np.arange(count)
     flights = 2 * ANGLE / np.abs(rates[1:])
@@ -47,13 +47,13 @@ def test_a_body_bounces_between_its_stops(engine_name, restitution, side):
     np.testing.assert_allclose(impacts.rates, rates, rtol=0, atol=1e-12)
     assert times[-1] + 2 * ANGLE / (restitution * abs(rates[-1])) > 14.9
     # The state, the counts and the losses at each sample.
-    flight = np.searchsorted(times, found.times, side="right")
+    flight = np.searchsorted(times, trajectory.times, side="right")
     speed = side * SPIN * (-restitution) ** flight
     begin = np.concatenate([[0.0], times])[flight]
     place = np.where(flight > 0, -np.sign(speed) * ANGLE, 0.0)
-    np.testing.assert_allclose(found.states[:, 4], speed, atol=1e-12)
+    np.testing.assert_allclose(trajectory.states[:, 4], speed, atol=1e-12)
     np.testing.assert_allclose(
-        found.states[:, 1], place + speed * (found.times - begin), atol=1e-11
+        trajectory.states[:, 1], place + speed * (trajectory.times - begin), atol=1e-11
     )
     assert impacts.counts.tolist() == flight.tolist()
     lost = 0.5 * INERTIA * SPIN**2 * (1 - restitution ** (2 * flight))
@@ -72,9 +72,9 @@ def hopping(restitution, spin=1.0, **integration):
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 0.8])
 def test_hops_end_in_a_rest_at_the_time_of_the_closed_form(engine_name, restitution):
     """The flights last 2v/a, 2ev/a, ...; all of them 2v/(a(1 - e))."""
-    found = solution(pressed(hopping(restitution), engine_name, COUPLE), engine_name)
-    assert found.status == "completed"
-    impacts, end = found.impacts, 2.0 / (PRESS * (1 - restitution))
+    trajectory = solution(pressed(hopping(restitution), engine_name, COUPLE), engine_name)
+    assert trajectory.status == "completed"
+    impacts, end = trajectory.impacts, 2.0 / (PRESS * (1 - restitution))
     count = len(impacts.times)
     flights = 2.0 / PRESS * restitution ** np.arange(count)
     np.testing.assert_allclose(impacts.times, np.cumsum(flights), atol=2e-8)
@@ -89,24 +89,24 @@ def test_hops_end_in_a_rest_at_the_time_of_the_closed_form(engine_name, restitut
     assert abs(end - begin - left) < 1e-7
     # All of the kinetic energy is lost, at most the couple times the height by the end.
     assert abs(impacts.lost[-1] - 0.5 * INERTIA) < 1e-11
-    resting = found.times > end
+    resting = trajectory.times > end
     assert resting.any()
-    assert (found.states[resting, 1] == ANGLE).all()
-    assert np.abs(found.states[resting, 4]).max() < 1e-15
+    assert (trajectory.states[resting, 1] == ANGLE).all()
+    assert np.abs(trajectory.states[resting, 4]).max() < 1e-15
     assert impacts.resting.tolist() == resting.astype(int).tolist()
-    assert abs(couple_of(found.systems[-1], found.states[-1]) + COUPLE) < 1e-12
-    assert residual(found) < 1e-11
+    assert abs(couple_of(trajectory.systems[-1], trajectory.states[-1]) + COUPLE) < 1e-12
+    assert residual(trajectory) < 1e-11
 
 
 @EACH
 def test_what_coming_to_rest_discards_is_in_the_balance(engine_name):
     """Under a large load the last hop, of up to 1e-12 rad, still holds 1e-8 J."""
     config = hopping(0.5, duration=1e-3)
-    found = solution(pressed(config, engine_name, 3e4), engine_name)
-    assert found.impacts.resting[-1] == 1
-    in_hops = 0.5 * INERTIA * (1 - 0.25 ** len(found.impacts.times))
-    assert 1e-9 < found.impacts.lost[-1] - in_hops < 3e4 * HOP_HEIGHT
-    assert residual(found) < 1e-10
+    trajectory = solution(pressed(config, engine_name, 3e4), engine_name)
+    assert trajectory.impacts.resting[-1] == 1
+    in_hops = 0.5 * INERTIA * (1 - 0.25 ** len(trajectory.impacts.times))
+    assert 1e-9 < trajectory.impacts.lost[-1] - in_hops < 3e4 * HOP_HEIGHT
+    assert residual(trajectory) < 1e-10
 
 
 @EACH
@@ -114,13 +114,13 @@ def test_what_coming_to_rest_discards_is_in_the_balance(engine_name):
 def test_a_start_into_the_stop_is_an_impact_at_once(engine_name, restitution):
     start = {"orientation": [0, -ANGLE, 0], "angular_velocity": [0, -1.0, 0]}
     config = data({"end": stop(restitution)}, start, {"duration": 0.3})
-    found = solved(config, engine_name)
-    assert found.impacts.times.tolist() == [0.0]
-    assert found.impacts.rates.tolist() == [-1.0]
+    trajectory = solved(config, engine_name)
+    assert trajectory.impacts.times.tolist() == [0.0]
+    assert trajectory.impacts.rates.tolist() == [-1.0]
     # The first sample is the start; the impact follows it.
-    assert (found.impacts.counts[:2] == [0, 1]).all()
-    assert found.states[0, 4] == -1.0
-    np.testing.assert_allclose(found.states[1:, 4], restitution, atol=1e-15)
+    assert (trajectory.impacts.counts[:2] == [0, 1]).all()
+    assert trajectory.states[0, 4] == -1.0
+    np.testing.assert_allclose(trajectory.states[1:, 4], restitution, atol=1e-15)
 
 
 @pytest.mark.parametrize("method", ["DOP853", "RK45", "Radau"])
@@ -133,9 +133,9 @@ def test_order_of_the_method_holds_through_impacts(method):
     errors = []
     tolerances = [1e-5, 1e-7, 1e-9]
     for rtol in tolerances:
-        found = solved(config, "scipy", rtol=rtol, atol=rtol, method=method)
-        assert len(found.impacts.times) == 4
-        errors.append(abs(found.states[-1, 1] - exact))
+        trajectory = solved(config, "scipy", rtol=rtol, atol=rtol, method=method)
+        assert len(trajectory.impacts.times) == 4
+        errors.append(abs(trajectory.states[-1, 1] - exact))
     assert (np.array(errors) < 1e3 * np.array(tolerances)).all()
     assert errors[2] < 0.1 * errors[1] < 0.01 * errors[0]
 
@@ -169,12 +169,12 @@ def test_a_guard_that_the_impact_turns_back_does_not_switch(engine_name):
         {"angular_velocity": [0, SPIN, 0]},
         {"duration": 0.6, "samples": 7},
     )
-    found = solved(config, engine_name)
-    assert found.status == "completed"
+    trajectory = solved(config, engine_name)
+    assert trajectory.status == "completed"
     bounce = ANGLE / SPIN
-    after = ANGLE - 0.5 * SPIN * (found.times - bounce)
-    expected = np.where(found.times < bounce, SPIN * found.times, after)
-    np.testing.assert_allclose(found.states[:, 1], expected, atol=1e-11)
+    after = ANGLE - 0.5 * SPIN * (trajectory.times - bounce)
+    expected = np.where(trajectory.times < bounce, SPIN * trajectory.times, after)
+    np.testing.assert_allclose(trajectory.states[:, 1], expected, atol=1e-11)
 
 
 # --- Limits.
@@ -185,29 +185,29 @@ def test_a_start_beyond_the_stop_ends_the_run(engine_name):
     given = problem(stopped(0.5, 1.0, engine=engine_name))
     start = given.start.copy()
     start[1] = ANGLE + 1e-6
-    found = solution(replace(given, start=start), engine_name)
-    assert found.status == "solver failure"
-    assert found.detail == "θ2 starts beyond the stop end at t = 0 s"
-    assert len(found.impacts.counts) == 1
+    trajectory = solution(replace(given, start=start), engine_name)
+    assert trajectory.status == "solver failure"
+    assert trajectory.detail == "θ2 starts beyond the stop end at t = 0 s"
+    assert len(trajectory.impacts.counts) == 1
 
 
 @EACH
 def test_limit_of_impacts(engine_name, monkeypatch):
     """The run ends before the impact that is one too many; the audit balances."""
     monkeypatch.setattr(driver, "IMPACT_LIMIT", 4)
-    found = solved(stopped(0.9, SPIN), engine_name)
-    assert found.status == "switch limit"
-    assert found.detail.startswith("stopped after 4 impacts at t = ")
-    assert found.impacts.counts[-1] == 4
-    assert found.times[-1] > found.impacts.times[-1]
-    assert residual(found) < 1e-13
+    trajectory = solved(stopped(0.9, SPIN), engine_name)
+    assert trajectory.status == "switch limit"
+    assert trajectory.detail.startswith("stopped after 4 impacts at t = ")
+    assert trajectory.impacts.counts[-1] == 4
+    assert trajectory.times[-1] > trajectory.impacts.times[-1]
+    assert residual(trajectory) < 1e-13
 
 
 def test_time_limit_in_hops():
     ticks = iter(range(10**6))
     given = pressed(hopping(0.95), "scipy", COUPLE)
     deadline = Deadline(700.0, clock=lambda: float(next(ticks)))
-    found: Any = ScipyRun(given, None, deadline).result()
-    assert found.status == "time limit"
-    assert len(found.impacts.counts) == len(found.times) == len(found.systems)
-    assert residual(found) < 1e-11
+    trajectory: Any = ScipyRun(given, None, deadline).result()
+    assert trajectory.status == "time limit"
+    assert len(trajectory.impacts.counts) == len(trajectory.times) == len(trajectory.systems)
+    assert residual(trajectory) < 1e-11

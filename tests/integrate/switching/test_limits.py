@@ -33,14 +33,14 @@ def limited(monkeypatch, most, given, engine_name):
 def test_switch_limit(engine_name, monkeypatch):
     settings = BOUNCING["integration"] | {"engine": engine_name}
     given = problem(BOUNCING | {"integration": settings})
-    found = limited(monkeypatch, 5, given, engine_name)
-    assert found.status == "switch limit"
-    stop = found.times[-1]
-    assert found.detail == f"stopped after 5 switches at t = {stop:.9g} s"
+    trajectory = limited(monkeypatch, 5, given, engine_name)
+    assert trajectory.status == "switch limit"
+    stop = trajectory.times[-1]
+    assert trajectory.detail == f"stopped after 5 switches at t = {stop:.9g} s"
     complete = whole(engine_name)
-    shared = len(found.times) - 1
+    shared = len(trajectory.times) - 1
     assert 0 < shared < 10
-    np.testing.assert_allclose(found.states[:shared], complete.states[:shared], atol=1e-10)
+    np.testing.assert_allclose(trajectory.states[:shared], complete.states[:shared], atol=1e-10)
 
 
 @EACH
@@ -48,14 +48,14 @@ def test_range_is_left_beyond_a_soft_guard(engine_name):
     """A weak guard switches, but does not hold the body: cos θ2 falls to its bound."""
     start = {"angular_velocity": [0, 3.0, 0]}
     config = data({"soft": guard("repelling", 1.0)}, start)
-    found = solved(config, engine_name)
-    assert found.status == "range left"
-    assert abs(np.cos(found.states[-1, 1]) - 1e-3) < 1e-12
+    trajectory = solved(config, engine_name)
+    assert trajectory.status == "range left"
+    assert abs(np.cos(trajectory.states[-1, 1]) - 1e-3) < 1e-12
     # θ̈2 = -K/J2 from the soft angle on.
     arrival, way, braking = 0.1, np.arccos(1e-3) - 0.3, 1.0 / 1.5
     passing = (3.0 - np.sqrt(9.0 - 2 * braking * way)) / braking
-    assert abs(found.times[-1] - arrival - passing) < 1e-11
-    assert found.systems[-1].elements[-1].mode.tolist() == [1.0, 0.0]
+    assert abs(trajectory.times[-1] - arrival - passing) < 1e-11
+    assert trajectory.systems[-1].elements[-1].mode.tolist() == [1.0, 0.0]
 
 
 def pressed(engine_name, angle):
@@ -77,15 +77,15 @@ def pressed(engine_name, angle):
 @EACH
 def test_a_load_that_presses_against_a_repelling_guard_ends_the_run(engine_name, monkeypatch):
     """The hops about the soft angle become infinitely many: no wrong motion, and no endless run."""
-    found = limited(monkeypatch, 2000, pressed(engine_name, 0.0), engine_name)
-    assert found.status in ("switch limit", "solver failure")
-    assert abs(found.states[-1, 1] - 0.3) < 1e-3
-    assert found.times[-1] > 0.1
+    trajectory = limited(monkeypatch, 2000, pressed(engine_name, 0.0), engine_name)
+    assert trajectory.status in ("switch limit", "solver failure")
+    assert abs(trajectory.states[-1, 1] - 0.3) < 1e-3
+    assert trajectory.times[-1] > 0.1
 
 
 @EACH
 def test_a_start_at_rest_that_the_guard_holds_ends_at_once(engine_name, monkeypatch):
     """Neither mode leads away from the soft angle."""
-    found = limited(monkeypatch, 2000, pressed(engine_name, 0.3), engine_name)
-    assert found.status == "solver failure"
-    assert found.detail == "the motion stays where soft switches at t = 0 s"
+    trajectory = limited(monkeypatch, 2000, pressed(engine_name, 0.3), engine_name)
+    assert trajectory.status == "solver failure"
+    assert trajectory.detail == "the motion stays where soft switches at t = 0 s"

@@ -20,14 +20,14 @@ LIGAMENTS = data(
 def test_the_loop_ends_with_the_deadline():
     ticks = iter(range(10**6))
     given = problem(LIGAMENTS | {"integration": LIGAMENTS["integration"] | {"engine": "heyoka"}})
-    one = HeyokaRun(given, None, Deadline(8.0, clock=lambda: float(next(ticks))))
+    run = HeyokaRun(given, None, Deadline(8.0, clock=lambda: float(next(ticks))))
     told: list[float] = []
-    one.progress = told.append
-    found = one.result()
-    assert found.status == "time limit"
+    run.progress = told.append
+    trajectory = run.result()
+    assert trajectory.status == "time limit"
     # The clock ticks once a step.
     assert len(told) <= 8
-    assert found.times[-1] == told[-1]
+    assert trajectory.times[-1] == told[-1]
 
 
 def test_a_sample_at_a_switch_is_not_lost(monkeypatch):
@@ -48,7 +48,7 @@ def test_a_sample_at_a_switch_is_not_lost(monkeypatch):
     assert min(part for _, part in parts) < 0 < max(part for _, part in parts)
     for switch in switches:
         times = np.array([0.0, switch - 1e-3, switch, 4.0])
-        found = HeyokaRun(replace(given, times=times), None, Deadline(60.0)).result()
-        assert found.times.tolist() == times.tolist()
+        trajectory = HeyokaRun(replace(given, times=times), None, Deadline(60.0)).result()
+        assert trajectory.times.tolist() == times.tolist()
         # It belongs to the phase before the switch.
-        assert modes_of(found.systems[2]) == modes_of(found.systems[1])
+        assert modes_of(trajectory.systems[2]) == modes_of(trajectory.systems[1])

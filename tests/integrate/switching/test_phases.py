@@ -54,10 +54,10 @@ def test_a_switch_that_heyoka_misses_is_found_by_its_margin(monkeypatch):
 
     monkeypatch.setattr(HeyokaRun, "begin", hidden)
     run = HeyokaRun(problem(config), None, Deadline(60.0))
-    found = run.result()
-    assert found.status == "completed"
-    w, t = np.sqrt(k / INERTIA), found.times
+    trajectory = run.result()
+    assert trajectory.status == "completed"
+    w, t = np.sqrt(k / INERTIA), trajectory.times
     inside = soft + spin / w * np.sin(w * (t - soft / spin))
     expected = np.where(t < soft / spin, spin * t, inside)
-    np.testing.assert_allclose(found.states[:, 1], expected, atol=1e-11)
+    np.testing.assert_allclose(trajectory.states[:, 1], expected, atol=1e-11)
     assert run.driver.count == 1

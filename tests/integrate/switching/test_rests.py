@@ -32,12 +32,12 @@ class Coupled(Element):
     c: Number = COUPLING
     C: Number = LOAD
 
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         x, pitch, zero = motion.X[0], motion.Theta[PITCH], 0.0 * motion.X[0]
         force = np.array([self.c * pitch - self.k * x, zero, zero])
         return Wrench(force, (self.C + self.c * x) * motion.B[PITCH], np.zeros(3))
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         x, pitch = motion.X[0], motion.Theta[PITCH]
         return 0.5 * self.k * x * x - self.c * x * pitch - self.C * pitch
 
@@ -55,20 +55,20 @@ def coupled(engine_name, x, restitution=0.5, **integration):
 def test_a_rest_ends_when_its_load_turns(engine_name):
     """x swings about c θ_e/k until C + c x = 0; then both coordinates are linear oscillators."""
     given = coupled(engine_name, 0.9, duration=1.5, samples=151)
-    found = solution(given, engine_name)
-    assert found.status == "completed"
+    trajectory = solution(given, engine_name)
+    assert trajectory.status == "completed"
     w, middle = np.sqrt(STIFFNESS / MASS), COUPLING * ANGLE / STIFFNESS
     release = np.arccos((-LOAD / COUPLING - middle) / (0.9 - middle)) / w
-    ((begin, end),) = found.impacts.rests
+    ((begin, end),) = trajectory.impacts.rests
     assert begin == 0.0
     assert abs(end - release) < 1e-12
-    t, resting = found.times, found.times < release
-    assert found.impacts.resting.tolist() == resting.astype(int).tolist()
+    t, resting = trajectory.times, trajectory.times < release
+    assert trajectory.impacts.resting.tolist() == resting.astype(int).tolist()
     x = middle + (0.9 - middle) * np.cos(w * t)
-    np.testing.assert_allclose(found.states[resting, 6], x[resting], atol=1e-12)
-    assert (found.states[resting, 1] == ANGLE).all()
+    np.testing.assert_allclose(trajectory.states[resting, 6], x[resting], atol=1e-12)
+    assert (trajectory.states[resting, 1] == ANGLE).all()
     # The couple of the stop balances the load.
-    couples = [couple_of(s, y) for s, y in zip(found.systems, found.states, strict=True)]
+    couples = [couple_of(s, y) for s, y in zip(trajectory.systems, trajectory.states, strict=True)]
     np.testing.assert_allclose(couples, np.where(resting, -(LOAD + COUPLING * x), 0), atol=1e-11)
     # After it: ẍ = (cθ - kx)/m, θ̈ = (C + cx)/J, as a matrix exponential with a constant.
     matrix = np.zeros((5, 5))
@@ -76,11 +76,11 @@ def test_a_rest_ends_when_its_load_turns(engine_name):
     matrix[2, :2] = -STIFFNESS / MASS, COUPLING / MASS
     matrix[3, [0, 4]] = COUPLING / INERTIA, LOAD / INERTIA
     first = np.array([-LOAD / COUPLING, ANGLE, -(0.9 - middle) * w * np.sin(w * release), 0.0, 1.0])
-    meets = found.impacts.times[0] if len(found.impacts.times) else np.inf
+    meets = trajectory.impacts.times[0] if len(trajectory.impacts.times) else np.inf
     flying = (t > release) & (t < meets)
     assert flying.sum() > 20
-    expected = np.array([expm(matrix * (one - release)) @ first for one in t[flying]])
-    np.testing.assert_allclose(found.states[flying][:, [6, 1]], expected[:, :2], atol=1e-11)
+    expected = np.array([expm(matrix * (time - release)) @ first for time in t[flying]])
+    np.testing.assert_allclose(trajectory.states[flying][:, [6, 1]], expected[:, :2], atol=1e-11)
 
 
 def hanging(restitution=0.5, **sections):
@@ -108,10 +108,10 @@ def energy_at(system, Theta):
 def test_rest_contact_of_the_held_body_is_the_static_balance(engine_name):
     """τ = ∂Π/∂θ2 there, by differences, and the other derivatives vanish."""
     config = hanging()
-    found = solved(config, engine_name)
-    assert found.status == "completed"
-    assert found.impacts.resting[-1] == 1
-    system, y = found.systems[-1], found.states[-1]
+    trajectory = solved(config, engine_name)
+    assert trajectory.status == "completed"
+    assert trajectory.impacts.resting[-1] == 1
+    system, y = trajectory.systems[-1], trajectory.states[-1]
     slopes = []
     for axis in np.eye(3):
         low, high = (energy_at(system, y[:3] + step * axis) for step in (-1e-4, 1e-4))
@@ -131,13 +131,13 @@ def test_a_long_rest_does_not_drift(engine_name):
     config = hanging() | {"integration": settings}
     config["controller"] |= {"L_t": [0.1] * 3, "L_r": [0.1] * 3}
     config["initial"] = {"orientation": [0.0, ANGLE, 0.0], "angular_velocity": [0.3, 0.0, 0.3]}
-    found = solution(problem(config), engine_name)
-    assert found.status == "completed"
-    assert (found.impacts.resting == 1).all()
-    assert (found.states[:, 1] == ANGLE).all()
-    pairs = zip(found.systems, found.states, strict=True)
+    trajectory = solution(problem(config), engine_name)
+    assert trajectory.status == "completed"
+    assert (trajectory.impacts.resting == 1).all()
+    assert (trajectory.states[:, 1] == ANGLE).all()
+    pairs = zip(trajectory.systems, trajectory.states, strict=True)
     rates = [(system.motion(y).B @ y[3:6])[1] for system, y in pairs]
     assert np.abs(rates).max() < 1e-15
-    assert np.abs(found.states[:, 3]).max() > 0.01
-    v = energies(found)
-    assert residual(found) < 1e-4 * (v[0] - v[-1])
+    assert np.abs(trajectory.states[:, 3]).max() > 0.01
+    v = energies(trajectory)
+    assert residual(trajectory) < 1e-4 * (v[0] - v[-1])

@@ -57,7 +57,7 @@ def test_equivalent_forces_solve_the_equations_with_multipliers(variant, rng):
     demand = -drift.copy()
     demand[:6] -= slopes * F[:6]
     # All other forces on the body: gravity, stabilizers, and the axes that are not held.
-    wrenches = [element.wrench(motion, own) for element, own in pairs]
+    wrenches = [element.wrench(motion, states) for element, states in pairs]
     force = sum(w.force for w in wrenches)
     couple = sum(w.couple for w in wrenches) - np.cross(Omega, J * Omega)
     M = np.diag([41.0] * 3 + J)
@@ -67,9 +67,9 @@ def test_equivalent_forces_solve_the_equations_with_multipliers(variant, rng):
     right = np.concatenate([force, couple, demand[chosen_rows]])
     multipliers = np.linalg.solve(matrix, right)[6:]
     _, acting = system.acting(y)
-    found = np.concatenate([own for element, own in acting if element.slides])
-    np.testing.assert_allclose(found[rows], multipliers[:3], rtol=1e-9, atol=1e-7)
-    np.testing.assert_array_equal(np.delete(found, rows), 0)
+    forces = np.concatenate([states for element, states in acting if element.slides])
+    np.testing.assert_allclose(forces[rows], multipliers[:3], rtol=1e-9, atol=1e-7)
+    np.testing.assert_array_equal(np.delete(forces, rows), 0)
 
 
 @pytest.mark.parametrize("rank", [3, 5, 9])
@@ -77,7 +77,7 @@ def test_filippov_s_choice_is_the_least_in_the_box(rng, rank):
     """Nine axes, also of a mobility without full rank: another program finds the same least."""
     from scipy.optimize import lsq_linear
 
-    found = set()
+    choices = set()
     for _ in range(40):
         root, K_s = rng.normal(size=(rank, 9)), rng.uniform(0.5, 2, size=9)
         right = 5 * rng.normal(size=rank)
@@ -88,8 +88,8 @@ def test_filippov_s_choice_is_the_least_in_the_box(rng, rank):
         # Where a rate is not zero the force is at its bound; the rates are the same for all least.
         is_free = np.abs(rate) > 1e-6
         np.testing.assert_array_equal(choice[is_free], np.sign(rate)[is_free])
-        found |= set(choice)
-    assert found == {0.0, 1.0, -1.0}
+        choices |= set(choice)
+    assert choices == {0.0, 1.0, -1.0}
 
 
 def test_the_choice_lands_on_the_surfaces(rng):
@@ -102,7 +102,7 @@ def test_the_choice_lands_on_the_surfaces(rng):
     after, moved = chosen(system, y, rows)
     motion, pairs = after.acting(moved)
     ties: list[Any] = [element for element, _ in pairs if element.slides]
-    s = np.concatenate([one.distance_along(motion) for one in ties])
+    s = np.concatenate([sliding_tie.distance_along(motion) for sliding_tie in ties])
     modes = np.array(modes_of(after))
     assert np.abs(s[rows]).max() < 2e-13
     held = modes[slide_modes(after)[1]] > 0

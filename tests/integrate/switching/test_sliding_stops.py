@@ -59,21 +59,21 @@ def on_the_stop(engine_name, couple, load):
 def test_a_rest_ends_when_the_tie_turns_its_couple(engine_name, couple, load):
     """E = ½ exp(-2t) until C + Λ ℓ cos θ_e = 0, where Λ = mκ²E - load; then the body leaves."""
     given = on_the_stop(engine_name, couple, load)
-    found = solution(given, engine_name)
-    assert found.status == "completed"
+    trajectory = solution(given, engine_name)
+    assert trajectory.status == "completed"
     at_release = load - couple / (ARM * np.cos(ANGLE))
     release = np.log(MASS * SLOPE**2 * START / at_release) / SLOPE
     assert 0.3 < release < 0.8
-    (begin, end), *_ = found.impacts.rests
+    (begin, end), *_ = trajectory.impacts.rests
     assert begin == 0.0
     assert abs(end - release) < 1e-12
-    before = found.times < release
-    E = START * np.exp(-SLOPE * found.times)
-    resting = found.states[before]
+    before = trajectory.times < release
+    E = START * np.exp(-SLOPE * trajectory.times)
+    resting = trajectory.states[before]
     assert (resting[:, 1] == ANGLE).all()
     np.testing.assert_allclose(resting[:, 6], (E - ARM * np.sin(ANGLE))[before], atol=1e-13)
     force = MASS * SLOPE**2 * E - load
-    pairs = list(zip(found.systems, found.states, strict=True))
+    pairs = list(zip(trajectory.systems, trajectory.states, strict=True))
     couples = np.array([couple_of(system, y) for system, y in pairs])[before]
     expected = -(couple + force * ARM * np.cos(ANGLE))[before]
     np.testing.assert_allclose(couples, expected, atol=1e-12)
@@ -82,8 +82,8 @@ def test_a_rest_ends_when_the_tie_turns_its_couple(engine_name, couple, load):
         e = system.motion(y).X[0] + ARM * np.sin(y[1])
         rate = y[9] + ARM * np.cos(y[1]) * y[4]
         assert abs(rate + SLOPE * e) < 1e-12
-    assert found.states[-1, 1] < ANGLE - 0.01
-    assert residual(found) < 1e-12
+    assert trajectory.states[-1, 1] < ANGLE - 0.01
+    assert residual(trajectory) < 1e-12
 
 
 # --- The joint solution.
@@ -92,7 +92,7 @@ BODY: dict[str, Any] = {"mass": 41.0, "contact_point": [0.15, 0.1, -0.42]}
 BODY |= {"inertia": [[10.0, 0.4, -0.7], [0.4, 8.0, 0.5], [-0.7, 0.5, 9.0]]}
 CONTROLLER: dict[str, Any] = {"variant": "free", "K_t": [4100.0] * 3, "L_t": [200.0] * 3}
 CONTROLLER |= {"K_r": [400.0] * 3, "L_r": [60.0] * 3}
-ONE = {"a": tie([0.15, 0.1, -0.42], 3000.0, 20.0)}
+SINGLE = {"a": tie([0.15, 0.1, -0.42], 3000.0, 20.0)}
 TWO = {"a": tie([0.15, 0.1, -0.42], 300.0, 20.0), "b": tie([-0.2, 0.1, 0.3], 200.0, 10.0)}
 PUSH: dict[str, Any] = {"kind": "input", "quantity": "body_couple", "direction": [-0.1, -1, -0.2]}
 PUSH |= {"amplitude": 300.0, "signal": {"kind": "constant"}}
@@ -132,7 +132,7 @@ def test_rest_and_axes_solve_the_equations_with_multipliers(side, rng):
             for p in points
         ]
         last = np.concatenate([np.zeros(3), [np.sin(Theta[2]), np.cos(Theta[2]), 0.0]])
-        return np.array([row for one in of_points for row in one] + [last])[[*rows, 6]]
+        return np.array([row for block in of_points for row in block] + [last])[[*rows, 6]]
 
     J, v = jacobian(motion.Theta), np.concatenate([motion.V, motion.Omega])
     Theta_rate = motion.B @ motion.Omega
@@ -140,7 +140,7 @@ def test_rest_and_axes_solve_the_equations_with_multipliers(side, rng):
     ahead, behind = (jacobian(motion.Theta + h * Theta_rate) @ v for h in (step, -step))
     demand = -(ahead - behind) / (2 * step)
     demand[:3] -= np.array([20.0, 20.0, 10.0]) * (J @ v)[:3]
-    wrenches = [element.wrench(motion, own) for element, own in pairs]
+    wrenches = [element.wrench(motion, states) for element, states in pairs]
     inertia = np.array(BODY["inertia"])
     force = sum(w.force for w in wrenches)
     couple = sum(w.couple for w in wrenches) - np.cross(motion.Omega, inertia @ motion.Omega)
@@ -148,7 +148,7 @@ def test_rest_and_axes_solve_the_equations_with_multipliers(side, rng):
     matrix = np.block([[M, -J.T], [J, np.zeros((4, 4))]])
     solved_for = np.linalg.solve(matrix, np.concatenate([force, couple, demand]))
     _, acting = system.acting(y)
-    forces = np.concatenate([own for element, own in acting if element.slides])
+    forces = np.concatenate([states for element, states in acting if element.slides])
     np.testing.assert_allclose(forces[rows], solved_for[6:9], rtol=1e-6)
     assert couple_of(system, y) == pytest.approx(solved_for[9], rel=1e-6)
     np.testing.assert_allclose(system.rates(y)[3:6], solved_for[3:6], rtol=1e-6)
@@ -156,7 +156,7 @@ def test_rest_and_axes_solve_the_equations_with_multipliers(side, rng):
 
 def test_an_impact_throws_axes_off_their_surfaces(rng):
     """Each s jumps by what the impulse does to its point; the side of each axis is that of s."""
-    system, y = against_stop(rng, ONE, 1)
+    system, y = against_stop(rng, SINGLE, 1)
     modes = np.array(modes_of(system))
     modes[slide_modes(system)] = 1.0
     held = with_contact(with_modes(system, tuple(modes)), 0)
@@ -165,8 +165,8 @@ def test_an_impact_throws_axes_off_their_surfaces(rng):
     y[9:12] -= motion.F + 20.0 * motion.E
     before = residuals(held, y)
     np.testing.assert_allclose(before, [0, 0, 0, 0.7], atol=1e-12)
-    found = impact(held, y)
-    after, state = after_impact(held, found.state)
+    collision = impact(held, y)
+    after, state = after_impact(held, collision.state)
     # The angular velocity alone jumps, by an impulse on θ2; A Ω × p is the velocity of the point.
     impulse = np.array([np.sin(y[2]), np.cos(y[2]), 0.0])
     turn = np.linalg.solve(np.array(BODY["inertia"]), impulse)
@@ -193,19 +193,19 @@ HEAVY = pytest.mark.heavy
 @pytest.mark.parametrize(
     ("elements", "push", "restitution", "rests"),
     [
-        pytest.param(ONE, PUSH, 0.5, True, id="one tie"),
+        pytest.param(SINGLE, PUSH, 0.5, True, id="one tie"),
         pytest.param(TWO, PUSH, 0.0, True, id="two ties, plastic", marks=HEAVY),
         pytest.param(TWO, PUSH, 0.9, False, id="two ties, elastic", marks=HEAVY),
-        pytest.param(ONE, RELEASED, 0.5, True, id="the load ends", marks=HEAVY),
+        pytest.param(SINGLE, RELEASED, 0.5, True, id="the load ends", marks=HEAVY),
     ],
 )
 def test_engines_agree_and_the_audit_closes(elements, push, restitution, rests):
     given = elements | {"push": push, "end": stop(restitution, 0.15)}
-    one, two = (
+    first, second = (
         rbstab.simulate(several(given) | {"integration": settings(engine_name)})
         for engine_name in ENGINES
     )
-    for run in (one, two):
+    for run in (first, second):
         assert run.status == "completed"
         scale = run["lyapunov"][0] + np.abs(run["supplied_energy"]).max()
         assert np.abs(run["energy_residual"]).max() < 1e-12 * scale
@@ -215,32 +215,32 @@ def test_engines_agree_and_the_audit_closes(elements, push, restitution, rests):
         assert bool(run["stop_contact"].any()) == rests
         # The work by which axes arrive at the end of the hops is a tiny part.
         assert np.diff(run["impact_loss"]).min() > -1e-7 * scale
-    assert 0 < one["impact_count"][-1] == two["impact_count"][-1] < 100
-    np.testing.assert_allclose(one["impact_time"], two["impact_time"], rtol=0, atol=1e-9)
+    assert 0 < first["impact_count"][-1] == second["impact_count"][-1] < 100
+    np.testing.assert_allclose(first["impact_time"], second["impact_time"], rtol=0, atol=1e-9)
     for name in ("orientation", "angular_velocity", "position", "velocity", "stop_contact"):
-        np.testing.assert_allclose(one[name], two[name], rtol=0, atol=1e-9, err_msg=name)
+        np.testing.assert_allclose(first[name], second[name], rtol=0, atol=1e-9, err_msg=name)
 
 
 def test_no_hop_is_higher_than_its_bound(monkeypatch):
     """The bound of `landed`, with all axes that may be held, at each impact of a body that hops."""
-    elements = {"a": ONE["a"] | {"K_s": [600.0] * 3}, "push": PUSH, "end": stop(0.95, 0.15)}
+    elements = {"a": SINGLE["a"] | {"K_s": [600.0] * 3}, "push": PUSH, "end": stop(0.95, 0.15)}
     start = {"orientation": [0.0, -0.15, 0.0], "angular_velocity": [0.0, 0.1, 0.0]}
     config = several(elements) | {"initial": start | {"attached": True}}
     config |= {"integration": settings("scipy", duration=0.012, samples=601)}
     bounds: dict[float, float] = {}
     original = landing._hop_height
 
-    def recorded(found: Any, y: Array, time: float) -> float:
-        bound = original(found, y, time)
+    def recorded(decision: Any, y: Array, time: float) -> float:
+        bound = original(decision, y, time)
         bounds.setdefault(time, bound)
         return bound if bound <= 1e-12 else np.inf
 
     monkeypatch.setattr(landing, "_hop_height", recorded)
     monkeypatch.setattr(landing, "HOP_HEIGHT", 1e-3)
-    found = solved(config, "scipy", rtol=1e-13)
-    assert found.impacts.resting[-1] == -1
-    heights = 0.15 - np.abs(found.states[:, 1])
-    pairs = [(bound, heights[found.times > time].max()) for time, bound in bounds.items()]
+    trajectory = solved(config, "scipy", rtol=1e-13)
+    assert trajectory.impacts.resting[-1] == -1
+    heights = 0.15 - np.abs(trajectory.states[:, 1])
+    pairs = [(bound, heights[trajectory.times > time].max()) for time, bound in bounds.items()]
     seen = [(bound, height) for bound, height in pairs if height > 1e-8]
     assert len(seen) > 4
     for bound, height in seen:

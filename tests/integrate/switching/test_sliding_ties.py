@@ -64,7 +64,7 @@ def falling(surface, **integration):
 def bouncing(times):
     """Return E along x of a mass under the load and the force -K sgn E, by parabolas."""
     E, F, t = START, SPEED, 0.0
-    found = []
+    path = []
     for time in times:
         while True:
             side = 1.0 if (E > 0 or (E == 0 and F > 0)) else -1.0
@@ -75,42 +75,46 @@ def bouncing(times):
                 break
             E, F, t = 0.0, F + a * flight, t + flight
         rest = time - t
-        found.append(E + F * rest + a * rest * rest / 2)
-    return np.array(found)
+        path.append(E + F * rest + a * rest * rest / 2)
+    return np.array(path)
 
 
 @EACH
 def test_a_mass_bounces_along_parabolas(engine_name):
     """The other axes lie far from E = 0, and move along parabolas too."""
-    found = solved(falling("position"), engine_name)
-    assert found.status == "completed"
-    np.testing.assert_allclose(found.states[:, 6], bouncing(found.times), rtol=0, atol=1e-9)
+    trajectory = solved(falling("position"), engine_name)
+    assert trajectory.status == "completed"
+    np.testing.assert_allclose(
+        trajectory.states[:, 6], bouncing(trajectory.times), rtol=0, atol=1e-9
+    )
 
 
 @EACH
 def test_a_mass_arrives_slides_and_decays(engine_name):
     """With s = F + κE it arrives once, and then E decays as exp(-κt) under a force in the box."""
     slope = 3.0
-    found = solved(falling({"slope": slope}), engine_name)
-    assert found.status == "completed"
+    trajectory = solved(falling({"slope": slope}), engine_name)
+    assert trajectory.status == "completed"
     a = G - K / MASS
     # s(t) = F + κE is quadratic in t until it is zero.
     roots = np.roots([slope * a / 2, a + slope * SPEED, SPEED + slope * START])
     arrival = min(r.real for r in roots if r.real > 0)
     E = START + SPEED * arrival + a * arrival**2 / 2
-    after = found.times > arrival
-    expected = E * np.exp(-slope * (found.times[after] - arrival))
-    np.testing.assert_allclose(found.states[after, 6], expected, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(found.states[after, 9], -slope * expected, rtol=0, atol=1e-11)
-    for system, y in zip(found.systems[-40:], found.states[-40:], strict=True):
+    after = trajectory.times > arrival
+    expected = E * np.exp(-slope * (trajectory.times[after] - arrival))
+    np.testing.assert_allclose(trajectory.states[after, 6], expected, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(trajectory.states[after, 9], -slope * expected, rtol=0, atol=1e-11)
+    for system, y in zip(trajectory.systems[-40:], trajectory.states[-40:], strict=True):
         motion, pairs = system.acting(y)
-        force = next(one.wrench(motion, own).force for one, own in pairs if one.slides)
+        force = next(
+            element.wrench(motion, states).force for element, states in pairs if element.slides
+        )
         # m Ë = m κ² E = m g + Λ
         assert force[0] == pytest.approx(MASS * (slope**2 * y[6] - G), abs=1e-9)
         assert np.abs(force[1:]).max() < 1e-12
-    assert modes_of(found.systems[-1]) == (1.0,) * 6
+    assert modes_of(trajectory.systems[-1]) == (1.0,) * 6
     # On y and z the mass begins on the surfaces, and stays there.
-    assert np.abs(found.states[:, 7:9]).max() < 1e-12
+    assert np.abs(trajectory.states[:, 7:9]).max() < 1e-12
 
 
 # Its config.
@@ -133,12 +137,12 @@ def test_what_a_config_may_not_have():
     assert "elements: has the sliding ties one and two at one point" in said
     many = {f"t{k}": tie([0.1 * k, 0.0, 0.2 * k * k], surface=slope) for k in range(4)}
     assert "elements: has 4 sliding ties on slopes with the exact law" in refusal(many)
-    layered = {name: one | {"law": {"boundary_layer": 0.1}} for name, one in many.items()}
+    layered = {name: element | {"law": {"boundary_layer": 0.1}} for name, element in many.items()}
     load_config(data(layered))
 
 
 def test_a_tie_that_begins_at_rest_on_position_ends_with_its_name():
     """On s = E nothing holds an axis at rest: its bounces have no length."""
-    found = solved(data({"one": tie()}, gravity=[0.0, 0.0, -9.81]), "scipy")
-    assert found.status == "solver failure"
-    assert "the motion stays where one switches" in found.detail
+    trajectory = solved(data({"one": tie()}, gravity=[0.0, 0.0, -9.81]), "scipy")
+    assert trajectory.status == "solver failure"
+    assert "the motion stays where one switches" in trajectory.detail

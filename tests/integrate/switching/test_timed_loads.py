@@ -55,22 +55,24 @@ def test_a_rest_ends_where_a_sine_turns(engine_name):
     """It is released where sin(ωt + φ) = 0, and meets the other side after ∬ sin."""
     sine = {"kind": "sine", "frequency": FREQUENCY, "phase": PHASE}
     config = data({"end": stop(), "push": turning(sine, COUPLE)}, REST, {"duration": 4.0})
-    found = solved(config, engine_name)
-    assert found.status == "completed"
+    trajectory = solved(config, engine_name)
+    assert trajectory.status == "completed"
     released = (np.pi - PHASE) / OMEGA
-    (rest,) = found.impacts.rests
+    (rest,) = trajectory.impacts.rests
     assert rest == (0.0, pytest.approx(released, abs=1e-13))
     met = brentq(lambda t: swung(t, released) + 2 * ANGLE, released + 0.1, 4.0, xtol=1e-15)
-    assert found.impacts.times[0] == pytest.approx(met, abs=1e-12)
-    flying = (found.times > released) & (found.times < met)
-    expected = [ANGLE + swung(t, released) for t in found.times[flying]]
+    assert trajectory.impacts.times[0] == pytest.approx(met, abs=1e-12)
+    flying = (trajectory.times > released) & (trajectory.times < met)
+    expected = [ANGLE + swung(t, released) for t in trajectory.times[flying]]
     assert flying.sum() > 40
-    np.testing.assert_allclose(found.states[flying, 1], expected, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(trajectory.states[flying, 1], expected, rtol=0, atol=1e-12)
     # While it rests, the couple of the stop is minus the load.
-    resting = found.times < released
-    for t, system, y in zip(found.times[resting], found.systems, found.states, strict=False):
+    resting = trajectory.times < released
+    for t, system, y in zip(
+        trajectory.times[resting], trajectory.systems, trajectory.states, strict=False
+    ):
         motion, pairs = system.acting(y, t)
-        torque = sum(one.wrench(motion, own).couple for one, own in pairs)
+        torque = sum(element.wrench(motion, states).couple for element, states in pairs)
         assert abs(torque[1]) < 1e-14
 
 
@@ -91,28 +93,30 @@ def test_a_rest_ends_at_a_breakpoint_and_begins_again(engine_name):
         REST,
         {"duration": 5.0, "samples": 51},
     )
-    found = solved(config, engine_name)
-    assert found.status == "completed"
+    trajectory = solved(config, engine_name)
+    assert trajectory.status == "completed"
     a, away = COUPLE / INERTIA, BACK - BEGIN
-    first, second = found.impacts.rests
+    first, second = trajectory.impacts.rests
     assert first == (0.0, BEGIN)
     # The depth doubles while the couple brakes; then it falls back as far.
     met, speed = BACK + away + np.sqrt(2) * away, a * away * np.sqrt(2)
-    assert found.impacts.times[0] == pytest.approx(met, abs=1e-12)
-    assert found.impacts.rates[0] == pytest.approx(speed, abs=1e-12)
+    assert trajectory.impacts.times[0] == pytest.approx(met, abs=1e-12)
+    assert trajectory.impacts.rates[0] == pytest.approx(speed, abs=1e-12)
     hops = 2 * speed / a * restitution ** np.arange(1, 11)
-    np.testing.assert_allclose(found.impacts.times[1:11], met + np.cumsum(hops), atol=1e-11)
+    np.testing.assert_allclose(trajectory.impacts.times[1:11], met + np.cumsum(hops), atol=1e-11)
     # The last hops are shorter than 3e-6 s.
     assert second[0] == pytest.approx(met + 2 * speed / a, abs=1e-5)
     assert np.isnan(second[1])
-    assert found.impacts.lost[-1] == pytest.approx(0.5 * INERTIA * speed**2, abs=1e-11)
+    assert trajectory.impacts.lost[-1] == pytest.approx(0.5 * INERTIA * speed**2, abs=1e-11)
     # The sample at the breakpoint is that of the leg which begins there: the body does not rest.
-    row = int(np.flatnonzero(found.times == BEGIN)[0])
-    assert found.impacts.resting[row - 1 : row + 1].tolist() == [1, 0]
+    row = int(np.flatnonzero(trajectory.times == BEGIN)[0])
+    assert trajectory.impacts.resting[row - 1 : row + 1].tolist() == [1, 0]
     # ∫ M dθ2: out and back under -M, and then M.
     supplied = COUPLE * a * away**2 / 2
-    assert found.supplied_energy[-1] == pytest.approx(2 * supplied, abs=1e-12)
-    assert couple_of(found.systems[0], found.states[0]) == pytest.approx(-COUPLE, abs=1e-14)
+    assert trajectory.supplied_energy[-1] == pytest.approx(2 * supplied, abs=1e-12)
+    assert couple_of(trajectory.systems[0], trajectory.states[0]) == pytest.approx(
+        -COUPLE, abs=1e-14
+    )
 
 
 # Sliding ties.
@@ -137,27 +141,27 @@ def test_an_axis_is_released_where_a_sine_exceeds_its_force(engine_name):
     """Λ = mκ²E - a sin ωt reaches -K_s; then the mass is pushed by a sin ωt - K_s."""
     a, omega = 45.0, 2 * np.pi * 0.5
     signal = {"kind": "sine", "frequency": 0.5}
-    found = solved(sliding(signal, a, duration=0.45, samples=91), engine_name)
-    assert found.status == "completed"
+    trajectory = solved(sliding(signal, a, duration=0.45, samples=91), engine_name)
+    assert trajectory.status == "completed"
 
     def force(t):
         return HELD * E_0 * np.exp(-SLOPE * t) - a * np.sin(omega * t)
 
     released = brentq(lambda t: force(t) + FORCE, 0.0, 0.45, xtol=1e-16)
     x, v = E_0 * np.exp(-SLOPE * released), -SLOPE * E_0 * np.exp(-SLOPE * released)
-    t = found.times
+    t = trajectory.times
     tau = t - released
     swing = (np.sin(omega * released) - np.sin(omega * t)) / omega + tau * np.cos(omega * released)
     free = x + v * tau + (a / omega * swing - 0.5 * FORCE * tau**2) / MASS
     expected = np.where(t < released, E_0 * np.exp(-SLOPE * t), free)
-    np.testing.assert_allclose(found.states[:, 6], expected, rtol=0, atol=1e-12)
-    held = np.array([modes_of(system)[-3] for system in found.systems])
+    np.testing.assert_allclose(trajectory.states[:, 6], expected, rtol=0, atol=1e-12)
+    held = np.array([modes_of(system)[-3] for system in trajectory.systems])
     np.testing.assert_array_equal(held, t < released)
-    for system, y, time in zip(found.systems, found.states, t.tolist(), strict=True):
+    for system, y, time in zip(trajectory.systems, trajectory.states, t.tolist(), strict=True):
         _, pairs = system.acting(y, time)
-        (own,) = [own for one, own in pairs if one.slides]
+        (forces,) = [forces for element, forces in pairs if element.slides]
         if time < released:
-            assert own[0] == pytest.approx(force(time), abs=1e-9)
+            assert forces[0] == pytest.approx(force(time), abs=1e-9)
 
 
 @EACH
@@ -166,9 +170,9 @@ def test_an_axis_is_released_at_a_breakpoint_and_slides_again(engine_name, sign)
     """The force jumps beyond K_s for 0.2 s; the mass leaves its surface at once, and comes back."""
     begin, away, a = 0.5, 0.2, 60.0 * sign
     pulse = {"kind": "pulse", "start": begin, "duration": away}
-    found = solved(sliding(pulse, a, duration=3.0, samples=61), engine_name)
-    assert found.status == "completed"
-    x, v, t = E_0 * np.exp(-SLOPE * begin), -SLOPE * E_0 * np.exp(-SLOPE * begin), found.times
+    trajectory = solved(sliding(pulse, a, duration=3.0, samples=61), engine_name)
+    assert trajectory.status == "completed"
+    x, v, t = E_0 * np.exp(-SLOPE * begin), -SLOPE * E_0 * np.exp(-SLOPE * begin), trajectory.times
     expected = E_0 * np.exp(-SLOPE * t)
     out, back = (a - sign * FORCE) / MASS, -sign * FORCE / MASS
     flying = (t >= begin) & (t < begin + away)
@@ -182,7 +186,7 @@ def test_an_axis_is_released_at_a_breakpoint_and_slides_again(engine_name, sign)
     expected[braked] = x + v * tau[braked] + back / 2 * tau[braked] ** 2
     arrived = x + v * flight + back / 2 * flight**2
     expected[tau >= flight] = arrived * np.exp(-SLOPE * (tau[tau >= flight] - flight))
-    np.testing.assert_allclose(found.states[:, 6], expected, rtol=0, atol=1e-12)
-    held = np.array([modes_of(system)[-3] for system in found.systems])
+    np.testing.assert_allclose(trajectory.states[:, 6], expected, rtol=0, atol=1e-12)
+    held = np.array([modes_of(system)[-3] for system in trajectory.systems])
     np.testing.assert_array_equal(held, (t < begin) | (tau >= flight))
     assert braked.sum() > 3

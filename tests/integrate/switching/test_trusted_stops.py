@@ -42,19 +42,19 @@ def test_engines_agree_as_long_as_a_motion_is_trusted_and_no_longer():
 
 @EACH
 def test_impacts_of_a_regular_motion_are_trusted_to_the_end(engine_name):
-    found = solved(stopped(0.7, 1.3, duration=14.9, samples=31), engine_name)
-    assert found.impacts.counts[-1] > 5
-    assert found.trusted_until == found.times[-1]
+    trajectory = solved(stopped(0.7, 1.3, duration=14.9, samples=31), engine_name)
+    assert trajectory.impacts.counts[-1] > 5
+    assert trajectory.trusted_until == trajectory.times[-1]
 
 
 @EACH
 @pytest.mark.parametrize(("spin", "samples"), [(1.0, 21), (1.0, 61), (1.3, 31), (0.5, 11)])
 def test_an_impact_at_a_sample_is_no_chaos(engine_name, spin, samples):
     """The rates of both runs have opposite signs there, if one meets the stop a little later."""
-    found = solved(stopped(1.0, spin, duration=6.0, samples=samples), engine_name)
-    meets = np.abs(found.impacts.times[:, np.newaxis] - found.times).min(axis=1)
+    trajectory = solved(stopped(1.0, spin, duration=6.0, samples=samples), engine_name)
+    meets = np.abs(trajectory.impacts.times[:, np.newaxis] - trajectory.times).min(axis=1)
     assert meets.min() < 1e-12
-    assert found.trusted_until == 6.0
+    assert trajectory.trusted_until == 6.0
 
 
 @EACH
@@ -71,13 +71,13 @@ def test_the_second_run_does_not_start_beyond_the_stop(engine_name, spin, side):
         "signal": {"kind": "constant"},
     }
     config = data({"end": stop(0.5), "push": push}, start, {"duration": 5.0, "samples": 11})
-    found = solved(config, engine_name)
-    assert found.impacts.resting[-1] == side
-    assert found.trusted_until == 5.0
+    trajectory = solved(config, engine_name)
+    assert trajectory.impacts.resting[-1] == side
+    assert trajectory.trusted_until == 5.0
 
 
 def test_one_impact_needs_no_second_run(monkeypatch):
     monkeypatch.setattr(trust, "_trusted_until", None)
-    found = solved(stopped(1.0, 1.3, duration=0.5, samples=4), "heyoka")
-    assert found.impacts.counts[-1] == 1
-    assert found.trusted_until == 0.5
+    trajectory = solved(stopped(1.0, 1.3, duration=0.5, samples=4), "heyoka")
+    assert trajectory.impacts.counts[-1] == 1
+    assert trajectory.trusted_until == 0.5

@@ -13,7 +13,7 @@ from rbstab.proof.exact.expr import variable
 from rbstab.proof.model import Energy
 from rbstab.proof.record import Record, energy_record
 
-X, Y, Z, OWN = variable(0), variable(1), variable(2), variable(3)
+X, Y, Z, W = variable(0), variable(1), variable(2), variable(3)
 
 BOWL = 2 * X**2 + 2 * Z**2
 """Its rest state is θ1 = θ3 = 0."""
@@ -39,15 +39,15 @@ def state(point, index, **more):
 def record(energy, *states, **claims):
     """Return a record with one range, that of eq. 5 if no other is given."""
     pitch = "pi/2" if energy.stop is None else str(energy.stop)
-    one = {"end": ["pi", pitch, "pi"], "complete": True, "states": list(states), **claims}
-    return {"format": 1, "energy": energy_record(energy), "ranges": [one]}
+    searched = {"end": ["pi", pitch, "pi"], "complete": True, "states": list(states), **claims}
+    return {"format": 1, "energy": energy_record(energy), "ranges": [searched]}
 
 
-def everywhere(found, first, third, **claims):
+def everywhere(proof, first, third, **claims):
     """Return a record that claims its rest states for all θ1 and θ3, up to ends of these."""
-    one = {"end": [first, "pi/2", third], "complete": True, "everywhere": True, **claims}
-    found["ranges"].append({**one, "states": found["ranges"][0]["states"]})
-    return found
+    searched = {"end": [first, "pi/2", third], "complete": True, "everywhere": True, **claims}
+    proof["ranges"].append({**searched, "states": proof["ranges"][0]["states"]})
+    return proof
 
 
 def wells():
@@ -60,8 +60,8 @@ def wells():
 def lean():
     """One minimum; all rest states with any θ1 have θ1 = LEAN."""
     U = BOWL + 2 * Y**2 + 3 * X.sin()
-    found = record(Energy(U), state((LEAN, 0, 0), 0), level=LEAST + BORDER - 1e-6)
-    return everywhere(found, 0.7, 0.1)
+    proof = record(Energy(U), state((LEAN, 0, 0), 0), level=LEAST + BORDER - 1e-6)
+    return everywhere(proof, 0.7, 0.1)
 
 
 def tilted(angle, sign):
@@ -72,8 +72,8 @@ def tilted(angle, sign):
     U = BOWL + 2 * Y**2 + 40 * (BOWL + 2 * Y**2 - 2 * (X, Y, Z)[angle] ** 2)
     lowest = 2 * end**2 - end
     x, y, z = at
-    found = state((x, y, z), 0)
-    return record(Energy(U + sign * (X, Y, Z)[angle]), found, level=lowest - 1e-6)
+    minimum = state((x, y, z), 0)
+    return record(Energy(U + sign * (X, Y, Z)[angle]), minimum, level=lowest - 1e-6)
 
 
 def valley():
@@ -85,8 +85,8 @@ def valley():
 def barrier():
     """A barrier closes θ2; every start converges."""
     U = BOWL + 2 * Y**2 + 5 * Y.cos() ** -2
-    found = record(Energy(U, closed=frozenset({1})), state((0, 0, 0), 0))
-    return everywhere(found, 0.5, 0.5, every_start=True)
+    proof = record(Energy(U, closed=frozenset({1})), state((0, 0, 0), 0))
+    return everywhere(proof, 0.5, 0.5, every_start=True)
 
 
 def weak():
@@ -210,21 +210,21 @@ def ligament():
 def flat():
     """At θ2 = 0 the second derivative is zero too: this rest state is left undecided."""
     box = [[-0.01, -0.01, -0.01], [0.01, 0.01, 0.01]]
-    found = record(Energy(BOWL + Y**4), undecided=[box])
-    return changed(found, "ranges", 0, "complete", to=False)
+    proof = record(Energy(BOWL + Y**4), undecided=[box])
+    return changed(proof, "ranges", 0, "complete", to=False)
 
 
 def unfinished():
     """As `wells`, but the box of the pass is undecided; it ends the regions."""
-    found = wells()
-    found["ranges"][0].update(complete=False, undecided=[[[-0.01] * 3, [0.01] * 3]])
-    del found["ranges"][0]["states"][2]
-    return found
+    proof = wells()
+    proof["ranges"][0].update(complete=False, undecided=[[[-0.01] * 3, [0.01] * 3]])
+    del proof["ranges"][0]["states"][2]
+    return proof
 
 
-def own():
+def own_state():
     """An own state z with U convex in it; at rest both slopes of U are zero."""
-    U = BOWL + 2 * Y**2 + 10 * OWN**2 + 4 * OWN**4 - OWN + X.sin() * OWN
+    U = BOWL + 2 * Y**2 + 10 * W**2 + 4 * W**4 - W + X.sin() * W
     z = float(brentq(lambda t: 20 * t + 16 * t**3 - 1, -1, 1, xtol=1e-15))
 
     def slope(t: float) -> float:
@@ -235,31 +235,31 @@ def own():
     return everywhere(record(Energy(U, (3,)), state((lean, 0, 0), 0)), 0.5, 0.1)
 
 
-def own_at_stop():
+def own_state_at_stop():
     """A body with an own state z presses against the stop at θ2 = 0.9: U falls with θ2 inside.
 
     Over z it is least at z with 20 z + 16 z³ = θ2, and ∂V/∂θ2 = 4 θ2 - 8 - z < 0.
     """
-    U = BOWL + 2 * Y**2 - 8 * Y + 10 * OWN**2 + 4 * OWN**4 - OWN * Y
+    U = BOWL + 2 * Y**2 - 8 * Y + 10 * W**2 + 4 * W**4 - W * Y
     energy = Energy(U, (3,), stop=Fraction(9, 10), closed=frozenset({1}))
     return record(energy, state((0, 0.9, 0), 0, held=True))
 
 
-SMOOTH = wells, lean, valley, barrier, outer, coupled, own
-SWITCHING = stop, inside, held, tent, through, plane, sphere, ridge, ligament, own_at_stop
+SMOOTH = wells, lean, valley, barrier, outer, coupled, own_state
+SWITCHING = stop, inside, held, tent, through, plane, sphere, ridge, ligament, own_state_at_stop
 CASES = *SMOOTH, *SWITCHING, flat, unfinished
 
-TRUE: dict[str, Callable[[], Record]] = {one.__name__: one for one in CASES}
+TRUE: dict[str, Callable[[], Record]] = {case.__name__: case for case in CASES}
 
 
-def refused(found):
+def refused(proof):
     """Return the claims of a record that are not verified."""
-    return [one.claim for one in check(deepcopy(found)) if not one.verified]
+    return [finding.claim for finding in check(deepcopy(proof)) if not finding.verified]
 
 
-def changed(found, *path, to):
+def changed(proof, *path, to):
     """Return a record with another value at a place."""
-    other = deepcopy(found)
+    other = deepcopy(proof)
     at: Any = other
     for key in path[:-1]:
         at = at[key]

@@ -13,7 +13,7 @@ from rbstab.proof.check.energy import read_energy
 from rbstab.proof.exact.expr import variable
 from rbstab.proof.record import operations_of
 
-X, Y, Z, OWN = (variable(k) for k in range(4))
+X, Y, Z, W = (variable(k) for k in range(4))
 H = Y + X / 2 - Fraction(1, 5)
 
 ENERGIES = {
@@ -24,8 +24,8 @@ ENERGIES = {
     "a kink": X.sin() * Z + H**2 * (X + 2) * H.step(2),
     "a kink in a root": X * Z + (2 + H.step(2) * (H**2 + H**4)).sqrt() * (1 + X),
     "a ligament": X * Z + H**3 * (Y.sin() + 2) * H.step(3),
-    "a quartic": 3 * OWN**2 + OWN**4 + X.sin() * Y * OWN + Z * X,
-    "an exponential": OWN**2 + (OWN + X.sin() - Z).exp() + Y.cos() * X,
+    "a quartic": 3 * W**2 + W**4 + X.sin() * Y * W + Z * X,
+    "an exponential": W**2 + (W + X.sin() - Z).exp() + Y.cos() * X,
 }
 
 
@@ -61,6 +61,6 @@ def test_bounds_contain_the_least_energy_and_its_slopes(name, box):
 
 def test_both_sides_of_a_kink_count():
     """Of h² (θ1 + 2) with h = θ2 + ½ θ1 - 0.2, ∂²U/∂θ2² is 2 (θ1 + 2) on one side, else 0."""
-    _, found = bounds("a kink", ((-0.01, 0.01), (0.15, 0.25), (0.0, 0.1)))
-    assert found.H[1, 1].contains(0)
-    assert found.H[1, 1].contains(4)
+    _, b = bounds("a kink", ((-0.01, 0.01), (0.15, 0.25), (0.0, 0.1)))
+    assert b.H[1, 1].contains(0)
+    assert b.H[1, 1].contains(4)

@@ -19,21 +19,21 @@ def test_true_records_are_verified(records, name):
 
 
 def _at(*path, to):
-    return lambda found: changed(found, *path, to=to)
+    return lambda record: changed(record, *path, to=to)
 
 
 def _without_state(k):
-    def change(found: Record) -> Record:
-        left = [one for i, one in enumerate(found["ranges"][0]["states"]) if i != k]
-        return changed(changed(found, *STATES, to=left), "ranges", 0, "regions", to=[])
+    def change(record: Record) -> Record:
+        left = [other for i, other in enumerate(record["ranges"][0]["states"]) if i != k]
+        return changed(changed(record, *STATES, to=left), "ranges", 0, "regions", to=[])
 
     return change
 
 
 def _operation(old, new):
-    def change(found: Record) -> Record:
-        operations = found["energy"]["operations"]
-        return changed(found, "energy", "operations", operations.index(old), to=new)
+    def change(record: Record) -> Record:
+        operations = record["energy"]["operations"]
+        return changed(record, "energy", "operations", operations.index(old), to=new)
 
     return change
 
@@ -41,9 +41,9 @@ def _operation(old, new):
 def _factor(old, new):
     """Change a factor of the last sum."""
 
-    def change(found: Record) -> Record:
-        last = found["energy"]["operations"][-1]
-        return changed(found, "energy", "operations", -1, last.index(old), to=new)
+    def change(record: Record) -> Record:
+        last = record["energy"]["operations"][-1]
+        return changed(record, "energy", "operations", -1, last.index(old), to=new)
 
     return change
 
@@ -59,7 +59,7 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     "a missing state on a ridge": ("ridge", _without_state(2), "no other rest state"),
     "a missing state at a stop": ("stop", _without_state(0), "no other rest state"),
     "a missing state at a stop with an own state": (
-        "own_at_stop",
+        "own_state_at_stop",
         _without_state(0),
         "no other rest state",
     ),
@@ -110,8 +110,8 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     "a huge enclosure": ("wells", _at(*LOW, to=[-1e308, -0.5, 0.0]), "rest states"),
     "ends that leave out a coupled state": (
         "coupled",
-        lambda found: changed(
-            changed(found, "ranges", 1, "end", 0, to=0.1), "ranges", 1, "states", to=[]
+        lambda record: changed(
+            changed(record, "ranges", 1, "end", 0, to=0.1), "ranges", 1, "states", to=[]
         ),
         "ends",
     ),
@@ -171,8 +171,8 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
     "smoother than it is": ("held", _operation(["step", 1, 3], ["step", 2, 3]), "switches"),
     "an operation ahead": ("lean", _operation(["sin", 0], ["sin", 9]), "record"),
     "a function that is none": ("lean", _operation(["sin", 0], ["tan", 0]), "record"),
-    "not convex in z": ("own", _factor("4", "-4"), "convexity"),
-    "z that nothing holds": ("own", _factor("10", "-10"), "convexity"),
+    "not convex in z": ("own_state", _factor("4", "-4"), "convexity"),
+    "z that nothing holds": ("own_state", _factor("10", "-10"), "convexity"),
     "another format": ("wells", _at("format", to=2), "record"),
 }
 
@@ -180,7 +180,7 @@ WRONG: dict[str, tuple[str, Callable[[Record], Record], str]] = {
 @pytest.mark.parametrize("name", WRONG)
 def test_wrong_records_are_refused(records, name):
     case, change, claim = WRONG[name]
-    assert any(one.startswith(claim) for one in refused(change(records[case])))
+    assert any(refusal.startswith(claim) for refusal in refused(change(records[case])))
 
 
 @pytest.mark.parametrize("sign", [1, -1])

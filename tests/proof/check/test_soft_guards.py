@@ -32,10 +32,10 @@ def refused(bound, kind=STIFF, load=0.0, k=1.0, *, strength=20.0, inner=SOFT_ANG
 
 def refused_of(U, guard, bound, inner, end):
     """Return the claims that are not verified."""
-    found = check(kept_record(Energy(U), Border(end, 0.0), guard, bound, inner))
-    claims = [finding.claim for finding in found]
+    findings = check(kept_record(Energy(U), Border(end, 0.0), guard, bound, inner))
+    claims = [finding.claim for finding in findings]
     assert claims[:1] == ["switches"]
-    return [finding.claim for finding in found if not finding.verified]
+    return [finding.claim for finding in findings if not finding.verified]
 
 
 @pytest.mark.parametrize("kind", LEAST)

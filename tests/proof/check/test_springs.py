@@ -40,7 +40,7 @@ def claims(level, steep=300, more=0, **others):
 
 def wrong(data):
     """Return which claims are not verified."""
-    return {one.claim for one in check(data) if not one.verified}
+    return {finding.claim for finding in check(data) if not finding.verified}
 
 
 def test_a_region_ends_where_the_spring_has_no_length():
@@ -52,9 +52,9 @@ def test_a_region_ends_where_the_spring_has_no_length():
 
 def test_what_is_never_verified_with_springs():
     """Every start; and one that may push both ways, as all positions on a sphere balance."""
-    found = claims(10.0, more=10 * Y.cos() ** -2, every_start=True)
-    found["energy"]["closed"] = [1]
-    assert "every start" in wrong(found)
+    data = claims(10.0, more=10 * Y.cos() ** -2, every_start=True)
+    data["energy"]["closed"] = [1]
+    assert "every start" in wrong(data)
     assert wrong(claims(1.0, more=-spring() + spring(0, 10))) & {"rest states", "convexity"}
 
 
@@ -67,5 +67,5 @@ def test_a_length_has_each_entry_of_z_once():
     ("factor", "power"), [(-60, 2), (Fraction(1, 10), 3), (Fraction(1, 10), 4)]
 )
 def test_what_is_beside_springs_must_be_convex(factor, power):
-    found = wrong(claims(1.0, more=factor * Z[1] ** power))
-    assert found == (set() if power == 4 else {"convexity"})
+    unverified = wrong(claims(1.0, more=factor * Z[1] ** power))
+    assert unverified == (set() if power == 4 else {"convexity"})

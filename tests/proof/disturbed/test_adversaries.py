@@ -53,15 +53,15 @@ class Body:
 
     def z(self, y):
         """Return (1, E - E*, own - own*, Ω, F), or that without E and F."""
-        system, one = self.system, np.ones((1, y.shape[1]))
+        system, unity = self.system, np.ones((1, y.shape[1]))
         size = system.coordinates.size
-        own = y[size:] - self.rest[size:, None]
+        shift = y[size:] - self.rest[size:, None]
         if system.coordinates.holds_contact:
-            return np.concatenate([one, own, y[3:6]])
+            return np.concatenate([unity, shift, y[3:6]])
         A, R = np.moveaxis(rotations(y[:3].T), 0, 2), system.body.contact_point[:, None]
         E = y[6:9] - self.rest[6:9, None] + np.einsum("ijm,jk->im", A, R) - R
         F = y[9:12] + np.einsum("ijm,jm->im", A, np.cross(y[3:6], R, axis=0))
-        return np.concatenate([one, E, own, y[3:6], F])
+        return np.concatenate([unity, E, shift, y[3:6], F])
 
     def value_and_pull(self, y):
         """Return V, and its derivative by the loads: half of the rate that each adds."""

@@ -66,8 +66,8 @@ def numbers_at(config, loads, rng):
 def test_the_forms_are_v_and_its_derivative_along_the_equations(name, loads):
     rng = np.random.default_rng(1)
     for _ in range(3):
-        expected, found = numbers_at(CONFIGS[name], loads, rng)
-        assert found == pytest.approx(expected, rel=1e-9, abs=1e-8)
+        expected, values = numbers_at(CONFIGS[name], loads, rng)
+        assert values == pytest.approx(expected, rel=1e-9, abs=1e-8)
 
 
 def test_the_state_at_rest_is_one():

@@ -27,9 +27,9 @@ CASE_1 = tied_config("permanent")
 def claim_of(config, tilt, share):
     """Return the claim for a share of the largest couple of the samples, and the forms."""
     forms = forms_of_config(config)
-    found = Samples(forms, float(tilt), [1.0]).candidate()
-    size = Fraction(f"{share * found.factor:.4g}")
-    return forms, found.claim(Fraction(tilt), [size], share)
+    candidate = Samples(forms, float(tilt), [1.0]).candidate()
+    size = Fraction(f"{share * candidate.factor:.4g}")
+    return forms, candidate.claim(Fraction(tilt), [size], share)
 
 
 @pytest.mark.slow
@@ -37,9 +37,9 @@ def claim_of(config, tilt, share):
 def test_couples_that_are_known_to_be_safe_are_proved(tilt, couple):
     """The couples were found by another program, for |Θ| in place of the tilt."""
     forms = forms_of_config(CASE_1)
-    found = Samples(forms, float(tilt), [1.0]).candidate()
-    assert found.factor > couple
-    claim = found.claim(Fraction(tilt), [Fraction(couple)], couple / found.factor)
+    candidate = Samples(forms, float(tilt), [1.0]).candidate()
+    assert candidate.factor > couple
+    claim = candidate.claim(Fraction(tilt), [Fraction(couple)], couple / candidate.factor)
     assert prove(forms, claim).proved
 
 
@@ -176,9 +176,9 @@ WRONG: dict[str, Any] = {
 @pytest.mark.parametrize("what", WRONG)
 def test_a_claim_with_a_wrong_number_is_not_proved(what):
     forms, claim = claim_of(CASE_1, "0.5", 0.9)
-    found = prove(forms, replace(claim, **WRONG[what]), FEW)
-    assert not found.proved
-    assert found.where is not None
+    proof = prove(forms, replace(claim, **WRONG[what]), FEW)
+    assert not proof.proved
+    assert proof.where is not None
 
 
 def test_no_claim_with_a_negative_number_or_a_large_tilt_is_tried():

@@ -29,19 +29,19 @@ def test_no_matrix_is_called_definite_that_exact_numbers_refute(n):
     rng = np.random.default_rng(n)
     slacks = [0.0, 2.0**-52, -(2.0**-52), 2.0**-45, -(2.0**-40), 2.0**-30, 2.0**-6]
     cases = [nearly_singular(rng, n, slack) for slack in slacks for _ in range(20)]
-    found = definite(np.stack(cases, 2), np.zeros((n, len(cases))))
+    positive = definite(np.stack(cases, 2), np.zeros((n, len(cases))))
     truth = np.array([is_definite(M) for M in cases])
-    assert not np.any(found & ~truth)
-    assert found[-20:].all()
+    assert not np.any(positive & ~truth)
+    assert positive[-20:].all()
 
 
 def test_what_is_lost_counts():
     M = np.stack([np.eye(4)] * 3, 2)
     lost = np.array([[0.0, 0.999, 1.0]] * 4)
     assert definite(M, lost).tolist() == [True, True, False]
-    one = np.zeros((4, 1))
-    one[2] = 1.0
-    assert not definite(M[..., :1], one).any()
+    column = np.zeros((4, 1))
+    column[2] = 1.0
+    assert not definite(M[..., :1], column).any()
 
 
 def test_errors_of_entries_count():
@@ -72,10 +72,10 @@ def test_bounds_over_a_box_hold_at_its_points():
     for _ in range(20):
         share = rng.choice([-1.0, 1.0, rng.uniform(-1, 1)], size=(3, 40))
         points = lo + 0.5 * wide * (1 + share)
-        for family, found in zip(families, matrices.at(points), strict=True):
+        for family, values in zip(families, matrices.at(points), strict=True):
             affine = family.middle + np.einsum("km,kijm->ijm", share, family.slopes)
-            allowed = family.error + 1e-12 * (1 + np.abs(found))
-            assert np.all(np.abs(found - affine) <= allowed)
+            allowed = family.error + 1e-12 * (1 + np.abs(values))
+            assert np.all(np.abs(values - affine) <= allowed)
 
 
 def test_what_has_no_bound_is_not_definite():

@@ -54,11 +54,11 @@ def about_to_switch(kind, variant="visco-elastic", coordinates="Z", **shape):
     )
     states.polynomial[0, :, 0] = path.y[:, 0]
     if kind == "ligament":
-        element: Any = next(one for one in system.elements if one.name == "it")
-        found = np.sqrt(squared_length(system.motion(path.y[:, 1]), element.point, element.anchor))
+        element: Any = next(candidate for candidate in system.elements if candidate.name == "it")
+        place = np.sqrt(squared_length(system.motion(path.y[:, 1]), element.point, element.anchor))
     else:
-        found = abs(path.y[1, 1])
-    return moved(kind, round(float(found), 9), variant, coordinates), states, scale
+        place = abs(path.y[1, 1])
+    return moved(kind, round(float(place), 9), variant, coordinates), states, scale
 
 
 def followed_through(config, states, scale, until=0.0012):

@@ -35,13 +35,13 @@ def random_models(shape, rng, count, size=0.2, remainder=0.0):
 def values(models, z, tau, signs):
     """Return a function in each model of each set, exactly: it is on an edge of the model."""
     with ctx.workprec(BITS):
-        found = np.empty(models.remainder.shape, dtype=object)
+        balls = np.empty(models.remainder.shape, dtype=object)
         for (i, k), r in np.ndenumerate(models.remainder):
             total = arb(float(signs[i])) * arb(float(r))
             for power, row in enumerate(models.polynomial[:, i, k].tolist()):
                 total += value_at(models.space, row, z) * arb(tau) ** power
-            found[i, k] = total
-    return found
+            balls[i, k] = total
+    return balls
 
 
 def traced(function, count):
@@ -55,13 +55,13 @@ def assert_holds(function, shape, seed, count=2, **given):
     """Check what `function` gives of models against what it gives of numbers in them."""
     rng = np.random.default_rng(seed)
     models = random_models(shape, rng, count, **given)
-    found = evaluated(traced(function, count), models)
-    assert np.isfinite(found.remainder).all()
-    worst = assert_contains(function, models, found, rng)
-    return found, worst
+    results = evaluated(traced(function, count), models)
+    assert np.isfinite(results.remainder).all()
+    worst = assert_contains(function, models, results, rng)
+    return results, worst
 
 
-def assert_contains(function, models, found, rng):
+def assert_contains(function, models, results, rng):
     """Return the largest error of what is found, relative to its remainder; it is at most one."""
     worst = 0.0
     for _ in range(6):
@@ -69,13 +69,15 @@ def assert_contains(function, models, found, rng):
         tau, signs = float(rng.choice([0.0, 1.0, 0.7])), rng.choice([-1.0, 1.0], 9)
         with ctx.workprec(BITS):
             x = values(models, z, tau, signs)
-            near = values(Models(found.space, found.polynomial, 0 * found.remainder), z, tau, signs)
+            near = values(
+                Models(results.space, results.polynomial, 0 * results.remainder), z, tau, signs
+            )
             for k in range(3):
                 exact = np.ravel(function(x[:, k]))
-                for i, one in enumerate(exact):
-                    apart = abs(one - near[i, k])
-                    assert apart <= arb(float(found.remainder[i, k]))
-                    worst = max(worst, float(apart) / found.remainder[i, k])
+                for i, number in enumerate(exact):
+                    apart = abs(number - near[i, k])
+                    assert apart <= arb(float(results.remainder[i, k]))
+                    worst = max(worst, float(apart) / results.remainder[i, k])
     return worst
 
 
@@ -88,10 +90,10 @@ def named(name):
 @pytest.mark.parametrize(("name", "shape"), FUNCTIONS)
 def test_functions(name, shape):
     for seed, given in enumerate([{}, {"remainder": 1e-3}, {"size": 1e-3}, {"remainder": 1e-9}]):
-        found, _ = assert_holds(named(name), shape, seed, count=1, **given)
+        results, _ = assert_holds(named(name), shape, seed, count=1, **given)
         if given.get("size") or shape == (0, 0, 1):
             left_out = 1e-13 if shape == (0, 0, 1) else 1e-5
-            assert found.remainder.max() < left_out + 30 * given.get("remainder", 0.0)
+            assert results.remainder.max() < left_out + 30 * given.get("remainder", 0.0)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -133,9 +135,9 @@ def test_a_bad_guess_is_proved_as_well(name, shape):
     guess = node_series(program, models.space, models.polynomial)
     near = Proved(program, models.space, guess).results(models.remainder)
     guess[:, count:] += 1e-3 * rng.uniform(-1, 1, guess[:, count:].shape) / guess[0, 0].size
-    found = Proved(program, models.space, guess).results(models.remainder)
-    assert_contains(function, models, found, rng)
-    assert np.all(found.remainder > near.remainder)
+    far = Proved(program, models.space, guess).results(models.remainder)
+    assert_contains(function, models, far, rng)
+    assert np.all(far.remainder > near.remainder)
 
 
 @pytest.mark.parametrize("name", ["sin", "log", "atan"])
@@ -150,8 +152,8 @@ def test_an_error_that_satisfies_the_own_equation_counts(name):
         guess[1:, node] += 0.1 * models.polynomial[1:, 0]
     else:
         guess[0, node, :, 0] += 0.1
-    found = Proved(program, models.space, guess).results(models.remainder)
-    assert_contains(named(name), models, found, rng)
+    results = Proved(program, models.space, guess).results(models.remainder)
+    assert_contains(named(name), models, results, rng)
 
 
 @pytest.mark.parametrize(
@@ -166,8 +168,8 @@ def test_an_error_that_satisfies_the_own_equation_counts(name):
 def test_nothing_is_known_beyond_the_domain(name, constant, size):
     space = monomials_up_to(1, 2)
     polynomial = np.array([constant, size, 0.0]).reshape(1, 1, 1, 3)
-    found = evaluated(traced(named(name), 1), Models(space, polynomial, np.zeros((1, 1))))
-    assert not np.isfinite(found.remainder).any()
+    results = evaluated(traced(named(name), 1), Models(space, polynomial, np.zeros((1, 1))))
+    assert not np.isfinite(results.remainder).any()
 
 
 def test_constants_are_the_decimals_that_they_mean():
@@ -177,11 +179,11 @@ def test_constants_are_the_decimals_that_they_mean():
         tenth: Any = numbers(np.array(0.1))[()]
         return np.array([tenth * x[0], tenth.sin() * x[0], x[0] * tenth - tenth * x[0] + 0.0])
 
-    one = Models(monomials_up_to(0, 0), np.ones((1, 1, 1, 1)), np.zeros((1, 1)))
-    found = evaluated(traced(some, 1), one)
-    assert found.polynomial[0, 2, 0, 0] == 0
+    unity = Models(monomials_up_to(0, 0), np.ones((1, 1, 1, 1)), np.zeros((1, 1)))
+    results = evaluated(traced(some, 1), unity)
+    assert results.polynomial[0, 2, 0, 0] == 0
     with ctx.workprec(BITS):
         for k, exact in enumerate([arb(1) / 10, (arb(1) / 10).sin(), arb(0)]):
-            missed = abs(exact - arb(float(found.polynomial[0, k, 0, 0])))
-            assert missed <= arb(float(found.remainder[k, 0])) < 1e-15
+            missed = abs(exact - arb(float(results.polynomial[0, k, 0, 0])))
+            assert missed <= arb(float(results.remainder[k, 0])) < 1e-15
             assert (missed > 0) == (k < 2)

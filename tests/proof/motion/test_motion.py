@@ -49,9 +49,9 @@ def test_the_limits_of_a_set(monkeypatch):
     ):
         steps_of(monkeypatch, lambda _, longest, h=h: 0 * longest + h)
         wide = replace(states, radius=np.full((1, 6), radius))
-        (found,) = followed(SMOOTH, wide, scale, undecided)
-        assert (found.lost, found.variable is None) == (lost, not lost)
-        assert found.steps in {steps, steps + (not lost and 0)}
+        (path,) = followed(SMOOTH, wide, scale, undecided)
+        assert (path.lost, path.variable is None) == (lost, not lost)
+        assert path.steps in {steps, steps + (not lost and 0)}
 
 
 def test_each_set_keeps_its_own_place(monkeypatch):
@@ -83,13 +83,13 @@ def test_energies_and_angles_of_all_states_are_inside_the_bounds(variant, coordi
     config = random_config(variant, coordinates, 3)
     states, _ = random_set(config, 4, width=2e-2, error=1e-3)
     narrow = replace(states, radius=states.radius * 1e-12)
-    for one in (states, narrow):
-        (low,), (high,) = equations(config).energy_bounds(one)
-        (least,), (most,) = one.angle_bounds()
+    for chosen in (states, narrow):
+        (low,), (high,) = equations(config).energy_bounds(chosen)
+        (least,), (most,) = chosen.angle_bounds()
         energies = []
-        for z, w in some_starts(one, 12):
+        for z, w in some_starts(chosen, 12):
             with ctx.workprec(BITS):
-                y = state_of(one, z.tolist(), w.tolist())
+                y = state_of(chosen, z.tolist(), w.tolist())
                 value = sum(exact_system(config).observe(y).energy.tolist(), arb(0))
                 assert arb(low) <= value <= arb(high)
                 assert all(arb(a) <= b <= arb(c) for a, b, c in zip(least, y, most, strict=False))
@@ -107,7 +107,7 @@ def test_the_energy_on_a_surface_is_that_of_both_sides():
     states = replace(states, frame=np.eye(len(states.frame[0]))[np.newaxis])
     states.radius[0, 1] = 1e-2
     (low,), (high,) = equations(config).energy_bounds(states)
-    system, found = exact_system(config), []
+    system, energies = exact_system(config), []
     from rbstab.systems.modes import with_modes_at
 
     starts = [w for _, w in some_starts(states, 12)]
@@ -115,8 +115,8 @@ def test_the_energy_on_a_surface_is_that_of_both_sides():
         with ctx.workprec(BITS):
             y = state_of(states, [], w.tolist())
             energy = with_modes_at(system, y).observe(y).energy
-            found.append(sum(energy.tolist(), arb(0)))
-            assert arb(low) <= found[-1] <= arb(high)
+            energies.append(sum(energy.tolist(), arb(0)))
+            assert arb(low) <= energies[-1] <= arb(high)
     inside = MotionSet(states.space, states.polynomial + 0.0, states.frame, 0 * states.radius)
     inside.polynomial[0, 1, 0] = -0.24
     assert equations(config).energy_bounds(inside)[1][0] < high - 1.0

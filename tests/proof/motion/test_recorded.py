@@ -13,7 +13,7 @@ from support.user_code import (
     TIE,
     element_text,
     loaded_with,
-    mine,
+    python_section,
 )
 
 from rbstab.config.build import problem_of
@@ -28,17 +28,17 @@ AT = {"point": [0.1, 0.2, -0.1], "anchor": [0.0, 0.3, 1.1]}
 
 ALL_FUNCTIONS = element_text(
     """
-    def wrench(self, motion, own):
+    def wrench(self, motion, states):
         x, v = motion.X, motion.V
         force = self.k * sin(x) + cos(v) * tan(x / 10) - atan(v) + sqrt(2 + x @ x) * x
         couple = exp(-motion.Omega) + log(3 + motion.Omega @ motion.Omega) * motion.Theta
         back = power(2 + x @ x, 3) ** -1 - motion.A @ v / (1 + v @ v) + x**2
         return Wrench(force, couple + sinh(x / 9) * cosh(v / 9), back * tanh(motion.F))
 
-    def stored(self, motion, own):
+    def stored(self, motion, states):
         return self.k * (motion.B @ motion.Omega)[0] + motion.E @ motion.X
 
-    def dissipated(self, motion, own):
+    def dissipated(self, motion, states):
         return 1 / 3 * (motion.V @ motion.V)
     """,
 )
@@ -62,7 +62,7 @@ def folder(tmp_path, monkeypatch):
 
 def loaded(folder, text, parameters, variant="visco-elastic"):
     (folder / "mine.py").write_text(text)
-    return loaded_with({"one": mine(**parameters)}, variant)
+    return loaded_with({"one": python_section(**parameters)}, variant)
 
 
 @pytest.mark.parametrize("variant", ["visco-elastic", "permanent"])
@@ -89,8 +89,8 @@ FACTOR = "return f @ self.L_c @ f"
 WITHOUT: dict[str, tuple[str, dict[str, Any]]] = {
     "its event functions depend on its modes": (
         ROPE.replace(
-            "def guards(self, motion, own):",
-            "def guards(self, motion, own):\n        return motion.X[:1] * self.mode",
+            "def guards(self, motion, states):",
+            "def guards(self, motion, states):\n        return motion.X[:1] * self.mode",
         ),
         {"k": 1.0},
     ),
@@ -110,9 +110,9 @@ def test_code_without_formulas(folder, why):
     text, parameters = WITHOUT[why]
     assert text not in {ROPE, TIE, SPRING}
     more = AT if text.count("self.anchor") else {}
-    found = why_not_recorded(problem_of(loaded(folder, text, more | parameters)).system)
-    assert "one is code of a user that cannot be recorded" in str(found)
-    assert why in str(found)
+    reason = why_not_recorded(problem_of(loaded(folder, text, more | parameters)).system)
+    assert "one is code of a user that cannot be recorded" in str(reason)
+    assert why in str(reason)
 
 
 @pytest.mark.parametrize("text", [ROPE, TIE])

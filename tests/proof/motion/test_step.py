@@ -42,7 +42,7 @@ def test_every_start_of_a_set_ends_in_it(variant, coordinates, width, error, rea
     config = random_config(variant, coordinates, 5)
     states, scale = random_set(config, 7, width=width, error=error)
     step = stepped(config, states, scale)
-    worst = [np.abs(one).max() for one in ends(config, states, step, some_starts(states, 5))]
+    worst = [np.abs(end).max() for end in ends(config, states, step, some_starts(states, 5))]
     assert reached < max(worst) <= 1
 
 
@@ -92,7 +92,8 @@ def test_what_a_polynomial_misses_is_in_the_defect():
             z, tau = rng.choice([-1.0, 1.0, 0.4], 2).tolist(), float(rng.choice([0.0, 0.9, 1.0]))
             with ctx.workprec(BITS):
                 rows = [
-                    [value_at(states.space, row, z) for row in one] for one in p[:, :, 0].tolist()
+                    [value_at(states.space, row, z) for row in coefficients]
+                    for coefficients in p[:, :, 0].tolist()
                 ]
                 y = sum(np.array(row, dtype=object) * arb(tau) ** k for k, row in enumerate(rows))
                 rate = sum(
@@ -117,9 +118,9 @@ def test_the_bounds_of_a_step_satisfy_their_inequality():
     linear = LinearBounds(1e-4 * some[0], eye + some[1], eye + some[2], 0.1 * some[3])
     radius, d = rng.uniform(0, 1e-9, (2, len(sizes), n))
     G, margin = rng.uniform(0, 1e-3, shape), np.full((len(sizes), n), 1e-7)
-    b, W, found = _error_bounds(linear, radius, d, G, margin)
-    assert found.tolist() == [True, True, False, True, True]
-    for k in np.flatnonzero(found):
+    b, W, bounded = _error_bounds(linear, radius, d, G, margin)
+    assert bounded.tolist() == [True, True, False, True, True]
+    for k in np.flatnonzero(bounded):
         assert np.all(b[k] <= margin[k])
         by_b = linear.residual[k] @ b[k] + linear.backward[k] @ (G[k] @ b[k])
         assert np.all(radius[k] + by_b + linear.backward[k] @ d[k] <= W[k])
@@ -137,7 +138,7 @@ def test_steps_of_many_sets_are_those_of_each_alone(shape):
         random_set(config, seed, width=width, error=error, **shape)
         for seed, width, error in [(7, 1e-2, 1e-6), (8, 1e-4, 0.0), (9, 3.0, 1.0), (10, 3e-2, 1e-9)]
     ]
-    scale, sets = sets[0][1], [one for one, _ in sets]
+    scale, sets = sets[0][1], [states for states, _ in sets]
     for bad in (np.nan, np.inf, 1e300):
         for name in ("polynomial", "radius", "frame"):
             spoilt = getattr(sets[0], name).copy()
@@ -147,8 +148,8 @@ def test_steps_of_many_sets_are_those_of_each_alone(shape):
     many = tried(config, together(*sets), scale, longest)
     assert many.proved.tolist()[:2] == [True, True]
     assert not many.proved[4:].any()
-    for k, one in enumerate(sets[:4]):
-        alone = tried(config, one, scale, longest[k])
+    for k, states in enumerate(sets[:4]):
+        alone = tried(config, states, scale, longest[k])
         assert many.proved[k] == alone.proved[0]
         if alone.proved[0]:
             assert_equal(many, k, alone, 0)
@@ -177,9 +178,9 @@ def test_a_disturbance_is_in_the_set_at_the_end():
             class Disturbed:
                 @staticmethod
                 def rates(y, i=i, sign=sign):
-                    found = exact.rates(y)
-                    found[i] = found[i] + arb(sign * float(D[i]))
-                    return found
+                    disturbed = exact.rates(y)
+                    disturbed[i] = disturbed[i] + arb(sign * float(D[i]))
+                    return disturbed
 
             y = state_of(states, [], [0.0] * len(scale))
             end = state_after(Disturbed, y, float(step.h[0]))

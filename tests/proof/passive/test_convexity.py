@@ -68,17 +68,17 @@ def _random(rng, depth):
     c, n, k = float(rng.uniform(-2, 2)), int(rng.integers(1, 5)), int(rng.integers(3))
     if depth == 0:
         return (X[k], T[k], expr(c))[rng.integers(3)]
-    one, two = _random(rng, depth - 1), _random(rng, depth - 1)
+    left, right = _random(rng, depth - 1), _random(rng, depth - 1)
     choices = [
-        lambda: one + two,
-        lambda: one - two,
-        lambda: one * two,
-        lambda: c * one,
-        lambda: one**n,
-        lambda: c * (1 + one * one).sqrt(),
-        lambda: c * (0.3 * one).exp(),
+        lambda: left + right,
+        lambda: left - right,
+        lambda: left * right,
+        lambda: c * left,
+        lambda: left**n,
+        lambda: c * (1 + left * left).sqrt(),
+        lambda: c * (0.3 * left).exp(),
         # For some c and n this is never negative, for others it is.
-        lambda: one * one + 2 * c * one * two + n * two * two / 2,
+        lambda: left * left + 2 * c * left * right + n * right * right / 2,
     ]
     return choices[rng.integers(len(choices))]()
 

@@ -87,7 +87,7 @@ def system_with(elements, controller=None):
     data = {
         "schema_version": 2,
         "body": {"mass": 20, "inertia": [0.42, 0.75, 0.87], "contact_point": [0, 0, -0.15]},
-        "elements": {f"e{number}": one for number, one in enumerate(elements)},
+        "elements": {f"e{number}": element for number, element in enumerate(elements)},
         "integration": {"duration": 1},
     }
     return load_config(data | ({"controller": controller} if controller else {}))
@@ -135,7 +135,7 @@ def test_points_that_vary_prove_nothing():
 
 def exact(entries):
     """Return a matrix of decimals as rational numbers; from its rows, or from its diagonal."""
-    numbers = np.array([Fraction(one) for one in np.ravel(np.array(entries, dtype=object))])
+    numbers = np.array([Fraction(entry) for entry in np.ravel(np.array(entries, dtype=object))])
     return np.diag(numbers) if len(numbers) == 3 else numbers.reshape(3, 3)
 
 
@@ -143,8 +143,8 @@ def with_matrices(system, **matrices):
     return replace(
         system,
         elements=tuple(
-            replace(one, **{k: exact(v) for k, v in matrices.items() if hasattr(one, k)})
-            for one in system.elements
+            replace(element, **{k: exact(v) for k, v in matrices.items() if hasattr(element, k)})
+            for element in system.elements
         ),
     )
 

@@ -2,7 +2,7 @@
 
 import pytest
 from support.config_elements import HELD, config_data
-from support.user_code import CREEPING_TIE, MAXWELL, SPRING, TIE, element_text, mine
+from support.user_code import CREEPING_TIE, MAXWELL, SPRING, TIE, element_text, python_section
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
@@ -16,10 +16,10 @@ def damper(wrench, power):
     """Return the text of an element that only damps."""
     return element_text(
         f"""
-        def wrench(self, motion, own):
+        def wrench(self, motion, states):
             return {wrench}
 
-        def dissipated(self, motion, own):
+        def dissipated(self, motion, states):
             return {power}
         """,
         'Gain("L", "1", "damping", positive=False)',
@@ -58,7 +58,7 @@ def folder(tmp_path, monkeypatch):
 
 def system_with(folder, text, parameters, **controller):
     (folder / "mine.py").write_text(text)
-    data = config_data({"one": mine(**parameters)}, controller or None)
+    data = config_data({"one": python_section(**parameters)}, controller or None)
     return problem_of(load_config(data, allow_python=True)).system
 
 

@@ -46,13 +46,13 @@ def test_what_is_not_zero_is_not_called_so(name):
 
 @settings(deadline=None, max_examples=15, suppress_health_check=list(HealthCheck))
 @given(energies(), affine(), affine())
-def test_products_in_any_order_are_the_same(e, one, two):
+def test_products_in_any_order_are_the_same(e, f, g):
     """And a rest is seen, however small."""
-    left, right = (e * one) * (two + e) / (1 + one * one), e * (one * two + e * one)
-    difference = left - right / (1 + one * one)
+    left, right = (e * f) * (g + e) / (1 + f * f), e * (f * g + e * f)
+    difference = left - right / (1 + f * f)
     try:
         multiplied_out(difference)
     except TooLargeError:
         return
     assert is_zero(difference)
-    assert not is_zero(difference + one.cos() * Fraction(1, 10**30))
+    assert not is_zero(difference + f.cos() * Fraction(1, 10**30))

@@ -12,13 +12,13 @@ K = np.array([[3.0, 1.0, 0.0], [1.0, 2.0, 0.5], [0.0, 0.5, 4.0]])
 Q = np.array([variable(k) for k in range(9)], dtype=object)
 """Θ, X and D."""
 
-OWN = range(6, 9)
+OWN_STATES = range(6, 9)
 
 
 def relaxes(energy, rates):
     """Return whether dD/dt = rates moves down an energy; both are functions of Θ, X and D."""
     parts = Q[:3], Q[3:6], Q[6:]
-    return moves_down(expr(energy(*parts)), OWN, [expr(one) for one in rates(*parts)])
+    return moves_down(expr(energy(*parts)), OWN_STATES, [expr(rate) for rate in rates(*parts)])
 
 
 def stored(Theta, X, D):
@@ -27,16 +27,16 @@ def stored(Theta, X, D):
     return 0.5 * ((e - D) @ K @ (e - D)) + D @ D
 
 
-def root(found, Theta):
-    return found / numbers.sqrt(1.0 + found @ found)
+def root(slopes, Theta):
+    return slopes / numbers.sqrt(1.0 + slopes @ slopes)
 
 
-def eyring(found, Theta):
-    return np.array([-numbers.sinh(-2.0 * one) * numbers.exp(Theta[1]) for one in found])
+def eyring(slopes, Theta):
+    return np.array([-numbers.sinh(-2.0 * slope) * numbers.exp(Theta[1]) for slope in slopes])
 
 
-def turned(found, Theta):
-    return found * (2.0 + numbers.cos(Theta[0]))
+def turned(slopes, Theta):
+    return slopes * (2.0 + numbers.cos(Theta[0]))
 
 
 def stiffening(Theta, X, D):
@@ -74,7 +74,7 @@ RATES = {
 def test_own_states_that_move_down_their_energy(name, energy):
     rates, expected = RATES[name]
     W = ENERGIES[energy]
-    slope = np.array([derivative(expr(W(Q[:3], Q[3:6], Q[6:])), {k: expr(1)}) for k in OWN])
+    slope = np.array([derivative(expr(W(Q[:3], Q[3:6], Q[6:])), {k: expr(1)}) for k in OWN_STATES])
     assert relaxes(W, lambda *q: -rates(slope, *q)) is expected
 
 

@@ -1,7 +1,7 @@
 """Protects what is shown of elements of users: their power balance, for all states, or nothing."""
 
 import pytest
-from support.user_code import element_text, loaded_with, mine
+from support.user_code import element_text, loaded_with, python_section
 
 from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of
@@ -17,15 +17,15 @@ def statements(wrench, stored, dissipated="0.0"):
     begin = "e, f = position(motion, self.point) - self.anchor, velocity(motion, self.point)"
     return element_text(
         f"""
-        def wrench(self, motion, own):
+        def wrench(self, motion, states):
             {begin}
             return force_at(motion, self.point, {wrench})
 
-        def stored(self, motion, own):
+        def stored(self, motion, states):
             {begin}
             return {stored}
 
-        def dissipated(self, motion, own):
+        def dissipated(self, motion, states):
             {begin}
             return {dissipated}
         """,
@@ -34,11 +34,11 @@ def statements(wrench, stored, dissipated="0.0"):
     )
 
 
-def found(folder, text, **parameters):
+def statements_in(folder, text, **parameters):
     (folder / "mine.py").write_text(text)
-    problem = problem_of(loaded_with({"one": mine(**(parameters or AT_POINT))}))
+    problem = problem_of(loaded_with({"one": python_section(**(parameters or AT_POINT))}))
     at_rest = configurations(problem.system)
-    (element,) = (one for one in at_rest.system.elements if one.from_user)
+    (element,) = (candidate for candidate in at_rest.system.elements if candidate.from_user)
     return statements_of(at_rest, element)
 
 
@@ -90,7 +90,7 @@ CASES = {
     "a damper that drives": (damped("-self.c * f"), passive.GAINS_ENERGY),
     "an indefinite gain": (damped("(self.c - 2.01) * f"), passive.GAINS_ENERGY),
     "an energy of the velocity": ((SPRING[0], f"{SPRING[1]} + f @ f"), passive.NO_FUNCTION_OF_POSE),
-    "the time": (tuple(f"{one} * motion.time" for one in SPRING), passive.TIMED),
+    "the time": (tuple(f"{part} * motion.time" for part in SPRING), passive.TIMED),
     "dry friction": (damped("self.c * f / sqrt(f @ f)"), passive.WITHOUT_VALUES),
     "a length that may be zero": (damped("self.c * f / (e @ e)"), passive.WITHOUT_VALUES),
     "a tangent of a rate": (
@@ -104,20 +104,20 @@ CASES = {
 def test_what_is_shown_of_an_element(folder, name):
     """Where the sign of a factor is not seen, nothing is said of the dissipation."""
     parts, why = CASES[name]
-    assert why_not_passive(found(folder, statements(*parts))) == why
+    assert why_not_passive(statements_in(folder, statements(*parts))) == why
 
 
 HALVES = """
 mode_count = 1
 
-def guards(self, motion, own):
+def guards(self, motion, states):
     return np.array([motion.Theta[1] - 0.1])
 
-def wrench(self, motion, own):
+def wrench(self, motion, states):
     above = motion.Theta[1] - 0.1
     return couple_on_body(-self.k * (FACTOR) * above * motion.B[1])
 
-def stored(self, motion, own):
+def stored(self, motion, states):
     above = motion.Theta[1] - 0.1
     return 0.5 * self.k * (FACTOR) * above * above
 """
@@ -132,9 +132,9 @@ FACTORS = {
 def test_an_element_is_passive_with_all_values_of_its_modes(folder, name):
     factor, why = FACTORS[name]
     text = element_text(HALVES.replace("FACTOR", factor))
-    assert why_not_passive(found(folder, text, k=3.0)) == why
+    assert why_not_passive(statements_in(folder, text, k=3.0)) == why
     wrong = text.replace("couple_on_body(-self.k", "couple_on_body(-(1 - self.mode[0]) * self.k")
-    assert why_not_passive(found(folder, wrong, k=3.0)) is not None
+    assert why_not_passive(statements_in(folder, wrong, k=3.0)) is not None
 
 
 @pytest.mark.parametrize("stiffness", [0.0, 1.0, -1.0])
@@ -145,7 +145,7 @@ def test_a_part_that_is_convex_does_not_hide_one_that_is_not(folder, stiffness):
         f"power(e, 4).sum() + 0.5 * ({stiffness}) * (e @ e)",
     )
     (folder / "mine.py").write_text(text)
-    config = loaded_with({"one": mine(**AT_POINT)}, "visco-elastic")
+    config = loaded_with({"one": python_section(**AT_POINT)}, "visco-elastic")
     why = why_not_in_proofs(problem_of(config).system)
     assert (why is None) is (stiffness >= 0)
     assert why is None or passive.NOT_CONVEX in why

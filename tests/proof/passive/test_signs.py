@@ -86,5 +86,5 @@ VANISHING = {
 @pytest.mark.parametrize("name", VANISHING)
 def test_what_is_zero_where_a_formula_is(name):
     formula, expected = VANISHING[name]
-    found = vanishing(expr(formula(V)))
-    assert {axis for axis in range(3) if spanned([V[axis]], found)} == expected
+    zeros = vanishing(expr(formula(V)))
+    assert {axis for axis in range(3) if spanned([V[axis]], zeros)} == expected

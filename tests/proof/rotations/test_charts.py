@@ -98,16 +98,16 @@ def index_of_three_is_zero(*of):
 )
 def test_wrong_programs_are_noticed(monkeypatch, recorded, changed, why):
     assert recorded.listed.proved
-    found = listed_again(monkeypatch, recorded, **changed)
-    assert not found.proved
-    assert why in found.why
+    listed = listed_again(monkeypatch, recorded, **changed)
+    assert not listed.proved
+    assert why in listed.why
 
 
 def test_same_and_different_and_not_known():
     # q = (1, 0.5, 0.2, -0.4) in the charts 0 and 1.
-    one, two = zero_of_chart(0, [0.5, 0.2, -0.4]), zero_of_chart(1, [2, 0.4, -0.8])
-    assert same(one, two) is True
-    assert same(one, zero_of_chart(1, [2, 0.4, 0.8])) is False
+    first, second = zero_of_chart(0, [0.5, 0.2, -0.4]), zero_of_chart(1, [2, 0.4, -0.8])
+    assert same(first, second) is True
+    assert same(first, zero_of_chart(1, [2, 0.4, 0.8])) is False
     # Its enclosure meets that of the other, and is not where the other is the only one.
     assert (
         same(
@@ -118,5 +118,5 @@ def test_same_and_different_and_not_known():
     )
     # q1 = 0 in chart 0, and q0 = 0 in chart 1: half a turn apart.
     assert same(zero_of_chart(0, [0, 0.1, 0]), zero_of_chart(1, [0, 0.1, 0])) is False
-    assert same(one, zero_of_chart(0, [0.5, 0.2, -0.4])) is True
-    assert same(one, zero_of_chart(0, [0.5, 0.2, -0.3])) is False
+    assert same(first, zero_of_chart(0, [0.5, 0.2, -0.4])) is True
+    assert same(first, zero_of_chart(0, [0.5, 0.2, -0.3])) is False

@@ -29,15 +29,15 @@ def test_the_states_are_the_eigenvectors_and_indices_their_order(entries):
     for (i, j), x in zip(PLACES, entries, strict=True):
         Q[i][j] = Q[j][i] = Fraction(x, 7)
     values, vectors = np.linalg.eigh(np.array(Q, dtype=float))
-    found = eigen_states(Q)
-    assert not found.why
-    for state in found.states:
+    rotations = eigen_states(Q)
+    assert not rotations.why
+    for state in rotations.states:
         assert state.energy == pytest.approx(values[state.index], abs=1e-9)
         assert state.low <= state.high
         if np.diff(values).min() > 1e-3:
             assert abs(vectors[:, state.index] @ state.quaternion) == pytest.approx(1, abs=1e-9)
-    dimensions = sum(family.dimension + 1 for family in found.families)
-    assert len(found.states) + dimensions == 4
+    dimensions = sum(family.dimension + 1 for family in rotations.families)
+    assert len(rotations.states) + dimensions == 4
 
 
 @pytest.mark.parametrize(
@@ -50,21 +50,22 @@ def test_the_states_are_the_eigenvectors_and_indices_their_order(entries):
     ],
 )
 def test_equal_eigenvalues_are_families_exactly(eigenvalues, indices, families):
-    found = eigen_states(turned([Fraction(x) for x in eigenvalues]))
-    assert [state.index for state in found.states] == indices
-    assert [(one.energy, one.index, one.dimension) for one in found.families] == [
-        pytest.approx(family) for family in families
-    ]
-    assert found.proved == (not families)
+    rotations = eigen_states(turned([Fraction(x) for x in eigenvalues]))
+    assert [state.index for state in rotations.states] == indices
+    assert [
+        (eigenspace.energy, eigenspace.index, eigenspace.dimension)
+        for eigenspace in rotations.families
+    ] == [pytest.approx(family) for family in families]
+    assert rotations.proved == (not families)
 
 
 def test_eigenvalues_that_doubles_cannot_tell_apart_are_different():
     near = [Fraction(1), Fraction(1) + Fraction(1, 10**60), Fraction(2), Fraction(3)]
-    found = eigen_states(turned(near))
-    assert found.proved
-    assert [state.index for state in found.states] == [0, 1, 2, 3]
+    rotations = eigen_states(turned(near))
+    assert rotations.proved
+    assert [state.index for state in rotations.states] == [0, 1, 2, 3]
     # The eigenvectors are the columns of the rational matrix, to round-off.
-    first, second = (state.quaternion for state in found.states[:2])
+    first, second = (state.quaternion for state in rotations.states[:2])
     assert abs(first @ second) < 1e-12
     exact = np.array([1, 0, 0, 0]) - 2 * np.array([1, 2, -1, 3]) / 15
     assert abs(first @ exact) == pytest.approx(1, abs=1e-12)

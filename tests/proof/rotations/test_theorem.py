@@ -61,7 +61,7 @@ def test_an_element_that_reads_an_angle_is_noticed(monkeypatch):
 
     plain = AttitudeSpring.dissipated
     monkeypatch.setattr(
-        AttitudeSpring, "dissipated", lambda self, m, own: plain(self, m, own) + m.Theta[0]
+        AttitudeSpring, "dissipated", lambda self, m, states: plain(self, m, states) + m.Theta[0]
     )
     with pytest.raises(NotOnRotationsError, match="up reads Euler angles"):
         traced(config_of(UP))
@@ -112,8 +112,8 @@ def test_a_damped_ligament_that_is_just_taut_at_a_saddle(slack, damping, index, 
     controller = {"variant": "permanent", "L_r": [0.1, 0.1, 0.1]}
     elements = {"up": attitude([1, 1.2, 1.5]), "line": line}
     energy = traced(config_of(elements, body=at_centre, controller=controller)).energy
-    found = Rotations((zero_of_chart(3, [0, 0, 0], index=index),), 0)
-    assert bool(list(why_just_taut(energy, found))) == may
+    rotations = Rotations((zero_of_chart(3, [0, 0, 0], index=index),), 0)
+    assert bool(list(why_just_taut(energy, rotations))) == may
 
 
 @pytest.mark.parametrize(

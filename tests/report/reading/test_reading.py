@@ -5,11 +5,11 @@ import shutil
 import psutil
 import pytest
 
-from rbstab.experiment.answers import known_run
+from rbstab.experiment.answers import assessed_run
 from rbstab.experiment.answers.run_answer import answer_of
 from rbstab.processes import mapped
 from rbstab.report.model.document import Unread
-from rbstab.report.reading.sources import Run, read_one
+from rbstab.report.reading.sources import Run, read_path
 
 pytestmark = pytest.mark.slow
 
@@ -22,7 +22,7 @@ def paths(tmp_path_factory):
     from rbstab.store.result import write_result
 
     folder = tmp_path_factory.mktemp("many")
-    found = []
+    files = []
     for mass in (40.0, 41.0):
         changes = [f"body.mass={mass}", "integration.duration=0.05", "integration.samples=3"]
         config = load_config("configs/paper/case1_permanent.yaml", changes)
@@ -33,15 +33,15 @@ def paths(tmp_path_factory):
             path.write_text("no result")
         else:
             shutil.copy(folder / f"{40.0 + number % 2}.h5", path)
-        found.append(path)
-    return found
+        files.append(path)
+    return files
 
 
-def summary(found):
+def summary(sources):
     """Return the reason of each unread file, and the name and run id of each run."""
     return [
-        one.reason if isinstance(one, Unread) else (one.path.name, one.result.run_id)
-        for one in found
+        source.reason if isinstance(source, Unread) else (source.path.name, source.result.run_id)
+        for source in sources
     ]
 
 
@@ -53,42 +53,44 @@ def two_workers(monkeypatch):
 
 
 def workers():
-    found = psutil.Process().children(recursive=True)
-    return {child for child in found if "popen_loky" in " ".join(child.cmdline())}
+    children = psutil.Process().children(recursive=True)
+    return {child for child in children if "popen_loky" in " ".join(child.cmdline())}
 
 
 @pytest.mark.usefixtures("two_workers")
 def test_workers_read_what_this_process_reads_in_the_same_order(paths):
-    alone = summary(map(read_one, paths))
-    results = mapped.mapped(read_one, paths)
+    alone = summary(map(read_path, paths))
+    results = mapped.mapped(read_path, paths)
     first = next(results)
     assert len(workers()) >= 2
     assert summary([first, *results]) == alone
-    assert [isinstance(one, str) for one in alone] == [n % 20 == 7 for n in range(60)]
-    assert len({run_id for one in alone if not isinstance(one, str) for run_id in one[1:]}) == 2
+    assert [isinstance(entry, str) for entry in alone] == [n % 20 == 7 for n in range(60)]
+    assert (
+        len({run_id for entry in alone if not isinstance(entry, str) for run_id in entry[1:]}) == 2
+    )
 
 
 @pytest.mark.usefixtures("two_workers")
 def test_no_file_is_lost_with_a_worker_that_is_killed(paths):
-    results = mapped.mapped(read_one, paths)
-    found, killed = [next(results)], workers()
+    results = mapped.mapped(read_path, paths)
+    read, killed = [next(results)], workers()
     assert killed
     for child in killed:
         child.kill()
-    found += results
-    assert summary(found) == summary(map(read_one, paths))
+    read += results
+    assert summary(read) == summary(map(read_path, paths))
 
 
 def test_answers_that_cannot_be_given_are_left_to_the_report(paths, monkeypatch):
-    found = read_one(paths[0])
-    assert isinstance(found, Run)
+    run = read_path(paths[0])
+    assert isinstance(run, Run)
     # As text, because numbers that are none are not equal to themselves.
-    assert repr(vars(found)["answer"]) == repr(answer_of(found.result, found.config))
+    assert repr(vars(run)["answer"]) == repr(answer_of(run.result, run.config))
 
     def fails(*_):
         raise ValueError("no answer")
 
-    monkeypatch.setattr(known_run, "answer_of", fails)
-    without = vars(read_one(paths[0]))
+    monkeypatch.setattr(assessed_run, "answer_of", fails)
+    without = vars(read_path(paths[0]))
     assert "summary" in without
     assert "answer" not in without

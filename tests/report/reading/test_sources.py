@@ -40,30 +40,30 @@ def good(tmp_path):
 
 def reason(path, good):
     """Read an unreadable path together with a valid run; return the reason for the former."""
-    found = read_sources([path, good])
-    assert [run.path for run in found.runs] == [good]
-    [unread] = found.unread
+    sources = read_sources([path, good])
+    assert [run.path for run in sources.runs] == [good]
+    [unread] = sources.unread
     assert unread.path == str(path)
     return unread.reason
 
 
 def test_runs_and_sweeps_in_their_order(tmp_path, sweep):
     runs = [made_file(tmp_path / f"{name}.h5") for name in "cab"]
-    found = read_sources([runs[0], sweep, *runs[1:]])
-    assert [(r.number, r.name, r.label) for r in found.runs] == [
+    sources = read_sources([runs[0], sweep, *runs[1:]])
+    assert [(r.number, r.name, r.label) for r in sources.runs] == [
         (0, "run-1", "c"),
         (1, "run-2", "a"),
         (2, "run-3", "b"),
     ]
-    assert [(s.number, s.name, s.label) for s in found.sweeps] == [(0, "sweep-1", "plan")]
-    assert found.sweeps[0].path == sweep / "members.h5"
-    assert found.unread == ()
+    assert [(s.number, s.name, s.label) for s in sources.sweeps] == [(0, "sweep-1", "plan")]
+    assert sources.sweeps[0].path == sweep / "members.h5"
+    assert sources.unread == ()
 
 
 def test_a_sweep_by_its_file_or_its_folder(tmp_path, sweep):
     copy = shutil.copytree(sweep, tmp_path / "copy")
-    found = read_sources([sweep / "members.h5", copy, str(sweep)])
-    assert [s.label for s in found.sweeps] == ["plan", "copy"]
+    sources = read_sources([sweep / "members.h5", copy, str(sweep)])
+    assert [s.label for s in sources.sweeps] == ["plan", "copy"]
 
 
 def test_a_members_file_without_its_shards(good, tmp_path, sweep):

@@ -13,8 +13,8 @@ from support.results import with_data
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
+from rbstab.experiment.answers.assessed_run import RegionCheck
 from rbstab.experiment.answers.facts import FACTS
-from rbstab.experiment.answers.known_run import RegionCheck
 from rbstab.experiment.answers.outcome import Outcome, OutcomeKind
 from rbstab.experiment.answers.run_answer import Answer
 from rbstab.experiment.answers.words import Sureness
@@ -151,8 +151,8 @@ def test_who_is_at_rest_first_and_who_is_not(tmp_path):
     assert "; last: other, from " in sentence
     assert sentence.endswith("; not by the end: late.")
     cards = cards_of(early, late)
-    found = [[dict(card.facts)[name] for name in ("this start", "at rest from")] for card in cards]
-    assert found == [["seen", "0.8635 s"], ["not decided", "-"]]
+    facts = [[dict(card.facts)[name] for name in ("this start", "at rest from")] for card in cards]
+    assert facts == [["seen", "0.8635 s"], ["not decided", "-"]]
 
 
 def test_a_peak_that_the_samples_do_not_show_is_explained(tmp_path):

@@ -165,13 +165,13 @@ def test_the_slow_eigenvalues_of_a_free_body_are_those_of_its_oscillators():
     assert border == Level(0.0, "border of stability", vertical=True)
     # It rests at the desired attitude, which the legend says.
     assert points.label == "free, at (0°, 0°, 0°)"
-    found = points.x + 1j * points.y
-    assert -found.real.min() <= 10 * -found.real.max()
+    eigenvalues = points.x + 1j * points.y
+    assert -eigenvalues.real.min() <= 10 * -eigenvalues.real.max()
     expected = translations(run.config)
-    for value in expected[-expected.real <= 10 * -found.real.max()]:
-        assert np.abs(found - value).min() < 1e-6 * abs(value)
-    assert f"Not drawn: {12 - len(found)} that decay" in figure.caption
-    first = complex(found[0])
+    for value in expected[-expected.real <= 10 * -eigenvalues.real.max()]:
+        assert np.abs(eigenvalues - value).min() < 1e-6 * abs(value)
+    assert f"Not drawn: {12 - len(eigenvalues)} that decay" in figure.caption
+    first = complex(eigenvalues[0])
     assert points.texts[0].endswith(f"ζ = {-first.real / abs(first):.4g}")
 
 

@@ -53,9 +53,9 @@ SAME = (
 
 
 @pytest.mark.parametrize(
-    ("name", "assignments", "found"),
+    ("name", "assignments", "expected"),
     [
-        *(("case2_visco_elastic", [one], {}) for one in SAME),
+        *(("case2_visco_elastic", [change], {}) for change in SAME),
         (
             "case1_permanent",
             [DAMPING],
@@ -65,8 +65,8 @@ SAME = (
         ("case1_permanent", [DAMPING, "reference.source=a book"], {}),
     ],
 )
-def test_what_changes_the_case_is_named_with_both_values(name, assignments, found):
-    assert changes(name, *assignments) == found
+def test_what_changes_the_case_is_named_with_both_values(name, assignments, expected):
+    assert changes(name, *assignments) == expected
 
 
 def test_a_changed_run_is_named_and_not_compared(tmp_path):

@@ -71,8 +71,8 @@ def test_the_numbers_of_a_run(path):
     assert value["peak |E|"] == pytest.approx(np.linalg.norm(PEAKS), rel=1e-6)
     # v falls below a thousandth of its start when exp(-DECAY t) does.
     assert value["at rest from"] == pytest.approx(math.log(1000) / DECAY)
-    found = [value[f"peak E{axis}"] for axis in (1, 2, 3)]
-    assert found == pytest.approx(PEAKS, rel=1e-6)
+    peaks = [value[f"peak E{axis}"] for axis in (1, 2, 3)]
+    assert peaks == pytest.approx(PEAKS, rel=1e-6)
 
 
 def in_region(verdict, *level):
@@ -100,8 +100,8 @@ LEFT = {"status": "range left", "status_detail": "cos θ2 = 1e-3 at t = 2 s"}
 def test_words_and_tones_of_a_run(made, expected, tmp_path):
     row = row_of(made_file(tmp_path / "a.h5", **made))
     words = {name: (row[name].text, row[name].tone) for name in expected}
-    found = {name: ": ".join(filter(None, both)) for name, both in words.items()}
-    assert found == expected
+    shown = {name: ": ".join(filter(None, both)) for name, both in words.items()}
+    assert shown == expected
 
 
 def test_a_run_that_left_the_range_says_when(tmp_path):
@@ -182,10 +182,10 @@ def test_the_lines_of_a_certificate(tmp_path):
 
 
 def test_of_several_runs_the_answers_stand_in_a_table(tmp_path):
-    found = texts_of(of_several(tmp_path, certificate_section, {}, {}), "answers-in-full")
+    rows = texts_of(of_several(tmp_path, certificate_section, {}, {}), "answers-in-full")
     answer = runs_of(tmp_path / "a.h5")[0].answer.this_start
     question = "From this start: does it come to rest?"
-    assert found[1] == ["a", question, answer.word, answer.sentence]
+    assert rows[1] == ["a", question, answer.word, answer.sentence]
 
 
 def test_of_many_certificates_only_what_is_violated_is_written_out(tmp_path):
@@ -265,9 +265,9 @@ def test_the_commands_that_repeat_runs_do_not_get_in_each_others_way(tmp_path):
     for place in places:
         place.parent.mkdir()
     runs = runs_of(*map(made_file, places))
-    found = [words_of(row[1]) for row in texts_of(provenance_section(runs), "commands")[1:]]
+    commands = [words_of(row[1]) for row in texts_of(provenance_section(runs), "commands")[1:]]
     # No file of the user is overwritten.
     configs = ["run-1-again.yaml", "run-2-again.yaml"]
-    assert [(words[2], words[5], words[9]) for words in found] == [
+    assert [(words[2], words[5], words[9]) for words in commands] == [
         (str(place), config, config) for place, config in zip(places, configs, strict=True)
     ]

@@ -79,13 +79,13 @@ def said(name, folder):
     report = report_of(read_sources([path]), "again")
     sections = data_of(report)["sections"]
     for section, data in zip(report.sections, sections, strict=True):
-        for block, found in zip(section.blocks, data["blocks"], strict=True):
+        for block, block_data in zip(section.blocks, data["blocks"], strict=True):
             if isinstance(block, Figure):
-                found["panels"] = [_panel(panel) for panel in block.panels]
+                block_data["panels"] = [_panel(panel) for panel in block.panels]
     text = json.dumps(_rounded(sections[:-1]), allow_nan=True)
     # The last section has versions and paths.
-    found_sections: list[Any] = json.loads(text.replace(str(folder.parent), "DIR"))
-    return found_sections
+    rounded: list[Any] = json.loads(text.replace(str(folder.parent), "DIR"))
+    return rounded
 
 
 def _panel(panel):
@@ -102,8 +102,8 @@ def _is_data(value):
 
 def _summary(values):
     """Return how many finite numbers there are, their sum, and the sum of their squares."""
-    known = values[np.isfinite(values)].astype(float)
-    return f"({len(known)}, {known.sum():.9g}, {(known**2).sum():.9g})"
+    finite = values[np.isfinite(values)].astype(float)
+    return f"({len(finite)}, {finite.sum():.9g}, {(finite**2).sum():.9g})"
 
 
 def _rounded(data):
@@ -117,5 +117,5 @@ def _rounded(data):
 
 if __name__ == "__main__":
     with TemporaryDirectory() as place:
-        found = {name: said(name, Path(place) / name) for name in SWEEPS}
-    FILE.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        sections = {name: said(name, Path(place) / name) for name in SWEEPS}
+    FILE.write_text(json.dumps(sections, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -54,9 +54,9 @@ def test_the_map_is_coloured_by_the_state(two):
 
 
 def test_one_state_needs_no_map(members):
-    one = members(GRID, lambda columns: {"rest_orientation": np.zeros((len(columns["run"]), 3))})
-    assert basins_of(one) is None
-    assert basin_blocks("a", one) == []
+    swept = members(GRID, lambda columns: {"rest_orientation": np.zeros((len(columns["run"]), 3))})
+    assert basins_of(swept) is None
+    assert basin_blocks("a", swept) == []
 
 
 @pytest.mark.parametrize("key", ["body.mass", "gravity[2]", "controller.K_r[0]"])
@@ -80,5 +80,5 @@ def test_turns_are_another_rest_state_only_where_something_reads_angles(
         ),
     )
     monkeypatch.setattr(type(turned.plan), "in_quaternions", coordinates == "quaternion")
-    found = basins_of(turned)
-    assert (found if found is None else len(found.energies)) == count
+    basins = basins_of(turned)
+    assert (basins if basins is None else len(basins.energies)) == count

@@ -23,9 +23,9 @@ def differences(made, column, values, **keys):
 
     def columns(a):
         point = a["run"] % 50
-        found = np.choose(a["controller_variant"], [own(point) for own in values])
+        numbers = np.choose(a["controller_variant"], [function(point) for function in values])
         is_vector = column == "peak_contact_displacement"
-        return {column: np.outer(found, np.ones(3)) if is_vector else found}
+        return {column: np.outer(numbers, np.ones(3)) if is_vector else numbers}
 
     table = tables(sweep_sections(made(EACH, columns, **(DRAWN | keys))))["sweep-1-pairs"]
     names = {
@@ -60,8 +60,8 @@ def test_the_columns_of_differences(made):
 def test_a_larger_smallest_cosine_is_better(made):
     values = [lambda p, k=k: 0.2 + 0.3 * k + 0.001 * p for k in range(3)]
     rows, table = differences(made, "smallest_regularity", values)
-    found = {name: row[1].value for name, row in rows.items()}
-    assert found == pytest.approx(
+    medians = {name: row[1].value for name, row in rows.items()}
+    assert medians == pytest.approx(
         {"visco-elastic minus permanent": -0.6, "free minus permanent": -0.3}
     )
     assert "(larger is better): permanent" in table.note
@@ -107,18 +107,18 @@ def test_a_condition_that_holds_the_contact_point_is_left_out(made):
     ids=["each", "two", "grid"],
 )
 def test_pairs_have_the_same_values(members, vary, keys, labels, pairs):
-    found = members(vary, **keys)
-    groups: Any = conditions_of(found)
+    swept = members(vary, **keys)
+    groups: Any = conditions_of(swept)
     assert groups.labels == labels
     assert groups.pairs.shape == pairs
-    values = found.column("initial_angular_velocity_0")[groups.pairs]
+    values = swept.column("initial_angular_velocity_0")[groups.pairs]
     assert (values == values[:, :1]).all()
     for k, part in enumerate(groups.slices):
         assert set(groups.pairs[:, k]) == set(part.chosen)
 
 
-@pytest.mark.parametrize(("key", "own"), [("body.mass", True), (f"{SPIN}[1]", False)])
-def test_conditions_may_have_a_function_v_of_their_own(members, key, own):
+@pytest.mark.parametrize(("key", "expected"), [("body.mass", True), (f"{SPIN}[1]", False)])
+def test_conditions_may_have_a_function_v_of_their_own(members, key, expected):
     vary = {key: {"each": {"values": [1, 2]}}, f"{SPIN}[0]": {"normal": [0, 6]}}
     groups: Any = conditions_of(members(vary, design="random", members=10, seed=4))
-    assert groups.has_own_v is own
+    assert groups.v_differs is expected

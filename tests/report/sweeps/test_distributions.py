@@ -73,5 +73,5 @@ def test_only_drawn_members_and_few_conditions_have_curves(made):
         (spin, DRAWN, True),
         (masses | spin, DRAWN | {"members": 5}, False),
     ):
-        found = figures_in(sweep_sections(made(vary, columns, **keys)))
-        assert ("sweep-1-cumulative" in found) is is_drawn
+        figures = figures_in(sweep_sections(made(vary, columns, **keys)))
+        assert ("sweep-1-cumulative" in figures) is is_drawn

@@ -73,7 +73,7 @@ def test_each_condition_has_its_curve_and_none_has_a_part_in_the_variance(made):
     def columns(a):
         return {"settling_time": 10 * a["controller_variant"] + a["body_mass"]}
 
-    figures, found = effects_of(made, columns, vary, members=1024)
+    figures, by_name = effects_of(made, columns, vary, members=1024)
     (panel,) = figures[EFFECT].panels
     bands, lines = marks_of(panel)
     # Bands of several conditions would cover each other.
@@ -81,7 +81,7 @@ def test_each_condition_has_its_curve_and_none_has_a_part_in_the_variance(made):
     assert [(line.label, line.colour) for line in lines] == [("free", 0), ("visco-elastic", 1)]
     assert lines[0].y == pytest.approx(lines[0].x)
     assert lines[1].y == pytest.approx(lines[1].x + 10)
-    rows = {row[0].text: row[1].value for row in found["sweep-1-influence"].rows}
+    rows = {row[0].text: row[1].value for row in by_name["sweep-1-influence"].rows}
     assert next(iter(rows)) == "mass"
     assert rows["mass"] == pytest.approx(1, abs=0.01)
     assert "variant" not in rows
@@ -93,8 +93,8 @@ def test_a_sum_of_independent_parts_is_divided_by_their_variances(made):
     def columns(a):
         return {"settling_time": 3 * a["controller_K_r"] + 4 * a["body_mass"]}
 
-    figures, found = effects_of(made, columns)
-    table = found["sweep-1-influence"]
+    figures, by_name = effects_of(made, columns)
+    table = by_name["sweep-1-influence"]
     names = ["mass", "K_r[0] (with all of K_r)", "initial angular_velocity[0]"]
     assert [row[0] for row in texts(table)] == names
     # Twenty groups miss 1/400 of the variance of a term.
@@ -121,12 +121,12 @@ def test_chance_and_small_differences_are_no_effect(made):
     def columns(a):
         return {"settling_time": noise, "smallest_regularity": 0.8 + 0.004 * a[SPUN]}
 
-    figures, found = effects_of(made, columns)
+    figures, by_name = effects_of(made, columns)
     assert not [name for name in figures if "-effect-" in name]
-    assert [head.label for head in found["sweep-1-influence"].heads[1:]] == ["settling time of v"]
+    assert [head.label for head in by_name["sweep-1-influence"].heads[1:]] == ["settling time of v"]
 
 
 def test_few_members_have_no_effects(made):
-    figures, found = effects_of(made, lambda a: {"settling_time": a["body_mass"]}, members=64)
+    figures, by_name = effects_of(made, lambda a: {"settling_time": a["body_mass"]}, members=64)
     assert EFFECT not in figures
-    assert "sweep-1-influence" not in found
+    assert "sweep-1-influence" not in by_name

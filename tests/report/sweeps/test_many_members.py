@@ -16,9 +16,9 @@ BARE = re.compile(r"(?<![\w.,-])[1-9]\d{4,}(?![\w.])")
 """A whole number of five digits and more without separators."""
 
 
-def columns(found):
+def columns(arrays):
     """Let 11,000 members settle and 12,000 not, and end 7,000 early."""
-    k = found["run"]
+    k = arrays["run"]
     return {
         "status": np.where(k < 23_000, code("completed"), code("range left")).astype(np.int8),
         "settling_time": np.where(k < 11_000, 1.0, np.nan),

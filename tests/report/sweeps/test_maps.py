@@ -12,7 +12,7 @@ from rbstab.report.model.palette import GOOD, OPEN
 from rbstab.report.sweeps.maps.cells import cells_of, map_grid
 from rbstab.report.sweeps.parameters import binned
 from rbstab.report.sweeps.quantities import (
-    ONE_COLOUR,
+    MIN_SPREAD,
     MemberQuantity,
     settling_time,
     start_energy,
@@ -25,8 +25,8 @@ TIME = "settling time of v [s]"
 
 
 def cells_in(panel):
-    (found,) = (mark for mark in panel.marks if isinstance(mark, Cells))
-    return found
+    (cells,) = (mark for mark in panel.marks if isinstance(mark, Cells))
+    return cells
 
 
 def settling_map(made, vary, settling, **keys):
@@ -124,39 +124,39 @@ def test_cells_hold_medians_and_shares(members):
     def columns(a):
         return {"settling_time": np.where(a["run"] % 3, np.sin(a["run"]), np.nan)}
 
-    found = members(SAMPLED, columns, **DESIGN)
-    x, y = (binned(p, n) for p, n in zip(found.parameters, (3, 9), strict=True))
+    swept = members(SAMPLED, columns, **DESIGN)
+    x, y = (binned(p, n) for p, n in zip(swept.parameters, (3, 9), strict=True))
     grid = map_grid(x, y)
-    cells = cells_of(found, grid, settling_time(found))
+    cells = cells_of(swept, grid, settling_time(swept))
     has = MemberQuantity("big", Axis("big"), 1.0 * (np.sin(np.arange(3000)) > 0.5), is_share=True)
-    shares = cells_of(found, grid, has)
+    shares = cells_of(swept, grid, has)
     assert cells.members is not None
     assert shares.span == (0, 1)
     assert cells.members.counts.sum() == 3000
     kinds = set()
     for row in range(9):
         for column in range(3):
-            own = np.flatnonzero((y.indices == row) & (x.indices == column))
+            in_cell = np.flatnonzero((y.indices == row) & (x.indices == column))
             shown, gap = cells.members.shown[row, column], cells.members.gaps[row, column]
             value = cells.values[row, column]
-            assert cells.members.counts[row, column] == len(own)
-            if not len(own):
+            assert cells.members.counts[row, column] == len(in_cell)
+            if not len(in_cell):
                 kinds.add("empty")
                 assert (shown, gap) == (-1, -1)
                 continue
-            values = found.column("settling_time")[own]
+            values = swept.column("settling_time")[in_cell]
             if np.isnan(value):
-                few = len(own) < 5
+                few = len(in_cell) < 5
                 kinds.add("few" if few else "gap")
                 word = "fewer than 5 members" if few else "still moving"
-                assert shown in own
+                assert shown in in_cell
                 assert cells.members.reasons[gap] == word
             else:
                 kinds.add("value")
                 assert value == pytest.approx(statistics.median(values[~np.isnan(values)]))
-                assert shown == own[np.nanargmin(np.abs(values - value))]
+                assert shown == in_cell[np.nanargmin(np.abs(values - value))]
                 assert gap == -1
-            expected = (np.sin(own) > 0.5).mean() if len(own) >= 5 else np.nan
+            expected = (np.sin(in_cell) > 0.5).mean() if len(in_cell) >= 5 else np.nan
             assert shares.values[row, column] == pytest.approx(expected, nan_ok=True)
     assert {"few", "value"} <= kinds
 
@@ -202,7 +202,7 @@ def test_curves_along_a_single_axis(made):
 @pytest.mark.parametrize(("spread", "is_drawn"), [(0.9, False), (1.1, True)])
 def test_values_that_hardly_differ_have_no_map(made, spread, is_drawn):
     def columns(a):
-        return {"settling_time": 0.0756 * (1 - ONE_COLOUR * spread * a["run"] / 19)}
+        return {"settling_time": 0.0756 * (1 - MIN_SPREAD * spread * a["run"] / 19)}
 
     assert ("sweep-1-first" in figures_in(sweep_sections(made(GRID, columns)))) is is_drawn
 
@@ -222,5 +222,5 @@ def test_a_map_whose_cells_spread_more_than_they_differ_is_left_out(made, size, 
 def test_the_round_off_of_a_start_at_rest_is_no_energy(members):
     """Driven members start at rest: v(0) is zero up to round-off, and the energy some J."""
     noise = np.where(np.arange(20) % 2, 1e-19, -3e-20)
-    found = members(GRID, lambda _: {"lyapunov_start": noise})
-    assert not start_energy(found).values.any()
+    swept = members(GRID, lambda _: {"lyapunov_start": noise})
+    assert not start_energy(swept).values.any()

@@ -33,11 +33,11 @@ def test_ends(members):
             "settling_time": [0.5, np.nan, 0.5, np.nan, np.nan],
         }
 
-    found = members({"body.mass": {"linspace": [1, 2, 5]}}, columns)
+    swept = members({"body.mass": {"linspace": [1, 2, 5]}}, columns)
     expected = ["returns", "still moving", "left the range", "failed", "failed"]
-    assert [OUTCOMES[end] for end in found.outcomes] == expected
-    assert found.outcome_counts.sum() == len(found) == 5
-    assert found.completed.tolist() == [True, True, False, False, False]
+    assert [OUTCOMES[end] for end in swept.outcomes] == expected
+    assert swept.outcome_counts.sum() == len(swept) == 5
+    assert swept.completed.tolist() == [True, True, False, False, False]
 
 
 def test_a_plan_that_cannot_be_read(made, monkeypatch):
@@ -66,28 +66,28 @@ def test_the_proved_level_is_that_of_the_kept_proof(made):
 
     results = made(vary, base=base).path.parent.parent
     proof = proof_for(results, plan.base_of("free"))
-    found = read_members(made(vary, columns, base=base).path)
+    swept = read_members(made(vary, columns, base=base).path)
     inside = [start_state(problem_of(config), proof) is not None for config in configs]
-    assert (found.column("lyapunov_start") < found.level).tolist() == inside
-    assert [CONVERGENCE[k] == "proved" for k in found.convergence] == inside
+    assert (swept.column("lyapunov_start") < swept.level).tolist() == inside
+    assert [CONVERGENCE[k] == "proved" for k in swept.convergence] == inside
     assert set(inside) == {True, False}
 
 
 @pytest.mark.parametrize("varied", [GRID, {"body.mass": {"values": [1, 2]}}])
 def test_without_a_proof_the_column_speaks(members, varied):
-    found = members(varied, lambda arrays: {"convergence": arrays["run"] % 3})
-    assert found.level is None
-    assert found.convergence.tolist() == [k % 3 for k in range(len(found))]
-    assert found.share_rest_states == (varied is GRID)
+    swept = members(varied, lambda arrays: {"convergence": arrays["run"] % 3})
+    assert swept.level is None
+    assert swept.convergence.tolist() == [k % 3 for k in range(len(swept))]
+    assert swept.share_rest_states == (varied is GRID)
 
 
 def test_each_variant_has_its_own_level(members):
     vary = {"controller.variant": {"values": ["free", "visco-elastic"]}} | GRID
-    found = members(vary)
+    swept = members(vary)
     # The energies at rest of made up members are 1 J.
     bounds = {"visco-elastic": 8.0}
-    found.__dict__["_certified"] = SimpleNamespace(bounds=bounds)
-    assert found.level.tolist() == pytest.approx([np.nan] * 20 + [7.0] * 20, nan_ok=True)
+    swept.__dict__["_certified"] = SimpleNamespace(bounds=bounds)
+    assert swept.level.tolist() == pytest.approx([np.nan] * 20 + [7.0] * 20, nan_ok=True)
 
 
 @pytest.mark.parametrize("missing", ["settling_time", "steps"])

@@ -23,9 +23,9 @@ def test_extremes(members):
             "settling_time": 1 + (a["run"] == 17),
         }
 
-    found = notable(members(GRID, columns))
-    assert [k for k, why in found.items() if why.startswith("smallest cos θ2")] == [19, 18]
-    assert [k for k, why in found.items() if why == "comes to rest last"] == [17]
+    reasons = notable(members(GRID, columns))
+    assert [k for k, why in reasons.items() if why.startswith("smallest cos θ2")] == [19, 18]
+    assert [k for k, why in reasons.items() if why == "comes to rest last"] == [17]
     # Of equal values the first members are notable.
     alike = notable(
         members(GRID, lambda a: {"smallest_regularity": 0.5 - 0.2 * (a["run"] % 5 == 2)})
@@ -40,11 +40,11 @@ def test_those_that_failed_and_those_near_the_certified_level(members):
             "status": np.where(a["run"] >= 18, code("diverged"), 0),
         }
 
-    found = members(GRID, columns)
+    swept = members(GRID, columns)
     # The energies at rest of made up members are 1 J.
     bounds = {"visco-elastic": 95.0}
-    found.__dict__["_certified"] = SimpleNamespace(bounds=bounds)
-    why = notable(found)
+    swept.__dict__["_certified"] = SimpleNamespace(bounds=bounds)
+    why = notable(swept)
     assert [k for k, text in why.items() if text == "v(0) nearest c*"] == [9, 10]
     assert {18, 19} <= set(why)
 
@@ -64,7 +64,7 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
     cells = {head.label: cell for head, cell in zip(table.heads, row, strict=True)}
     assert cells["member"].value == 13
     # Each row has its own command.
-    assert all(one[0].command.endswith(f" --member {one[0].text}") for one in table.rows)
+    assert all(entry[0].command.endswith(f" --member {entry[0].text}") for entry in table.rows)
     assert (cells["outcome"].text, cells["outcome"].tone) == ("returns", "good")
     assert [cells[k].value for k in ("settling time of v", "v(0)")] == [2.0, 13]
     assert cells["largest |E1|, |E2| or |E3|"].value == 9.0
@@ -73,7 +73,9 @@ def test_a_row_says_what_a_member_is_and_how_it_is_run(made):
     )
     plan = sweep.path.parent / "plan.yaml"
     for name in (shell_word(plan), "PLAN.yaml"):
-        (section,) = (one for one in sweep_sections(sweep) if one.name == "sweep-1-members")
+        (section,) = (
+            section for section in sweep_sections(sweep) if section.name == "sweep-1-members"
+        )
         command = f": rbstab run {name} --member {texts(table)[0][0]}"
         assert str(section.blocks[0]).endswith(command)
         # Without its plan, the folder does not say what to run.

@@ -8,8 +8,8 @@ from rbstab.report.sweeps.parameters import MAX_CELLS, binned
 
 
 def test_a_list_has_a_cell_for_each_entry_in_ascending_order(members):
-    found = members({"body.mass": {"values": [3, 1, 2, 1]}})
-    (mass,) = found.parameters
+    swept = members({"body.mass": {"values": [3, 1, 2, 1]}})
+    (mass,) = swept.parameters
     made = binned(mass)
     assert mass.axis.text == "mass [kg]"
     assert made.middles.tolist() == [1.0, 2.0, 3.0]

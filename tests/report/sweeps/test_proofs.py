@@ -25,7 +25,7 @@ from rbstab.sweep.proofs.columns import (
     PROVED,
 )
 from rbstab.sweep.proofs.convergence import MemberConvergence
-from rbstab.sweep.proofs.one_state import OneState
+from rbstab.sweep.proofs.sole_state import SoleState
 
 PROVE = {"prove": "motion"}
 
@@ -50,9 +50,9 @@ def some_of_each(arrays):
 
 @pytest.fixture
 def sections(made):
-    found = sweep_sections(made(GRID, some_of_each, **PROVE))
-    check_sections(found)
-    return found
+    checked = sweep_sections(made(GRID, some_of_each, **PROVE))
+    check_sections(checked)
+    return checked
 
 
 def test_the_table_has_the_reasons(sections):
@@ -89,12 +89,12 @@ TWO = GRID | {"body.mass": {"values": [40, 41]}}
 """Eight members in a row of the first spin, two in each cell of both."""
 
 
-def map_of(found, axes):
+def map_of(swept, axes):
     """Return the map of shares of proved members over two parameters, by their labels."""
-    over = {p.axis.label: binned(p) for p in found.parameters}
-    (proofs,) = (one.of_several for one in shown_of(found) if one.name == "proofs")
+    over = {p.axis.label: binned(p) for p in swept.parameters}
+    (proofs,) = (quantity.of_several for quantity in shown_of(swept) if quantity.name == "proofs")
     x, y = (over[label] for label in axes)
-    return cells_of(found, map_grid(x, y), proofs)
+    return cells_of(swept, map_grid(x, y), proofs)
 
 
 FIRST, SECOND = (f"initial angular_velocity[{k}]" for k in (0, 1))
@@ -105,21 +105,21 @@ def test_what_was_not_tried_is_not_0_of_1000(members):
         proved_or_not = np.where(arrays["run"] < 10, PROVED, NOT_PROVED)
         return {"convergence": np.where(arrays["run"] < 32, proved_or_not, NO_PROOF)}
 
-    found = members(TWO, columns)
-    cells = map_of(found, (FIRST, SECOND))
+    swept = members(TWO, columns)
+    cells = map_of(swept, (FIRST, SECOND))
     assert np.isnan(cells.values[:, 4]).all()
     assert np.isfinite(cells.values[:, :4]).all()
     assert cells.members is not None
     reasons = cells.members.reasons
     assert {reasons[code] for code in cells.members.gaps[:, 4]} == {"no proof of the bodies"}
     # Sixteen of twenty members of each mass have a proof, or eight of ten with one of the second.
-    half = map_of(found, ("mass", SECOND))
+    half = map_of(swept, ("mass", SECOND))
     assert half.values.ravel().tolist() == pytest.approx([0.5, 0.5] + [0.25, 0.25] * 3)
 
 
-def said(found):
+def said(swept):
     """Return the sentences on proofs, and the note of the table."""
-    blocks = proof_blocks("sweep-1", found, "COMMAND")
+    blocks = proof_blocks("sweep-1", swept, "COMMAND")
     return [block.note if isinstance(block, Table) else block for block in blocks]
 
 
@@ -142,7 +142,7 @@ def test_members_that_no_theorem_covers_are_counted_with_the_reason(members):
     }
     base = plain(VISCO_ELASTIC)
     base["controller"] |= {"K_s": [2000, 2000, 2000], "surface": {"slope": 20}}
-    found = members(
+    swept = members(
         vary,
         lambda a: {"convergence": np.where(a["controller_variant"] == 1, NO_PROOF, PROVED)},
         base=base,
@@ -150,7 +150,7 @@ def test_members_that_no_theorem_covers_are_counted_with_the_reason(members):
         members=10,
         seed=4,
     )
-    (table,) = proof_blocks("sweep-1", found, "COMMAND")
+    (table,) = proof_blocks("sweep-1", swept, "COMMAND")
     assert isinstance(table, Table)
     label, count = texts(table)[-1]
     assert label.startswith("of those without a proof: the force of a sliding connector jumps")
@@ -189,60 +189,60 @@ BETWEEN = (
 
 
 @pytest.mark.parametrize(
-    ("one_state", "older", "text"),
+    ("sole_state", "older", "text"),
     [
         (
-            OneState(20, 20, levels=[617.5] * 10 + [480.0] * 10),
+            SoleState(20, 20, levels=[617.5] * 10 + [480.0] * 10),
             False,
             f"{STATES}proved for 20 of 20 distinct bodies. {MOTIONS} So does each motion that "
             "starts in the range with v(0) below 480 J (of some bodies up to 617.5 J).",
         ),
         (
-            OneState(20, 20, levels=[617.5] * 20),
+            SoleState(20, 20, levels=[617.5] * 20),
             True,
             f"{STATES}proved for 20 of 20 distinct bodies. {MOTIONS}",
         ),
         (
-            OneState(20, 18, levels=[617.5] * 15),
+            SoleState(20, 18, levels=[617.5] * 15),
             False,
             f"{STATES}proved for 18 of 20 distinct bodies (15 of them many at once), not decided "
             f"for 2. {MOTIONS} Of those proved at once, so does each motion that starts in the "
             "range with v(0) below 617.5 J.",
         ),
         (
-            OneState(20, 15, false=[2, 3, 7]),
+            SoleState(20, 15, false=[2, 3, 7]),
             False,
             f"{STATES}proved for 15 of 20 distinct bodies, false for 3 (members 2 to 3, 7), not "
             f"decided for 2. {MOTIONS}",
         ),
         # Nothing may be known of the bodies of the sweep itself.
         (
-            OneState(20, counterexamples={"permanent": COUNTEREXAMPLE}),
+            SoleState(20, counterexamples={"permanent": COUNTEREXAMPLE}),
             False,
             f"{STATES}proved for 0 of 20 distinct bodies, not decided for 20. {BETWEEN}.",
         ),
     ],
     ids=["two levels", "older", "both ways", "false", "between"],
 )
-def test_bodies_that_have_one_rest_state_are_counted(members, one_state, older, text):
-    found = members(GRID, lambda a: {"settling_time": np.zeros(len(a["run"]))})
-    assert found.one_state == OneState()
-    vars(found)["one_state"] = one_state
+def test_bodies_that_have_one_rest_state_are_counted(members, sole_state, older, text):
+    swept = members(GRID, lambda a: {"settling_time": np.zeros(len(a["run"]))})
+    assert swept.sole_state == SoleState()
+    vars(swept)["sole_state"] = sole_state
     if older:
-        del found.table.variables["rest_orientation"]
-    assert said(found)[0] == text
+        del swept.table.variables["rest_orientation"]
+    assert said(swept)[0] == text
 
 
 def test_proofs_of_other_variants_made_later_count(members):
     """When the sweep was finished, one of its variants had a proof, and the other had none."""
     vary = {"controller.variant": {"values": ["free", "visco-elastic"]}} | GRID
-    found = members(vary, lambda a: {"convergence": np.where(a["run"] < 20, 0, 1)})
+    swept = members(vary, lambda a: {"convergence": np.where(a["run"] < 20, 0, 1)})
     now = MemberConvergence(np.where(np.arange(40) < 20, 2, 0), np.repeat([1, 0], 20), np.zeros(40))
-    found.__dict__["_certified"] = SimpleNamespace(
+    swept.__dict__["_certified"] = SimpleNamespace(
         of=lambda *_members: now, within=lambda *arguments: arguments[-1]
     )
-    assert found.convergence.tolist() == [2] * 20 + [1] * 20
-    assert found.proved_rest_states.tolist() == [1] * 20 + [0] * 20
+    assert swept.convergence.tolist() == [2] * 20 + [1] * 20
+    assert swept.proved_rest_states.tolist() == [1] * 20 + [0] * 20
 
 
 def test_every_code_has_words():

@@ -19,16 +19,16 @@ def test_quantiles_of_groups_are_those_of_each_group(rng, special):
     if special is not None:
         values[rng.choice(400, 60, replace=False)] = special
         values[groups == 6] = special
-    found = quantiles_by_group(groups, 8, Ascending(values), ORDERS)
-    assert np.isnan(found[:, [3, 7]]).all()
+    quantiles = quantiles_by_group(groups, 8, Ascending(values), ORDERS)
+    assert np.isnan(quantiles[:, [3, 7]]).all()
     for group in (0, 1, 2, 4, 5, 6):
-        own = values[(groups == group) & ~np.isnan(values)]
+        group_values = values[(groups == group) & ~np.isnan(values)]
         expected = np.full(6, np.nan)
-        if len(own):
-            is_finite = np.isfinite(own).all()
+        if len(group_values):
+            is_finite = np.isfinite(group_values).all()
             method: Literal["linear", "inverted_cdf"] = "linear" if is_finite else "inverted_cdf"
-            expected = np.quantile(own, ORDERS, method=method)
-        np.testing.assert_allclose(found[:, group], expected, rtol=1e-14)
+            expected = np.quantile(group_values, ORDERS, method=method)
+        np.testing.assert_allclose(quantiles[:, group], expected, rtol=1e-14)
 
 
 def test_later_values_are_the_largest_and_nothing_is_interpolated_to_them():

@@ -20,16 +20,16 @@ def sentence_on(members, column, values, early=None, word="come to rest"):
 
     def columns(a):
         variant, point = a["controller_variant"], a["run"] % 50
-        found = np.choose(variant, [own(point) for own in values])
-        left = np.zeros(len(found)) if early is None else early(variant, point)
+        numbers = np.choose(variant, [function(point) for function in values])
+        left = np.zeros(len(numbers)) if early is None else early(variant, point)
         is_vector = column == "peak_contact_displacement"
         return {
-            column: np.outer(found, np.ones(3)) if is_vector else found,
+            column: np.outer(numbers, np.ones(3)) if is_vector else numbers,
             "status": np.where(left, code("range left"), 0),
         }
 
     sentences = answered(members(EACH, columns, **DRAWN)).sentences
-    (sentence,) = [one for one in sentences if word in one]
+    (sentence,) = [text for text in sentences if word in text]
     return sentence
 
 
@@ -158,7 +158,11 @@ def failed(members, masses, of_mass):
         return {"status": np.where(left, code("range left"), 0)}
 
     sentences = answered(members(vary, columns, **DRAWN)).sentences
-    return [one for one in sentences[1:] if "ended early" in one and "first" not in one]
+    return [
+        sentence
+        for sentence in sentences[1:]
+        if "ended early" in sentence and "first" not in sentence
+    ]
 
 
 def test_runs_that_ended_early_are_compared(members):
@@ -192,10 +196,10 @@ def test_few_runs_that_ended_early_may_be_chance(members, masses, early, is_sure
 def test_a_sure_difference_of_less_than_a_hundredth_does_not_matter(difference, matters):
     """Every member of one condition is larger, by 3 µm of some 1 m or by a little more than 1 %."""
     second = np.linspace(0.8, 1.2, 41)
-    found = paired_difference(second + difference, second)
-    assert found.is_sure
-    assert found.matters is matters
-    assert found.is_alike(sampled=True) is not matters
+    paired = paired_difference(second + difference, second)
+    assert paired.is_sure
+    assert paired.matters is matters
+    assert paired.is_alike(sampled=True) is not matters
     # The rule has no unit: millimetres do not matter more than metres.
     assert paired_difference(1e3 * (second + difference), 1e3 * second).matters is matters
 
@@ -207,30 +211,30 @@ def test_the_interval_is_that_of_a_bootstrap_with_infinitely_many_draws(count):
     Each is, with probability k/n. The ends of the bootstrap are the ranks at which 2.5 % and 97.5 %
     of the medians are reached.
     """
-    found = paired_difference(np.arange(1.0, count + 1.0), np.zeros(count))
+    paired = paired_difference(np.arange(1.0, count + 1.0), np.zeros(count))
     ranks = np.arange(1, count + 1)
     reached = binom.sf(count // 2, count, ranks / count)
     low = int(ranks[np.searchsorted(reached, 0.025)])
-    assert 0 <= low - found.low <= 1
-    assert found.high == count + 1 - found.low
+    assert 0 <= low - paired.low <= 1
+    assert paired.high == count + 1 - paired.low
 
 
 @pytest.mark.parametrize("count", [0, 3])
 def test_few_pairs_say_nothing_sure(count):
-    found = paired_difference(np.full(count, -1.0), np.zeros(count))
-    assert (found.pairs, found.is_sure) == (count, False)
+    paired = paired_difference(np.full(count, -1.0), np.zeros(count))
+    assert (paired.pairs, paired.is_sure) == (count, False)
 
 
 def test_equal_pairs_have_no_part_in_the_median():
     """In most cases both are equal; in the others the first is smaller by a tenth."""
     second = np.ones(100)
     first = np.where(np.arange(100) < 60, 1.0, 0.9)
-    found = paired_difference(first, second)
-    assert (found.pairs, found.equal, found.negative) == (40, 60, 1.0)
-    assert found.median == pytest.approx(-0.1)
-    assert found.matters
+    paired = paired_difference(first, second)
+    assert (paired.pairs, paired.equal, paired.negative) == (40, 60, 1.0)
+    assert paired.median == pytest.approx(-0.1)
+    assert paired.matters
     # As the sentence, a mark speaks of most pairs.
-    assert found.is_alike(sampled=True)
+    assert paired.is_alike(sampled=True)
     most = paired_difference(first[50:], second[50:])
     assert (most.pairs, most.equal) == (40, 10)
     assert not most.is_alike(sampled=True)
@@ -238,8 +242,8 @@ def test_equal_pairs_have_no_part_in_the_median():
 
 def test_a_twentieth_of_the_pairs_is_beyond_each_end():
     """Of the differences 1 to 101: 5 are below 6, 5 above 96."""
-    found = paired_difference(np.arange(1.0, 102.0), np.zeros(101))
-    assert found.ends == (6.0, 96.0)
+    paired = paired_difference(np.arange(1.0, 102.0), np.zeros(101))
+    assert paired.ends == (6.0, 96.0)
 
 
 def test_the_size_of_a_difference_is_compared_with_the_values_that_are_known():

@@ -23,7 +23,7 @@ DRAWN = {
     "controller.K_r": {"scale": {"loguniform": [0.1, 10]}},
 }
 EACH = {"controller.variant": {"each": {"values": ["free", "sliding"]}}} | DRAWN
-ONE = {"body.mass": {"values": [2]}}
+SINGLE = {"body.mass": {"values": [2]}}
 
 SLIDING = plain(VISCO_ELASTIC)
 SLIDING["controller"] |= {"K_s": [1, 1, 1], "surface": "position"}
@@ -32,7 +32,7 @@ SLIDING["integration"]["engine"] = "heyoka"
 PLANS = {
     "grid": (GRID, {}),
     "curve": ({"body.mass": {"linspace": [1, 2, 30]}}, {}),
-    "one": (ONE, {}),
+    "one": (SINGLE, {}),
     "drawn": (DRAWN, {"design": "random", "members": 700, "seed": 1}),
     "few": (DRAWN, {"design": "latin-hypercube", "members": 2, "seed": 1}),
     "one drawn": (DRAWN, {"design": "sobol", "members": 1, "seed": 1}),
@@ -48,11 +48,11 @@ def floats(a, value):
 
 def mixed(a):
     rng = np.random.default_rng(len(a["run"]))
-    found = {
+    columns = {
         name: rng.choice([-1e300, 0.0, 1e-300, 2.0, np.inf, -np.inf, np.nan], array.shape)
         for name, array in floats(a, 0.0).items()
     }
-    return found | {"status": a["run"] % 7, "convergence": a["run"] % 3}
+    return columns | {"status": a["run"] % 7, "convergence": a["run"] % 3}
 
 
 CASES = {

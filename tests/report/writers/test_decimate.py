@@ -18,8 +18,8 @@ def curves(shortest=0, longest=80):
 
 def left(mark, log=False):
     figure = Figure("f", "F", (Panel(Axis("x"), Axis("y", log=log), (mark,)),))
-    (found,) = decimate(figure).panels[0].marks
-    return found
+    (thinned,) = decimate(figure).panels[0].marks
+    return thinned
 
 
 @given(curves(40, 400), st.sampled_from([16, 32]))

@@ -58,11 +58,11 @@ def whole():
 
 
 def test_the_page_points_nowhere_but_into_itself(whole):
-    found = Reader(whole)
-    names = {name for _, attributes in found.elements for name in attributes}
+    reader = Reader(whole)
+    names = {name for _, attributes in reader.elements for name in attributes}
     assert not names & {"src", "srcset", "action", "background", "poster"}
-    targets = [attributes["href"] for _, attributes in found.elements if "href" in attributes]
-    ids = {attributes["id"] for _, attributes in found.elements if "id" in attributes}
+    targets = [attributes["href"] for _, attributes in reader.elements if "href" in attributes]
+    ids = {attributes["id"] for _, attributes in reader.elements if "id" in attributes}
     assert targets
     assert all(str(target)[0] == "#" and str(target)[1:] in ids for target in targets)
     style = re.search(r"<style>(.*?)</style>", whole, re.DOTALL)
@@ -72,11 +72,11 @@ def test_the_page_points_nowhere_but_into_itself(whole):
 
 
 def test_only_the_scripts_of_the_page_may_run(whole):
-    found = Reader(whole)
-    policy = next(a["content"] for tag, a in found.elements if a.get("http-equiv"))
+    reader = Reader(whole)
+    policy = next(a["content"] for tag, a in reader.elements if a.get("http-equiv"))
     assert policy is not None
     assert policy.startswith("default-src 'none';")
-    (script,) = [text for kind, text in found.scripts if kind == "module"]
+    (script,) = [text for kind, text in reader.scripts if kind == "module"]
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     allowed = re.search(r"script-src ([^;]*);", policy)
     assert allowed is not None
@@ -103,13 +103,13 @@ def test_the_library_is_there_once_and_only_for_figures(whole):
 
 
 def test_texts_are_texts_whatever_they_look_like():
-    found = Reader(page(hostile_report()))
-    assert not {"img", "b"} & {tag for tag, _ in found.elements}
-    assert len(found.scripts) == 4
-    shown = "".join(found.texts)
+    reader = Reader(page(hostile_report()))
+    assert not {"img", "b"} & {tag for tag, _ in reader.elements}
+    assert len(reader.scripts) == 4
+    shown = "".join(reader.texts)
     assert shown.count(HOSTILE) >= 10
-    (motions,) = [text for kind, text in found.scripts if kind == "application/json"]
-    drawings = next(text for kind, text in found.scripts if kind == "text/plain")
+    (motions,) = [text for kind, text in reader.scripts if kind == "application/json"]
+    drawings = next(text for kind, text in reader.scripts if kind == "text/plain")
     assert json.loads(unpacked(drawings))["figure"]["legend"][0]["label"] == HOSTILE
     assert set(json.loads(motions)) == {"run-1"}
 
@@ -155,9 +155,9 @@ def test_numbers_keep_their_units_and_commands_their_options():
         Table("t", "Title: 20 N m", (Head("a"), Head("b")), (cells,), f"Note: {text}"),
         Cards("c", (Card("a", (Statement("q", "seen", text),), (("peak", "20 N m"),)),)),
     )
-    found = page(Report("R", "2026-01-02", "rbstab --x 5 s", (Section("s", "S", blocks),)))
-    assert found.count("20\u00a0N\u00a0m") == 6
-    assert "20 N m" not in found
-    assert found.count('<span class="whole">--allow-python</span>') == 3
-    assert 'data-command="rbstab run &#39;a 5 s&#39; --member 7"' in found
-    assert "<code>rbstab --x 5 s</code>" in found
+    html = page(Report("R", "2026-01-02", "rbstab --x 5 s", (Section("s", "S", blocks),)))
+    assert html.count("20\u00a0N\u00a0m") == 6
+    assert "20 N m" not in html
+    assert html.count('<span class="whole">--allow-python</span>') == 3
+    assert 'data-command="rbstab run &#39;a 5 s&#39; --member 7"' in html
+    assert "<code>rbstab --x 5 s</code>" in html

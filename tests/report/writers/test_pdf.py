@@ -100,8 +100,8 @@ def test_a_long_table_repeats_its_heads():
 def test_texts_are_plain(text):
     table = Table("t", text, (Head(text),), ((Cell(text),),), note=text)
     figure = replace(FIGURE, title=text, caption=text)
-    found = text_of(read(report(text, table, figure, title=text)))
-    assert found.count(text) == 8
+    printed = text_of(read(report(text, table, figure, title=text)))
+    assert printed.count(text) == 8
 
 
 def test_a_name_that_is_no_text_is_written(capfd):

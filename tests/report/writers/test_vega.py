@@ -60,17 +60,17 @@ def ends_of(figure):
 def drawn(figure):
     """Return the marks that Vega draws, with their items in pixels."""
     scene = vl_convert.vegalite_to_scenegraph(json.dumps(specification(figure, width=475.0)))
-    found: list[dict[str, Any]] = []
+    marks: list[dict[str, Any]] = []
 
     def walk(node):
         if node.get("role") == "mark":
-            found.append(node)
+            marks.append(node)
         for item in node.get("items", []):
             if isinstance(item, dict):
                 walk(item)
 
     walk(scene["scenegraph"])
-    return found
+    return marks
 
 
 def places(figure, kind):
@@ -176,40 +176,40 @@ def test_a_map_has_the_colour_of_each_value(values, scale, span, shares):
     """Shares of the scale; below zero, the cell has no value and is clear."""
     rows, columns = np.shape(values)
     cells = Cells(np.arange(float(columns)), np.arange(float(rows)), np.array(values), scale, span)
-    found, expected = pixels(cells) / 255, colormaps["viridis"](np.array(shares, dtype=float))
+    colours, expected = pixels(cells) / 255, colormaps["viridis"](np.array(shares, dtype=float))
     shown = np.array(shares) >= 0
-    assert (found[..., 3] == shown).all()
-    np.testing.assert_allclose(found[shown], expected[shown], atol=0.03)
+    assert (colours[..., 3] == shown).all()
+    np.testing.assert_allclose(colours[shown], expected[shown], atol=0.03)
 
 
 def test_colours_diverge_from_the_middle_where_values_are_on_both_sides():
     values = np.array([[-1.0, 0.0, 3.0]])
     cells = Cells(np.arange(3.0), np.zeros(1), values, Axis("z", middle=0.0))
-    found = pixels(cells)[0, :, :3].astype(int)
-    assert found[1].min() > 235
-    assert found[2, 1] < 80
+    colours = pixels(cells)[0, :, :3].astype(int)
+    assert colours[1].min() > 235
+    assert colours[2, 1] < 80
     # Three times as far on the other side: this side has a third of its colours.
-    assert found[0].min() > 150
-    one_sided = replace(cells, values=np.abs(values) + 1)
-    assert tints_of(one_sided)[0] == "#440154"
+    assert colours[0].min() > 150
+    above = replace(cells, values=np.abs(values) + 1)
+    assert tints_of(above)[0] == "#440154"
 
 
 def test_cells_of_unequal_widths_are_as_wide_as_they_are():
     x = np.array([0.0, 1.0, 4.0])
     assert edges_of(x, PLAIN) == pytest.approx([-0.5, 0.5, 2.5, 5.5])
-    found = pixels(Cells(x, np.zeros(1), np.array([[0.0, 1.0, 2.0]]), Axis("z")))[0]
-    changes = np.flatnonzero(np.any(found[1:] != found[:-1], axis=1)) + 1
-    assert changes / len(found) == pytest.approx([1 / 6, 3 / 6], abs=2e-3)
+    colours = pixels(Cells(x, np.zeros(1), np.array([[0.0, 1.0, 2.0]]), Axis("z")))[0]
+    changes = np.flatnonzero(np.any(colours[1:] != colours[:-1], axis=1)) + 1
+    assert changes / len(colours) == pytest.approx([1 / 6, 3 / 6], abs=2e-3)
     log = Axis("x", log=True)
     assert edges_of(np.array([1.0, 100.0]), log) == pytest.approx([0.1, 10.0, 1000.0])
 
 
 def test_categories_have_their_colours():
     scale = Axis("answer", categories=("a", "b"), colours=(3, 5))
-    found = pixels(Cells(np.arange(3.0), np.zeros(1), np.array([[1.0, 0.0, np.nan]]), scale))[0]
+    row = pixels(Cells(np.arange(3.0), np.zeros(1), np.array([[1.0, 0.0, np.nan]]), scale))[0]
     expected = [list(bytes.fromhex(colour(n)[1:])) for n in (5, 3)]
-    assert found[:2, :3].tolist() == expected
-    assert found[2, 3] == 0
+    assert row[:2, :3].tolist() == expected
+    assert row[2, 3] == 0
 
 
 def test_axes_end_where_they_are_told_or_where_the_data_end():
@@ -230,14 +230,14 @@ def test_axes_hold_the_ends_of_bands():
 
 
 def test_panels_share_their_axes():
-    one, other = (Panel(PLAIN, PLAIN, (Line(T, factor * T),)) for factor in (1, 10))
-    figure = Figure("f", "F", (one, other), 2)
+    small, large = (Panel(PLAIN, PLAIN, (Line(T, factor * T),)) for factor in (1, 10))
+    figure = Figure("f", "F", (small, large), 2)
     assert ends_of(figure)[0]["y"][1] < 5
     shared = ends_of(replace(figure, shared="y"))
     assert shared[0]["y"] == shared[1]["y"]
     assert shared[0]["y"][1] > 40
     late = Panel(PLAIN, PLAIN, (Line(T + 3, T),))
-    assert ends_of(Figure("f", "F", (one, late), shares_time=True))[0]["x"] == (0.0, 7.0)
+    assert ends_of(Figure("f", "F", (small, late), shares_time=True))[0]["x"] == (0.0, 7.0)
 
 
 def test_the_legend_names_each_curve_once_and_the_many_last():
@@ -280,8 +280,8 @@ def test_maps_with_other_words_have_legends_of_their_own():
     expected = [("outcome", "returns", 3), ("outcome", "fails", 5)]
     expected += [("proof", "proved", 3), ("proof", "fails", 2)]
     entries = legend_of(figure)
-    found = [(entry["of"], entry["label"], entry["colour"]) for entry in entries]
-    assert found == [(of, label, colour(number)) for of, label, number in expected]
+    shown = [(entry["of"], entry["label"], entry["colour"]) for entry in entries]
+    assert shown == [(of, label, colour(number)) for of, label, number in expected]
     svg = figure_bytes(figure, "svg").decode()
     for word, count in (("outcome", 1), ("proof", 1), ("returns", 1), ("fails", 2)):
         assert svg.count(f">{word}<") == count

@@ -114,8 +114,8 @@ def test_content_is_on_the_disk_before_the_name(tmp_path, replace, content, monk
     fsync = os.fsync
 
     def watched(descriptor):
-        found = os.fstat(descriptor)
-        kind = "folder" if stat.S_ISDIR(found.st_mode) else f"file of {found.st_size}"
+        status = os.fstat(descriptor)
+        kind = "folder" if stat.S_ISDIR(status.st_mode) else f"file of {status.st_size}"
         seen.append((kind, path.exists()))
         fsync(descriptor)
 
@@ -141,12 +141,12 @@ def test_a_folder_that_fails_to_sync(tmp_path, monkeypatch, number, is_reported)
         fsync(descriptor)
 
     monkeypatch.setattr(os, "fsync", only_files)
-    found = ""
+    message = ""
     try:
         write_atomically(tmp_path / "a.h5", NEW)
     except OSError as error:
-        found = str(error)
-    assert (os.strerror(number) in found) == is_reported
+        message = str(error)
+    assert (os.strerror(number) in message) == is_reported
     assert (tmp_path / "a.h5").read_bytes() == NEW
     assert names(tmp_path) == ["a.h5"]
 

@@ -38,15 +38,15 @@ def make(names):
             stored[name] = claims | _more(name, claims)
             click.echo(f"{name}: {_summary(stored[name])}")
             # Written each time: this takes minutes.
-            table.write(table.TABLE, {one: stored[one] for one in table.names() if one in stored})
+            table.write(table.TABLE, {key: stored[key] for key in table.names() if key in stored})
 
 
 def _more(name, claims):
     """Return the doubts about claims, and what is proved within tolerances."""
-    found: Claims = {"doubts": doubts(table.config_of(name), claims)}
+    more: Claims = {"doubts": doubts(table.config_of(name), claims)}
     if name in WITHIN:
-        found["within"] = within(name)
-    return found
+        more["within"] = within(name)
+    return more
 
 
 @main.command()
@@ -75,8 +75,8 @@ def _asked(name):
     ended = subprocess.run(command, capture_output=True, check=False)
     if ended.returncode:
         return None
-    found: Claims = json.loads(ended.stdout)
-    return found
+    claims: Claims = json.loads(ended.stdout)
+    return claims
 
 
 @main.command()

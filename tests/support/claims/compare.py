@@ -17,24 +17,24 @@ RANGES = ("range", "all_angles")
 def lost(before, now):
     """Return the claims that the program no longer makes, or makes otherwise, in words."""
     doubted = set(before.get("doubts", {}))
-    found = list(_lost_words(before, now))
+    losses = list(_lost_words(before, now))
     for name in RANGES:
         if before[name] is not None:
             every = now["every_start"]
-            found += [(name, text) for text in _lost_in(before[name], now[name], every=every)]
-    return [f"{claim}: {text}" if text else claim for claim, text in found if claim not in doubted]
+            losses += [(name, text) for text in _lost_in(before[name], now[name], every=every)]
+    return [f"{claim}: {text}" if text else claim for claim, text in losses if claim not in doubted]
 
 
 def lost_within(before, now):
     """Return what is no longer proved, or refuted, within tolerances, in words."""
-    found = []
+    losses = []
     for texts, old in before.items():
         new = now[texts]
         if old["proved"] is not None and new["proved"] != old["proved"]:
-            found.append(f"{texts}: {old['proved']} became {new['proved']}; {new['why']}")
+            losses.append(f"{texts}: {old['proved']} became {new['proved']}; {new['why']}")
         elif new["level"] < LEAST_LEVEL * old["level"]:
-            found.append(f"{texts}: the level {old['level']} J became {new['level']} J")
-    return found
+            losses.append(f"{texts}: the level {old['level']} J became {new['level']} J")
+    return losses
 
 
 def gained(before, now):
@@ -84,7 +84,7 @@ def _end_of(claims):
 def _lost_in(old, new, *, every):
     """Yield what one range has lost; where every start converges, no level is needed."""
     if new is None:
-        if old["complete"] or old["level"] is not None or _known(old):
+        if old["complete"] or old["level"] is not None or _has_proved(old):
             yield "it is not searched"
         return
     if old["complete"] and not new["complete"]:
@@ -105,7 +105,7 @@ def _lost_in(old, new, *, every):
         yield from _lower(old, new, numbers)
 
 
-def _known(claims):
+def _has_proved(claims):
     return any(state["proved"] for state in claims["states"])
 
 
@@ -117,10 +117,10 @@ def _match(state, states):
     return None
 
 
-def same_place(one, other):
+def same_place(pose, other):
     """Return whether two poses are the same; on the border of the range, π is also -π."""
-    apart = np.abs(one - other)
-    border = np.abs(np.abs(one) - np.pi) < SAME_PLACE
+    apart = np.abs(pose - other)
+    border = np.abs(np.abs(pose) - np.pi) < SAME_PLACE
     apart = np.where(border, np.minimum(apart, np.abs(apart - 2 * np.pi)), apart)
     return bool(np.all(apart < SAME_PLACE))
 

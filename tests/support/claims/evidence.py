@@ -33,14 +33,14 @@ def doubts(config, claims, seed=0):
         claims: The claims about it.
         seed: Of the random starts.
     """
-    found: dict[str, str] = {}
+    doubted: dict[str, str] = {}
     if not claims["passive"]:
-        return found
+        return doubted
     search = _Search(config, np.random.default_rng(seed))
     with np.errstate(all="ignore"):
         for claim, text in search.contradictions(claims):
-            found.setdefault(claim, text)
-    return found
+            doubted.setdefault(claim, text)
+    return doubted
 
 
 class _Search:
@@ -85,8 +85,8 @@ class _Search:
         if self.at_rest.size == 3:
             return np.zeros(0)
         guess = self.at_rest.unloaded[3:]
-        found = minimize(lambda x: self.energy(np.concatenate([Theta, x])), guess, method="BFGS")
-        return found.x
+        solution = minimize(lambda x: self.energy(np.concatenate([Theta, x])), guess, method="BFGS")
+        return solution.x
 
     def contradictions(self, claims):
         """Yield claims with what contradicts them."""
@@ -174,10 +174,10 @@ class _Search:
         return bool(np.abs(again - q).max() < SAME)
 
     def _descended(self, q, end):
-        limits = [(-one, one) for one in end - 1e-9] + [(None, None)] * (len(q) - 3)
-        found = minimize(self.energy, q, jac=self.slope, bounds=limits, method="L-BFGS-B").x
-        near = root(self.slope, found, method="hybr", tol=1e-10).x
-        return np.asarray(near if np.abs(near - found).max() < SAME else found)
+        limits = [(-high, high) for high in end - 1e-9] + [(None, None)] * (len(q) - 3)
+        lowest = minimize(self.energy, q, jac=self.slope, bounds=limits, method="L-BFGS-B").x
+        near = root(self.slope, lowest, method="hybr", tol=1e-10).x
+        return np.asarray(near if np.abs(near - lowest).max() < SAME else lowest)
 
     def _listed(self, Theta, part):
         apart = np.array([Theta - np.array(state["at"]) for state in part["states"]]).reshape(-1, 3)

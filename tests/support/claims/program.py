@@ -84,40 +84,42 @@ def within_of(config, texts, limit):
         and the CPU time `seconds`.
     """
     begin = time.process_time()
-    found = prove_within(
+    answer = prove_within(
         config,
         tolerances_of(config, list(texts)),
         is_late=lambda: time.process_time() - begin > limit,
     )
     return {
-        "proved": found.proved,
-        "why": found.why,
-        "level": _rounded(found.level),
-        "boxes": found.boxes,
+        "proved": answer.proved,
+        "why": answer.why,
+        "level": _rounded(answer.level),
+        "boxes": answer.boxes,
         "seconds": round(time.process_time() - begin, 2),
     }
 
 
-def _states(proof, found):
-    level = found.region.lower_bound if found.region and found.region.proved else None
+def _states(proof, searched):
+    level = searched.region.lower_bound if searched.region and searched.region.proved else None
     return {
-        "complete": found.proved,
-        "why": "" if found.proved else proof.ended_in(found),
-        "boxes": found.examined,
-        "undecided": len(found.undecided),
-        "states": [_state(state) for state in found.states],
+        "complete": searched.proved,
+        "why": "" if searched.proved else proof.ended_in(searched),
+        "boxes": searched.examined,
+        "undecided": len(searched.undecided),
+        "states": [_state(state) for state in searched.states],
         "level": None if level is None else _rounded(level),
-        "depths": {str(one.rest_state): _rounded(one.lower_bound) for one in found.regions},
+        "depths": {
+            str(region.rest_state): _rounded(region.lower_bound) for region in searched.regions
+        },
     }
 
 
 def _state(state):
-    known = state.proved and state.index_proved is True and not state.degenerate
+    decided = state.proved and state.index_proved is True and not state.degenerate
     return {
         "at": [round(float(angle), DIGITS) + 0.0 for angle in state.orientation],
         "energy": _rounded(state.energy),
         "kind": kind_of(state),
-        "index": state.index + (1 if state.ridge else 0) if known else None,
+        "index": state.index + (1 if state.ridge else 0) if decided else None,
         "proved": state.proved,
     }
 

@@ -42,8 +42,8 @@ def config_of(name, bodies=None):
 
 def read(file):
     """Return a stored table, by name."""
-    found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    return found
+    claims: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return claims
 
 
 def write(file, table):

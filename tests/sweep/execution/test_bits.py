@@ -91,11 +91,11 @@ def test_nothing_of_how_a_sweep_was_computed_shows(
         assert not listener.of(Warned)
     assert run_sweep(path, PLAN, shard_size=shard_size).finished
     assert digest_of(path) == digest_of(whole)
-    ours, theirs = rbstab.open_traces(path), rbstab.open_traces(whole)
-    assert ours.members.tolist() == theirs.members.tolist() == list(range(0, MEMBERS, 7))
-    for member in ours.members.tolist():
-        for name, variable in ours.of(member).variables.items():
-            assert variable.data.tobytes() == theirs.of(member)[name].tobytes(), name
+    traces, expected = rbstab.open_traces(path), rbstab.open_traces(whole)
+    assert traces.members.tolist() == expected.members.tolist() == list(range(0, MEMBERS, 7))
+    for member in traces.members.tolist():
+        for name, variable in traces.of(member).variables.items():
+            assert variable.data.tobytes() == expected.of(member)[name].tobytes(), name
 
 
 @pytest.mark.heavy

@@ -71,8 +71,8 @@ def test_a_member_that_kills_every_worker_is_given_up_alone(tmp_path):
     assert [k for k, word in enumerate(status) if word != "completed"] == [7]
     assert status[7] == "crashed"
     run_sweep(tmp_path / "b", plan_of(40))
-    ours, theirs = (shard_files(tmp_path / name) for name in "ab")
-    assert [name for name in ours if ours[name] != theirs[name]] == ["00000000.h5"]
+    files, expected = (shard_files(tmp_path / name) for name in "ab")
+    assert [name for name in files if files[name] != expected[name]] == ["00000000.h5"]
 
 
 def test_the_scheduler_is_lost_and_the_sweep_goes_on_elsewhere(tmp_path):
@@ -185,12 +185,12 @@ def test_nobody_answers():
 
 
 def test_versions_that_are_not_the_same():
-    ours = {"rbstab": "1", "its commit": "abc", "numpy": "2.0"}
-    assert difference(ours, dict(ours)) == ""
-    assert difference(ours, {**ours, "numpy": "2.1"}) == "numpy 2.1, not 2.0"
-    assert difference(ours, {**ours, "its commit": "def"}) == "its commit def, not abc"
-    assert difference(ours, {**ours, "its commit": ""}) == ""  # installed from a package
-    assert difference(ours, {"rbstab": "1", "its commit": ""}) == "numpy ?, not 2.0"
+    versions = {"rbstab": "1", "its commit": "abc", "numpy": "2.0"}
+    assert difference(versions, dict(versions)) == ""
+    assert difference(versions, {**versions, "numpy": "2.1"}) == "numpy 2.1, not 2.0"
+    assert difference(versions, {**versions, "its commit": "def"}) == "its commit def, not abc"
+    assert difference(versions, {**versions, "its commit": ""}) == ""  # installed from a package
+    assert difference(versions, {"rbstab": "1", "its commit": ""}) == "numpy ?, not 2.0"
 
 
 def test_a_task_that_loads_another_plan_is_refused():

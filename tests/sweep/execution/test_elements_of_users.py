@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.switching import data
-from support.user_code import SPRING, mine
+from support.user_code import SPRING, python_section
 
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import run_id
@@ -37,7 +37,7 @@ def folder(tmp_path, monkeypatch):
 def plan_of(engine="scipy", **changes):
     integration = {"engine": engine, "duration": 1.0, "samples": 11}
     start = {"position": [0.3, 0, 0]}
-    base = data({"mine": mine(k=3.0)}, start, integration)
+    base = data({"mine": python_section(k=3.0)}, start, integration)
     return load_plan({"base": base, "vary": VARIED, **changes}, allow_python=True)
 
 
@@ -108,5 +108,5 @@ def test_a_worker_gets_the_permission_of_the_sender(folder, allowed):
         return
     computed = task(0, 2)
     assert not computed.error
-    found = computed.shard.outcome["final_position"][:, 0]
-    np.testing.assert_allclose(found, expected(plan)[:2], atol=1e-9)
+    positions = computed.shard.outcome["final_position"][:, 0]
+    np.testing.assert_allclose(positions, expected(plan)[:2], atol=1e-9)

@@ -79,8 +79,8 @@ def test_a_member_that_always_crashes_is_given_up_alone(tmp_path):
     tables = [read_sweep(tmp_path / name / "members.h5") for name in "ab"]
     others = [member for member in range(30) if member != 13]
     for name in tables[1].columns:
-        ours, theirs = (table[name][others] for table in tables)
-        assert ours.tobytes() == theirs.tobytes(), name
+        actual, expected = (table[name][others] for table in tables)
+        assert actual.tobytes() == expected.tobytes(), name
     assert tables[0].words("status")[13] == "crashed"
     given_up = [event.text for event in listener.of(Warned) if "given up" in event.text]
     assert [text.startswith("member 13 was given up (") for text in given_up] == [True]
@@ -187,8 +187,8 @@ def test_a_full_disk_ends_the_sweep_and_its_workers(tmp_path, monkeypatch):
 
 def children(parent=None):
     """Return the running worker processes that a process has started."""
-    found = psutil.Process(parent).children(recursive=True)
-    return [child for child in found if "popen_loky" in " ".join(command(child))]
+    processes = psutil.Process(parent).children(recursive=True)
+    return [child for child in processes if "popen_loky" in " ".join(command(child))]
 
 
 def command(process):

@@ -53,8 +53,8 @@ def ended(started):
 def test_parts_begun_in_the_same_instant(tmp_path, whole):
     for turn in range(4):
         path = tmp_path / str(turn)
-        found = ended(processes(path, *(f"{number}/4" for number in range(1, 5))))
-        assert found == [(0, 8), (0, 8), (0, 7), (0, 7)]
+        endings = ended(processes(path, *(f"{number}/4" for number in range(1, 5))))
+        assert endings == [(0, 8), (0, 8), (0, 7), (0, 7)]
         assert not list(path.glob("**/.*.part"))
         assert finish(path).finished
         assert shard_files(path) == shard_files(whole)
@@ -70,11 +70,11 @@ def test_two_commands_at_once(tmp_path, whole):
         assert digest_of(path) == digest_of(whole)
         for name, other in (("plan", {"members": 59}), ("size", {"shard_size": 70})):
             path = tmp_path / f"{name}{turn}"
-            pair = [ForkedSweep(sweep_part, path, "1/1", 0.0, one) for one in ({}, other)]
+            pair = [ForkedSweep(sweep_part, path, "1/1", 0.0, options) for options in ({}, other)]
             begin(pair)
-            found = ended(pair)
-            assert sorted(code for code, _ in found) == [0, 1]
-            (refused,) = (said for code, said in found if code)
+            endings = ended(pair)
+            assert sorted(code for code, _ in endings) == [0, 1]
+            (refused,) = (said for code, said in endings if code)
             assert refused.startswith("OtherSweepError: ")
             assert shard_inventory(read_folder(path)).missing == []
             assert not list(path.glob("**/.*.part"))

@@ -38,7 +38,7 @@ def table_of(rows, speed=1.0):
     ]
     arrays: dict[str, Any] = {
         RUN: np.arange(len(rows)),
-        "status": np.array([STATUSES.index(one) for one in status], np.int8),
+        "status": np.array([STATUSES.index(word) for word in status], np.int8),
         "settling_time": np.array(settling),
         "end_time": np.ones(len(rows)),
         "rest_orientation": np.radians([[0, angle, 0] for angle in rest]),
@@ -69,12 +69,12 @@ def test_kinds_follow_from_status_rest_and_tilt():
         (RunStatus.RANGE_LEFT, 1.0, 0.0, 89.9, "left_range", 89.9, 0),
         *((status, NAN, NAN, NAN, "failed", NAN, 0) for status in STATUSES[2:]),
     ]
-    found = with_outcomes(table_of([row[:4] for row in rows]), None)
-    assert found.words("outcome").tolist() == [row[4] for row in rows]
-    assert np.degrees(found["final_tilt"]) == pytest.approx([row[5] for row in rows], nan_ok=True)
-    assert found["rest_state"].tolist() == [row[6] for row in rows]
-    assert "2 rests elsewhere" in repr(found)
-    assert set(KINDS) == set(found.words("outcome"))
+    table = with_outcomes(table_of([row[:4] for row in rows]), None)
+    assert table.words("outcome").tolist() == [row[4] for row in rows]
+    assert np.degrees(table["final_tilt"]) == pytest.approx([row[5] for row in rows], nan_ok=True)
+    assert table["rest_state"].tolist() == [row[6] for row in rows]
+    assert "2 rests elsewhere" in repr(table)
+    assert set(KINDS) == set(table.words("outcome"))
 
 
 @pytest.mark.parametrize(
@@ -90,10 +90,10 @@ def test_the_tilt_is_measured_from_the_desired_attitude():
     desired = {"orientation": {"deg": [0, 60, 0]}, "within": {"deg": 5}}
     plan = plan_of({"body.mass": {"values": [3.0, 3.5]}}, leg(desired=desired))
     rows = [(RunStatus.COMPLETED, 1.0, 0.0, 0.0), (RunStatus.COMPLETED, 1.0, 58.0, 58.0)]
-    found = with_outcomes(table_of(rows), plan)
-    assert found.words("outcome").tolist() == ["rests_elsewhere", "returns"]
-    assert np.degrees(found["final_tilt"]) == pytest.approx([60.0, 2.0])
-    assert found["rest_state"].tolist() == [2, 1]
+    table = with_outcomes(table_of(rows), plan)
+    assert table.words("outcome").tolist() == ["rests_elsewhere", "returns"]
+    assert np.degrees(table["final_tilt"]) == pytest.approx([60.0, 2.0])
+    assert table["rest_state"].tolist() == [2, 1]
 
 
 def test_poses_are_numbered_by_tilt_and_turns_do_not_matter():
@@ -129,12 +129,12 @@ def test_the_stiffness_at_which_a_leg_stands(tmp_path):
     tilts = table["final_tilt"][leaning]
     # Its knee gives way a little: K_c is finite.
     assert stiffness[leaning] * tilts == pytest.approx(WEIGHT_MOMENT * np.sin(tilts), rel=0.02)
-    found = member_answers(file).outcomes
-    first, middle, last = found.deciding.split("; ", 2)
+    outcomes = member_answers(file).outcomes
+    first, middle, last = outcomes.deciding.split("; ", 2)
     assert first == "returns by 5 s for K_r[0] ≥ 7.0 N m/rad"
     assert middle.startswith("still moving at 5 s at 6.5")
     assert "rests elsewhere for ≤ 6.0" in last
-    assert found.sentence.startswith(f"returns: {np.sum(kinds == 'returns')} of 51 members; ")
+    assert outcomes.sentence.startswith(f"returns: {np.sum(kinds == 'returns')} of 51 members; ")
 
 
 @pytest.mark.slow
@@ -149,9 +149,11 @@ def test_a_leg_that_would_fall_about_one_axis_is_not_said_to_return(tmp_path, en
     table = rbstab.open_sweep(file)
     expected = ["at_unstable_rest"] * 2 + ["returns"] * 2
     assert table.words("outcome").tolist() == expected
-    found = member_answers(file).outcomes
-    assert found.deciding.startswith("returns by 5 s for K_r[0] ≥ 6.5 N m/rad; at an unstable rest")
-    assert "at an unstable rest state: 2" in found.sentence
+    outcomes = member_answers(file).outcomes
+    assert outcomes.deciding.startswith(
+        "returns by 5 s for K_r[0] ≥ 6.5 N m/rad; at an unstable rest"
+    )
+    assert "at an unstable rest state: 2" in outcomes.sentence
 
 
 @pytest.mark.slow

@@ -55,9 +55,9 @@ def test_a_part_computes_what_is_missing_of_it(tmp_path):
     run_sweep(path, part=Part(2, 3))
     assert [Path(name).stem for name in shard_files(path)] == ["00000001", "00000004"]
     read_folder(path).shard_file(4).write_bytes(b"damaged")
-    found = shard_inventory(read_folder(path))
-    assert (found.missing, found.damaged) == ([0, 2, 3, 4, 5], [4])
-    assert read_folder(path).ranges(found.missing) == [(0, 10), (20, 60)]
+    inventory = shard_inventory(read_folder(path))
+    assert (inventory.missing, inventory.damaged) == ([0, 2, 3, 4, 5], [4])
+    assert read_folder(path).ranges(inventory.missing) == [(0, 10), (20, 60)]
     run_sweep(path, listener=listener, part=Part(2, 3))
     assert listener.computed == [4]
     (started,) = listener.of(Started)

@@ -54,10 +54,10 @@ def test_a_finished_sweep(tmp_path, read_only, lock_file):
         (tmp_path / LOCK_FILE).unlink()
     before = content(tmp_path)
     read_only()
-    found = sweep_to_folder(PLAN, tmp_path, OPTIONS)
-    assert found.finished
-    assert found.inventory.members == PLAN.members
-    assert found.comparison is not None
+    again = sweep_to_folder(PLAN, tmp_path, OPTIONS)
+    assert again.finished
+    assert again.inventory.members == PLAN.members
+    assert again.comparison is not None
     assert content(tmp_path) == before
 
 

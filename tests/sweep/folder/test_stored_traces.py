@@ -29,10 +29,10 @@ def test_what_is_stored(tmp_path):
     assert (traces.times == np.linspace(0, 0.02, 5)).all()
     assert len(traces) == 9
     for place, member in enumerate(range(0, 60, 7)):
-        one = traces.of(member)
-        assert one["run"] == member
+        trace = traces.of(member)
+        assert trace["run"] == member
         for name, data in expected.items():
-            assert (one[name] == (data if name == "time" else data[place])).all(), name
+            assert (trace[name] == (data if name == "time" else data[place])).all(), name
     parts = list(traces)
     assert np.concatenate([part["run"] for part in parts]).tolist() == traces.members.tolist()
     together = np.concatenate([part["position"] for part in parts])
@@ -130,10 +130,10 @@ def test_a_disk_without_room_is_told_before_anything_is_done(tmp_path, monkeypat
 
 
 def test_shards_with_traces_are_small_enough_for_the_memory():
-    assert default_shard_size(10**6, one_by_one=False) == 4096
-    assert default_shard_size(10**6, one_by_one=False, trace_bytes=400.0) == 4096
+    assert default_shard_size(10**6, has_single_runs=False) == 4096
+    assert default_shard_size(10**6, has_single_runs=False, trace_bytes=400.0) == 4096
     for size in (40_000, 500_000, 10**7, 10**9):
-        members = default_shard_size(10**6, one_by_one=False, trace_bytes=size)
+        members = default_shard_size(10**6, has_single_runs=False, trace_bytes=size)
         assert members == 1 or MAX_TRACE_BYTES / 2 < members * size <= MAX_TRACE_BYTES
-    assert default_shard_size(10**6, one_by_one=True, trace_bytes=10**7) == 3
-    assert default_shard_size(10**6, one_by_one=True, trace_bytes=10.0) == 16
+    assert default_shard_size(10**6, has_single_runs=True, trace_bytes=10**7) == 3
+    assert default_shard_size(10**6, has_single_runs=True, trace_bytes=10.0) == 16

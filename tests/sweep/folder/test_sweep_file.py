@@ -56,7 +56,7 @@ def test_variants_and_axes_of_a_plan_in_its_file(tmp_path):
     ]
     assert table["grid_axis"].tolist() == ["controller.variant", "point"]
     assert table.shaped("final_position").shape == (5, 1000, 3)
-    ours = table.to_xarray()
+    dataset = table.to_xarray()
     exported = tmp_path / "a.nc"
     exporting = CliRunner().invoke(cli, ["export", str(tmp_path / "a"), "-o", str(exported)])
     assert exporting.exit_code == 0, exporting.output
@@ -67,12 +67,14 @@ def test_variants_and_axes_of_a_plan_in_its_file(tmp_path):
         }
         assert data["controller_variant"].attrs["flag_meanings"].split() == list(plan.variants)
         left_out = {"grid_axis_number", "grid_axis", "grid_length", "plan"}
-        assert set(ours.variables) == set(data.variables) - left_out
-        assert dict(ours.sizes) == {"controller_variant": 5, "point": 1000, "axis": 3}
-        assert (ours["initial_position_2"].values == data["initial_position_2"].values[:1000]).all()
+        assert set(dataset.variables) == set(data.variables) - left_out
+        assert dict(dataset.sizes) == {"controller_variant": 5, "point": 1000, "axis": 3}
+        assert (
+            dataset["initial_position_2"].values == data["initial_position_2"].values[:1000]
+        ).all()
         for name in ("final_position", "status"):
             shape = (5, 1000, *data[name].shape[1:])
-            assert (ours[name].values == data[name].values.reshape(shape)).all()
+            assert (dataset[name].values == data[name].values.reshape(shape)).all()
 
 
 def test_every_key_that_varies_has_a_unit():

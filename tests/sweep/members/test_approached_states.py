@@ -26,7 +26,7 @@ def tilt():
     return theta
 
 
-def of_one(system, shared=None):
+def states_and_parameters(system, shared=None):
     return ApproachedStates(system, shared), parameter_values(system)[:, None]
 
 
@@ -37,40 +37,42 @@ def test_they_are_those_of_single_runs(variant):
     at_rest = [configurations(system) for system in systems]
     parameters = np.array([parameter_values(system) for system in systems]).T
     moved = 0.2 * np.random.default_rng(1).normal(size=(at_rest[0].size, 24))
-    last = np.array([one.unloaded for one in at_rest]).T + moved
-    found = ApproachedStates(systems[0], None).find(parameters, last)
-    assert found.found.sum() >= 12
-    for k in np.flatnonzero(found.found):
+    last = np.array([body.unloaded for body in at_rest]).T + moved
+    reached = ApproachedStates(systems[0], None).find(parameters, last)
+    assert reached.approached.sum() >= 12
+    for k in np.flatnonzero(reached.approached):
         system, motion = systems[k], at_rest[k].motion(last[:, k])
-        own = last[at_rest[k].pose_size :, k]
-        zero = lyapunov_zero(system, motion, own, nearest_rest_state(system))
+        states = last[at_rest[k].pose_size :, k]
+        zero = lyapunov_zero(system, motion, states, nearest_rest_state(system))
         assert zero.approached
-        assert found.energy[k] == pytest.approx(zero.rest.energy, rel=1e-9, abs=1e-9)
-        np.testing.assert_allclose(found.orientation[k], zero.rest.motion.Theta, atol=1e-6)
+        assert reached.energy[k] == pytest.approx(zero.rest.energy, rel=1e-9, abs=1e-9)
+        np.testing.assert_allclose(reached.orientation[k], zero.rest.motion.Theta, atol=1e-6)
 
 
 def test_motions_that_end_at_the_shared_state_have_its_energy_to_the_last_bit():
     system = inverted_pendulum(STIFFNESS, MOMENT)
     near = np.array([tilt() + 1e-9, 0.0, 0.0])
     shared = SharedState(near, -0.123)
-    states, parameters = of_one(system, shared)
+    states, parameters = states_and_parameters(system, shared)
     energy = tilt() ** 2 / 2 - MOMENT * (1 - np.cos(tilt()))
     last = np.array([[tilt() + 0.04, -1.0], [0.0, 0.0], [0.0, 0.0]])
-    found = states.find(np.repeat(parameters, 2, axis=1), last)
-    assert found.energy[0] == -0.123
-    assert found.orientation[0, 0] == near[0]
-    assert found.energy[1] == pytest.approx(energy, rel=1e-12)
+    reached = states.find(np.repeat(parameters, 2, axis=1), last)
+    assert reached.energy[0] == -0.123
+    assert reached.orientation[0, 0] == near[0]
+    assert reached.energy[1] == pytest.approx(energy, rel=1e-12)
     # A motion that ends farther away descends to the same state, and has the same energy.
     shared = SharedState(near, energy + 1e-13)
-    found = of_one(system, shared)[0].find(parameters, np.array([[1.2], [0.1], [0.0]]))
-    assert found.energy[0] == energy + 1e-13
+    reached = states_and_parameters(system, shared)[0].find(
+        parameters, np.array([[1.2], [0.1], [0.0]])
+    )
+    assert reached.energy[0] == energy + 1e-13
 
 
 def test_a_motion_that_is_broken_or_ends_beyond_the_range_has_none():
-    states, parameters = of_one(inverted_pendulum([50.0, 1.0, 50.0], 20.0))
+    states, parameters = states_and_parameters(inverted_pendulum([50.0, 1.0, 50.0], 20.0))
     # The second angle is soft: the body falls over its side, beyond ±π/2.
     last = np.array([[np.nan, 0.0], [0.1, 1.5], [0.0, 0.0]])
-    assert states.find(np.repeat(parameters, 2, axis=1), last).found.tolist() == [False, False]
+    assert states.find(np.repeat(parameters, 2, axis=1), last).approached.tolist() == [False, False]
 
 
 @pytest.mark.parametrize("load", [1e-9, 1e-3, 1e3])
@@ -79,7 +81,7 @@ def test_a_small_load_is_balanced_too(load):
     stiffness = 50.0 * np.eye(3)
     body = Body(2.0, np.eye(3), np.array([0.1, 0.2, 0.3]))
     system = bare_system(body, weight=(0.0, load, 0.0), K_t=stiffness, K_r=stiffness)
-    states, parameters = of_one(system)
-    found = states.find(parameters, np.zeros((6, 1)))
-    assert found.found.tolist() == [True]
-    assert found.energy[0] == pytest.approx(-(load**2) / 100.0, rel=1e-9, abs=0)
+    states, parameters = states_and_parameters(system)
+    reached = states.find(parameters, np.zeros((6, 1)))
+    assert reached.approached.tolist() == [True]
+    assert reached.energy[0] == pytest.approx(-(load**2) / 100.0, rel=1e-9, abs=0)

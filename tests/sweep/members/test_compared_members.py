@@ -29,11 +29,11 @@ def grid(*counts):
 def test_four_members_are_spread_over_a_plan(counts):
     """No two are in one row or column of a grid, and the plan has no long piece without one."""
     plan = grid(*counts)
-    found = members_to_compare(plan)
-    assert len(found) == min(4, plan.members)
+    chosen = members_to_compare(plan)
+    assert len(chosen) == min(4, plan.members)
     for values in plan.values(0, plan.members).values():
-        assert len(set(values[found].tolist())) == len(found)
-    gaps = np.diff([0, *found, plan.members - 1])
+        assert len(set(values[chosen].tolist())) == len(chosen)
+    gaps = np.diff([0, *chosen, plan.members - 1])
     assert gaps.max() <= plan.members / 2
 
 
@@ -50,8 +50,8 @@ def test_every_variant_is_compared_but_sliding():
         plan = load_plan(
             {"base": base, "vary": vary, "design": "random", "members": 3 * repeated, "seed": 1}
         )
-        found = members_to_compare(plan)
-        variants = [plan.values(k, k + 1)["controller.variant"][0] for k in found]
+        chosen = members_to_compare(plan)
+        variants = [plan.values(k, k + 1)["controller.variant"][0] for k in chosen]
         assert sorted(variants) == sorted(set(names) - {"sliding"})
         assert len(members_to_compare(plan, 9)) == 9
     base["controller"] = {"variant": "sliding", "K_s": [2000.0] * 3, "surface": {"slope": 20.0}}
@@ -61,34 +61,34 @@ def test_every_variant_is_compared_but_sliding():
 
 def test_more_members_may_be_asked_for():
     plan = grid(100, 100)
-    found = members_to_compare(plan, 500)
-    assert found == sorted(set(found))
-    assert len(found) == 500
-    assert set(members_to_compare(plan, 9)) <= set(found)
+    chosen = members_to_compare(plan, 500)
+    assert chosen == sorted(set(chosen))
+    assert len(chosen) == 500
+    assert set(members_to_compare(plan, 9)) <= set(chosen)
     assert members_to_compare(grid(7), 100) == list(range(7))
 
 
 @pytest.mark.parametrize(
-    ("ours", "theirs", "expected"),
+    ("first", "second", "expected"),
     [
         ([1.0, 1.0], [1.0, 2.0], 0.5),
         ([np.inf, 1.0], [np.inf, 2.0], 0.5),
         ([np.inf, 2.0], [5.0, 2.0], 0),
     ],
 )
-def test_infinite_numbers_hide_no_difference(ours, theirs, expected):
+def test_infinite_numbers_hide_no_difference(first, second, expected):
     """They come from diverged motions."""
     columns = [
-        {"status": np.zeros(2), "settling_time": np.array(values)} for values in (ours, theirs)
+        {"status": np.zeros(2), "settling_time": np.array(values)} for values in (first, second)
     ]
     assert compare(*columns) == (0, {"settling_time": expected})
 
 
 def test_members_that_end_otherwise_are_counted_and_not_compared():
     """The second has another status, and the third has settled in one of both only."""
-    ours = {"status": np.array([0, 1, 0, 0]), "settling_time": np.array([1.0, 2.0, np.nan, 4.0])}
-    theirs = {"status": np.zeros(4), "settling_time": np.array([1.0, 9.0, 3.0, 4.0])}
-    assert compare(ours, theirs) == (2, {"settling_time": 0.0})
+    first = {"status": np.array([0, 1, 0, 0]), "settling_time": np.array([1.0, 2.0, np.nan, 4.0])}
+    second = {"status": np.zeros(4), "settling_time": np.array([1.0, 9.0, 3.0, 4.0])}
+    assert compare(first, second) == (2, {"settling_time": 0.0})
 
 
 @pytest.mark.parametrize(
@@ -106,11 +106,11 @@ def test_members_that_end_otherwise_are_counted_and_not_compared():
     ],
 )
 def test_differences_are_relative_to_a_peak(name, scale, values, expected):
-    ours, theirs, size = values
+    first, second, size = values
     shape = (2, 3) if name.startswith("final") else (2,)
     columns = [
         {"status": np.zeros(2), name: np.full(shape, value), scale: np.full(shape, size)}
-        for value in (ours, theirs)
+        for value in (first, second)
     ]
     unlike, differences = compare(*columns)
     assert unlike == 0
@@ -139,11 +139,14 @@ def theirs():
 
 def difference(theirs, members):
     """Return the largest difference of the ensemble engine, for some members."""
-    ours = ensemble_engine(FEW).compute(0, FEW.members).outcome
-    unlike, found = compare(
-        *({name: column[members] for name, column in one.items()} for one in (ours, theirs))
+    batch = ensemble_engine(FEW).compute(0, FEW.members).outcome
+    unlike, differences = compare(
+        *(
+            {name: column[members] for name, column in outcome.items()}
+            for outcome in (batch, theirs)
+        )
     )
-    return np.inf if unlike else max(found.values())
+    return np.inf if unlike else max(differences.values())
 
 
 def test_an_engine_without_a_fault_agrees(theirs):
@@ -173,8 +176,12 @@ def test_a_number_that_is_compiled_in_wrong_shows_in_four_members(number, theirs
 
     def wrong(given):
         values = parameter_values(given)
-        own = np.concatenate([np.full(v.size, np.abs(v).max()) for v in parameters(given).values()])
-        values[number] += 1e-6 * values[number] if values[number] else max(1e-3, 1e-6 * own[number])
+        sizes = np.concatenate(
+            [np.full(v.size, np.abs(v).max()) for v in parameters(given).values()]
+        )
+        values[number] += (
+            1e-6 * values[number] if values[number] else max(1e-3, 1e-6 * sizes[number])
+        )
         return values
 
     monkeypatch.setattr(ensemble, "parameter_values", wrong)

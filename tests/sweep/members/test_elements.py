@@ -5,7 +5,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from support.config_elements import ONE_OF_EACH, TIE, config_data
+from support.config_elements import EACH_KIND, TIE, config_data
 from support.member_plans import ELEMENTS
 
 from rbstab.config.build import problem_of
@@ -39,8 +39,8 @@ def test_numbers_of_members_are_those_of_their_configs():
         config = plan.config_of(k)
         problem = problem_of(config)
         expected = parameters_and_start(problem.system, problem.start)
-        found = np.concatenate([parameters[:, k], starts[:, k]])
-        assert found == pytest.approx(expected, rel=1e-15, abs=1e-300)
+        numbers = np.concatenate([parameters[:, k], starts[:, k]])
+        assert numbers == pytest.approx(expected, rel=1e-15, abs=1e-300)
         bound = binding.config_of({key: column[k] for key, column in values.items()})
         assert bound.elements == config.elements
         assert config.elements["strut"].stiffness == values["elements.strut.stiffness"][k]
@@ -55,13 +55,13 @@ def test_rest_states_are_those_of_single_runs(gravity):
     slow = {"orientation": [0.0, 0.0, 0.0], "angular_velocity": [0.02, 0.0, 0.01]}
     base = config_data({"tie": TIE}, gravity=gravity, initial=slow, integration=SHORT)
     plan = plan_of({"elements.tie.K_c": {"scale": {"uniform": [0.5, 2]}}}, base, 3)
-    found = factory_for("heyoka")(plan).compute(0, 3).outcome
+    batch = factory_for("heyoka")(plan).compute(0, 3).outcome
     expected = SingleRuns(plan, "scipy").compute(0, 3).outcome
     assert (np.abs(expected["energy_at_rest"]) > 0.1).all()
-    assert np.abs(found["final_position"]).max() < 0.2
+    assert np.abs(batch["final_position"]).max() < 0.2
     for name in ("energy_at_rest", "rest_orientation", "lyapunov_start", "lyapunov_end"):
         scale = np.abs(expected[name]).max()
-        np.testing.assert_allclose(found[name], expected[name], rtol=0, atol=1e-8 * scale)
+        np.testing.assert_allclose(batch[name], expected[name], rtol=0, atol=1e-8 * scale)
 
 
 def test_columns_of_numbers_of_elements_have_units(tmp_path):
@@ -112,9 +112,9 @@ def test_every_number_of_every_kind_can_vary():
         "upright": ["K[0]", "L[2]"],
         "range": ["stiffness", "outer_stiffness"],
     }
-    assert set(keys) == set(ONE_OF_EACH)
-    varied = [f"elements.{name}.{key}" for name, own in keys.items() for key in own]
+    assert set(keys) == set(EACH_KIND)
+    varied = [f"elements.{name}.{key}" for name, numbers in keys.items() for key in numbers]
     for key in varied:
         plan = plan_of({key: {"scale": {"uniform": [1.0, 1.01]}}}, members=2)
-        one, two = plan.config_of(0), plan.config_of(1)
-        assert one.elements != two.elements, key
+        first, second = plan.config_of(0), plan.config_of(1)
+        assert first.elements != second.elements, key

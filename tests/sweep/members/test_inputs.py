@@ -71,15 +71,15 @@ def test_a_member_at_rest_that_is_pushed_has_a_settling_time():
     base["integration"]["duration"] = 40.0
     base["initial"] = {}
     plan = load_plan({"base": base, "vary": vary})
-    found = SingleRuns(plan, "scipy").compute(0, 2).outcome
-    assert np.abs(found["lyapunov_start"]).max() < 1e-12
+    outcome = SingleRuns(plan, "scipy").compute(0, 2).outcome
+    assert np.abs(outcome["lyapunov_start"]).max() < 1e-12
     for k in range(2):
         result = simulate(plan.config_of(k))
         v, times = result["lyapunov"], result["time"]
-        late = times > found["settling_time"][k]
+        late = times > outcome["settling_time"][k]
         assert 0 < late.sum() < len(times)
         assert (v[late] < 1e-3 * v.max()).all()
         assert v[~late][-1] >= 1e-3 * v.max()
-        assert settling_time_of(result) == found["settling_time"][k]
+        assert settling_time_of(result) == outcome["settling_time"][k]
         text = str(answer_of(result).this_start)
         assert "v stays below 0.001 of its largest value from t = " in text

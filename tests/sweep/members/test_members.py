@@ -60,11 +60,11 @@ def alone(plan, *arguments, **options):
 
 def in_thread(compute, *bounds):
     """Return what an engine computes in a thread of its own."""
-    found = []
-    thread = threading.Thread(target=lambda: found.append(compute(*bounds)))
+    results = []
+    thread = threading.Thread(target=lambda: results.append(compute(*bounds)))
     thread.start()
     thread.join(120.0)
-    return found[0]
+    return results[0]
 
 
 # Bits
@@ -110,15 +110,15 @@ def test_a_member_that_fails_alone_changes_no_bit_of_its_neighbours():
     base = paper("free", False, controller=controller, duration=0.1, samples=5)
     key = "controller.K_s[1]"
     with_strong = listed(base, **{key: [500.0, 200_000.0, 700.0]})
-    found, expected = (
+    batch, expected = (
         batches(plan).compute(0, plan.members).outcome
         for plan in (with_strong, listed(base, **{key: [500.0, 700.0]}))
     )
-    ends = [STATUSES[code] for code in found["status"]]
+    ends = [STATUSES[code] for code in batch["status"]]
     assert ends == [RunStatus.COMPLETED, RunStatus.SWITCH_LIMIT, RunStatus.COMPLETED]
-    assert 0 < found["end_time"][1] < 0.1
+    assert 0 < batch["end_time"][1] < 0.1
     for name, column in expected.items():
-        assert column.tobytes() == found[name][[0, 2]].tobytes(), name
+        assert column.tobytes() == batch[name][[0, 2]].tobytes(), name
 
 
 @pytest.mark.parametrize("name", ["recorded", "extremes_of", "outcome_of"])
@@ -132,9 +132,9 @@ def test_a_member_without_columns_is_not_completed(monkeypatch, name):
         raise MemoryError
 
     monkeypatch.setattr(f"rbstab.sweep.members.single.{name}", refuse)
-    found = engine.compute(0, 2).outcome
-    assert found["status"].tolist() == [STATUSES.index("solver failure")] * 2
-    assert np.isnan(found["end_time"]).all()
+    outcome = engine.compute(0, 2).outcome
+    assert outcome["status"].tolist() == [STATUSES.index("solver failure")] * 2
+    assert np.isnan(outcome["end_time"]).all()
 
 
 def test_a_member_whose_preparation_fails_fails_alone(monkeypatch):
@@ -181,24 +181,26 @@ def test_each_member_is_its_single_run(name):
     plan, engine, whole = made(name)
     columns = outcome_columns(plan)
     assert whole.outcome.keys() == columns.keys()
-    for column, one in columns.items():
-        assert whole.outcome[column].shape == (plan.members, *one.shape)
-        assert whole.outcome[column].dtype == np.dtype(one.dtype)
+    for column, declared in columns.items():
+        assert whole.outcome[column].shape == (plan.members, *declared.shape)
+        assert whole.outcome[column].dtype == np.dtype(declared.dtype)
     single = alone(plan, "heyoka", with_largest=True)
     assert engine.single_runs.members == PLANS[name][1]
     for member in sorted({0, 1, plan.members // 2, plan.members - 1}):
         expected = single.compute(member, member + 1)
-        ours = {column: values[[member]] for column, values in whole.outcome.items()}
-        unlike, differences = compare(ours, expected.outcome)
+        batch = {column: values[[member]] for column, values in whole.outcome.items()}
+        unlike, differences = compare(batch, expected.outcome)
         assert unlike == 0
         is_alone = member in PLANS[name][1]
         for column, difference in differences.items():
             assert difference <= (0.0 if is_alone else LOOSER.get(column, 1e-8)), column
         for quantity, values in expected.traces.items():
-            found = whole.traces[quantity][[member]] if quantity != "time" else values
+            samples = whole.traces[quantity][[member]] if quantity != "time" else values
             of_size = expected.traces["lyapunov" if "residual" in quantity else quantity]
             size = 0.0 if is_alone else max(1e-3, np.nanmax(np.abs(of_size), initial=0.0))
-            np.testing.assert_allclose(found, values, rtol=0.0, atol=1e-8 * size, err_msg=quantity)
+            np.testing.assert_allclose(
+                samples, values, rtol=0.0, atol=1e-8 * size, err_msg=quantity
+            )
 
 
 @pytest.mark.parametrize("name", ["visco-elastic", "embedded", "elements", "inputs", "switching"])
@@ -220,22 +222,22 @@ def test_a_single_run_is_the_run_of_its_config(name, member):
     plan, _, _ = made(name)
     outcome, traces = alone(plan, "heyoka").compute(member, member + 1)
     run = simulate(plan.config_of(member))
-    found = {column: values[0] for column, values in outcome.items()}
-    assert STATUSES[found["status"]] == run.status
-    assert found["steps"] == run.attributes["steps"]
-    assert found["end_time"] == run["time"][-1]
+    row = {column: values[0] for column, values in outcome.items()}
+    assert STATUSES[row["status"]] == run.status
+    assert row["steps"] == run.attributes["steps"]
+    assert row["end_time"] == run["time"][-1]
     for quantity in ("orientation", "angular_velocity", "position", "velocity"):
-        assert (found[f"final_{quantity}"] == run[quantity][-1]).all()
-    own = run["connector_state"][-1] if "connector_state" in run else np.full(3, np.nan)
-    assert np.array_equal(found["final_connector_state"], own, equal_nan=True)
-    assert found["lyapunov_start"] == run["lyapunov"][0]
-    assert found["lyapunov_end"] == run["lyapunov"][-1]
-    assert found["energy_residual"] == np.abs(run["energy_residual"]).max()
-    assert (found["peak_contact_displacement"] == run["peak_contact_displacement"]).all()
-    assert found["peak_orientation"][1] == run["largest_pitch"]
+        assert (row[f"final_{quantity}"] == run[quantity][-1]).all()
+    connector_state = run["connector_state"][-1] if "connector_state" in run else np.full(3, np.nan)
+    assert np.array_equal(row["final_connector_state"], connector_state, equal_nan=True)
+    assert row["lyapunov_start"] == run["lyapunov"][0]
+    assert row["lyapunov_end"] == run["lyapunov"][-1]
+    assert row["energy_residual"] == np.abs(run["energy_residual"]).max()
+    assert (row["peak_contact_displacement"] == run["peak_contact_displacement"]).all()
+    assert row["peak_orientation"][1] == run["largest_pitch"]
     reached = int((run["time"] == traces["time"][: len(run["time"])]).sum())
     # The state at which a run stops early is no sample.
-    assert reached == len(run["time"]) - (found["status"] == LEFT)
+    assert reached == len(run["time"]) - (row["status"] == LEFT)
     for quantity in traces.keys() & set(run.variables) - {"time"}:
         assert (traces[quantity][0, :reached] == run[quantity][:reached]).all(), quantity
         assert np.isnan(traces[quantity][0, reached:]).all(), quantity
@@ -250,7 +252,7 @@ def test_quaternions_change_nothing_where_angles_suffice():
     same = np.flatnonzero(theirs["status"] == COMPLETED)
     assert len(same) >= 4
     unlike, differences = compare(
-        *({k: v[same] for k, v in one.items()} for one in (whole.outcome, theirs))
+        *({k: v[same] for k, v in outcome.items()} for outcome in (whole.outcome, theirs))
     )
     assert unlike == 0
     assert max(differences.values()) < 1e-6, differences
@@ -264,18 +266,18 @@ def test_who_leaves_the_range_is_known_however_few_the_samples(samples):
     base = PITCHING | {"integration": PITCHING["integration"] | {"samples": samples}}
     plan = listed(base, **{PITCH: np.linspace(20, 60, 21).tolist()})
     engine: Any = EnsembleEngine(plan, RecordedSingleRuns(plan))
-    found = engine.compute(0, 21).outcome
+    batch = engine.compute(0, 21).outcome
     expected = alone(plan, "heyoka").compute(0, 21).outcome
-    assert found["status"].tolist() == expected["status"].tolist()
-    left = found["status"] == LEFT
+    assert batch["status"].tolist() == expected["status"].tolist()
+    left = batch["status"] == LEFT
     assert engine.single_runs.members == set(np.flatnonzero(left).tolist())
     # Some come near the end of the range, and turn back.
-    near = found["peak_orientation"][:, 1] > 1.4
+    near = batch["peak_orientation"][:, 1] > 1.4
     assert (near & ~left).any()
     assert left.any()
     # A member that left the range approaches no rest state in it.
-    assert np.isnan(found["rest_orientation"]).all(axis=1).tolist() == left.tolist()
-    assert not np.isnan(found["energy_at_rest"]).any()
+    assert np.isnan(batch["rest_orientation"]).all(axis=1).tolist() == left.tolist()
+    assert not np.isnan(batch["energy_at_rest"]).any()
 
 
 def test_rest_energies_that_are_not_found_at_once_are_looked_for(monkeypatch):
@@ -287,18 +289,18 @@ def test_rest_energies_that_are_not_found_at_once_are_looked_for(monkeypatch):
         return RestStatesOfMembers(np.full(count, 1e9), np.full((count, 3), 1e9), none, none)
 
     monkeypatch.setattr(ApproachedStates, "find", nothing)
-    found = batches(plan).compute(0, 4).outcome
-    assert found["lyapunov_start"] == pytest.approx(whole.outcome["lyapunov_start"][:4], rel=1e-9)
+    batch = batches(plan).compute(0, 4).outcome
+    assert batch["lyapunov_start"] == pytest.approx(whole.outcome["lyapunov_start"][:4], rel=1e-9)
 
 
 def test_each_member_has_the_rest_state_of_its_own_system():
     """Single runs of the same system share the rest state next to the unloaded position."""
     base = paper("free", False, controller=SLOPE, duration=0.05) | {"gravity": [0.0, 0.0, -10.0]}
     plan = listed(base, **{PITCH: [5.0, 20.0], "body.mass": [40.0, 40.0, 42.0]})
-    found = batches(plan).compute(0, plan.members).outcome["energy_at_rest"]
+    energies = batches(plan).compute(0, plan.members).outcome["energy_at_rest"]
     runs = [simulate(plan.config_of(member)) for member in range(plan.members)]
-    assert found.tolist() == [float(run["energy_at_rest"]) for run in runs]
-    assert found[0] == found[1] == found[3] != found[2]
+    assert energies.tolist() == [float(run["energy_at_rest"]) for run in runs]
+    assert energies[0] == energies[1] == energies[3] != energies[2]
 
 
 @pytest.mark.parametrize("surface", [{"slope": 20}, pytest.param("position", marks=slow)])

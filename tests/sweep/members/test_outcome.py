@@ -35,30 +35,30 @@ def extremes_of(count):
 def test_each_extreme_has_its_column():
     extremes = extremes_of(2)
     value, time, error = extremes.extrema
-    found = outcome_of(quantities_of(0.2, 0.1), extremes)
-    assert (found["peak_contact_displacement"] == value[E_ROWS].T).all()
-    assert (found["peak_contact_displacement"] <= 0).all()
-    assert (found["peak_orientation"] == -value[THETA_ROWS].T).all()
-    assert found["smallest_regularity"] == pytest.approx(np.cos(value[THETA_ROWS][1]))
-    assert (found["peak_contact_displacement_error"] == error[E_ROWS][2]).all()
-    assert (found["peak_orientation_error"] == error[THETA_ROWS][2]).all()
-    assert found["settling_time"].tolist() == [0.0, 1.0]
-    assert found["displacement_settling_time"].tolist() == [5.0, 6.0]
+    columns = outcome_of(quantities_of(0.2, 0.1), extremes)
+    assert (columns["peak_contact_displacement"] == value[E_ROWS].T).all()
+    assert (columns["peak_contact_displacement"] <= 0).all()
+    assert (columns["peak_orientation"] == -value[THETA_ROWS].T).all()
+    assert columns["smallest_regularity"] == pytest.approx(np.cos(value[THETA_ROWS][1]))
+    assert (columns["peak_contact_displacement_error"] == error[E_ROWS][2]).all()
+    assert (columns["peak_orientation_error"] == error[THETA_ROWS][2]).all()
+    assert columns["settling_time"].tolist() == [0.0, 1.0]
+    assert columns["displacement_settling_time"].tolist() == [5.0, 6.0]
     # Where nothing moves, there is no time of a peak.
-    assert found["peak_time"].tolist() == [[0.0] * 3, time[E_ROWS, 1].tolist()]
+    assert columns["peak_time"].tolist() == [[0.0] * 3, time[E_ROWS, 1].tolist()]
 
 
 def test_ends():
-    found = outcome_of(quantities_of(0.2, 0.1), extremes_of(2))
+    columns = outcome_of(quantities_of(0.2, 0.1), extremes_of(2))
     for name, size in SIZES.items():
         expected = [[2.0 * size, 4.0 * size, 6.0 * size], [size, 2.0 * size, 3.0 * size]]
-        np.testing.assert_allclose(found[f"final_{name}"], expected)
-    assert found["end_time"].tolist() == [10.0, 10.0]
-    assert found["lyapunov_start"].tolist() == [20.0, 20.0]
-    assert found["lyapunov_end"].tolist() == [18.0, 19.0]
-    assert found["energy_at_rest"].tolist() == [-0.2, -0.1]
-    assert found["rest_unstable"].tolist() == [False, True]
+        np.testing.assert_allclose(columns[f"final_{name}"], expected)
+    assert columns["end_time"].tolist() == [10.0, 10.0]
+    assert columns["lyapunov_start"].tolist() == [20.0, 20.0]
+    assert columns["lyapunov_end"].tolist() == [18.0, 19.0]
+    assert columns["energy_at_rest"].tolist() == [-0.2, -0.1]
+    assert columns["rest_unstable"].tolist() == [False, True]
     by_engines = {"status", "steps", "energy_residual", "energy_scale"}
     # A body without a connector has no state of it.
-    assert set(COLUMNS) - set(found) == by_engines | {"final_connector_state"}
-    assert set(found) - set(COLUMNS) == {"final_tie.state"}
+    assert set(COLUMNS) - set(columns) == by_engines | {"final_connector_state"}
+    assert set(columns) - set(COLUMNS) == {"final_tie.state"}

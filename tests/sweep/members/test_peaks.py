@@ -44,13 +44,13 @@ def test_a_translation_has_the_peak_of_its_closed_form(samples, engine):
     w = np.sqrt(STIFFNESS / MASS - d**2)
     time = np.arctan2(w, d) / w
     peak = np.exp(-d * time) * np.sin(w * time) / w
-    found = columns(translating(samples, engine), engine)
+    outcome = columns(translating(samples, engine), engine)
     for member, speed in enumerate((SPEED, -1.0)):
-        peaks = found["peak_contact_displacement"][member]
+        peaks = outcome["peak_contact_displacement"][member]
         assert peaks == pytest.approx([speed * peak, 0.0, 0.0], rel=1e-5, abs=1e-9)
-        assert found["peak_time"][member, 0] == pytest.approx(time, abs=1e-3 / w)
-        assert found["peak_contact_displacement_error"][member] <= 1e-5 * abs(speed * peak)
-    assert (found["peak_orientation"] < 1e-9).all()
+        assert outcome["peak_time"][member, 0] == pytest.approx(time, abs=1e-3 / w)
+        assert outcome["peak_contact_displacement_error"][member] <= 1e-5 * abs(speed * peak)
+    assert (outcome["peak_orientation"] < 1e-9).all()
 
 
 SPIN = {"uniform": [-15, 15]}
@@ -78,9 +78,9 @@ def dense_peaks():
     observed = Observed(ensemble.compiled, ensemble.symbolic, watched)
     samples = ensemble.run(parameters, starts).samples
     assert samples is not None
-    found = observed.along(parameters, samples, times)
+    values = observed.along(parameters, samples, times)
     (E, E_time), (Theta, _) = (
-        sampled_peaks(times, np.moveaxis(found[name], 2, 0)) for name in watched
+        sampled_peaks(times, np.moveaxis(values[name], 2, 0)) for name in watched
     )
     return E.T, np.abs(Theta).T, E_time.T
 
@@ -103,18 +103,20 @@ def sampled_peaks(times, values):
 )
 def test_any_number_of_samples_gives_the_peaks_of_many(samples, engine, dense_peaks):
     E, Theta, E_time = dense_peaks
-    found = columns(random_spins(samples, engine), engine)
-    completed = found["status"] == STATUSES.index("completed")
+    outcome = columns(random_spins(samples, engine), engine)
+    completed = outcome["status"] == STATUSES.index("completed")
     assert completed.sum() > 10
     for name, peaks in (("contact_displacement", E), ("orientation", Theta)):
-        values, error = found[f"peak_{name}"], found[f"peak_{name}_error"]
+        values, error = outcome[f"peak_{name}"], outcome[f"peak_{name}_error"]
         # The parabolas are good to some 1e-8, and the tolerance of the runs is as large.
         allowed = 1e-7 * np.abs(peaks).max(axis=1)
         assert (np.abs(values - peaks).max(axis=1) <= error + allowed)[completed].all(), name
         assert (error <= 1e-6 * np.abs(peaks).max(axis=1))[completed].all(), name
-    assert (np.abs(found["peak_time"] - E_time) < 1e-3)[completed].all()
+    assert (np.abs(outcome["peak_time"] - E_time) < 1e-3)[completed].all()
     regularity = np.cos(np.minimum(Theta[:, 1], np.pi / 2))
-    assert found["smallest_regularity"][completed] == pytest.approx(regularity[completed], abs=1e-5)
+    assert outcome["smallest_regularity"][completed] == pytest.approx(
+        regularity[completed], abs=1e-5
+    )
 
 
 SUMMARIES = (
@@ -167,7 +169,7 @@ def test_a_step_that_is_too_long_is_divided(monkeypatch):
 
 def test_a_sliding_member_has_a_peak_with_an_error():
     gains = {"K_s": [20000.0] * 3, "surface": {"slope": 20.0}}
-    found = []
+    outcomes = []
     for samples in (201, 801):
         base = paper_config(
             "free",
@@ -177,9 +179,9 @@ def test_a_sliding_member_has_a_peak_with_an_error():
             engine="heyoka",
         )
         plan = load_plan({"base": base, "vary": {"body.mass": {"values": [40.0, 41.0]}}})
-        found.append(columns(plan, "heyoka"))
-    coarse, fine = found
+        outcomes.append(columns(plan, "heyoka"))
+    coarse, fine = outcomes
     for name in ("contact_displacement", "orientation"):
-        a, b = (np.abs(one[f"peak_{name}"]) for one in found)
+        a, b = (np.abs(outcome[f"peak_{name}"]) for outcome in outcomes)
         errors = coarse[f"peak_{name}_error"] + fine[f"peak_{name}_error"]
         assert not (np.abs(a - b).max(axis=1) > errors + 1e-5 * b.max(axis=1)).any(), (a, b, errors)

@@ -22,7 +22,7 @@ def plan_of(variant="visco-elastic", keep="traces"):
 
 
 @pytest.mark.parametrize(
-    ("name", "own"),
+    ("name", "extra"),
     [
         ("free", set()),
         ("permanent", set()),
@@ -31,13 +31,13 @@ def plan_of(variant="visco-elastic", keep="traces"):
         ("inputs", {"supplied_energy"}),
     ],
 )
-def test_a_trace_has_what_its_variants_have(name, own):
+def test_a_trace_has_what_its_variants_have(name, extra):
     layout = layout_of(PLANS[name][0]())
-    assert set(layout.quantities) == {*VECTORS, *NUMBERS} | own
+    assert set(layout.quantities) == {*VECTORS, *NUMBERS} | extra
     assert layout.size == sum(
         data[0].nbytes for quantity, data in layout.empty(1).items() if quantity != "time"
     )
-    vectors = len(VECTORS) + ("connector_state" in own)
+    vectors = len(VECTORS) + ("connector_state" in extra)
     numbers = len(layout.quantities) - vectors
     assert layout.size == 8 * len(layout.times) * (3 * vectors + numbers)
 

@@ -66,13 +66,13 @@ SEEN = [
 @pytest.mark.parametrize(("vary", "change", "values"), SEEN)
 def test_keys_that_members_see(vary, change, values):
     plan = loaded(change, vary=vary)
-    found = set()
+    seen = set()
     for number in range(plan.members):
         value = plan.config_of(number)
         for name in change.partition("=")[0].split("."):
             value = getattr(value, name)
-        found.add(value)
-    assert found == values
+        seen.add(value)
+    assert seen == values
 
 
 def test_a_key_that_only_one_variant_has():

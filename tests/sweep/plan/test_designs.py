@@ -43,9 +43,9 @@ def test_a_point_does_not_depend_on_the_cut(design, cuts):
 def test_the_seed_counts(design):
     assert (whole(design) == whole(design)).all()
     others = [whole(design, seed=seed) for seed in (3, 4, 2**63 - 1, 0)]
-    for i, one in enumerate(others):
+    for i, points in enumerate(others):
         for other in others[:i]:
-            assert not np.isclose(one, other, atol=1e-6).any(axis=1).all()
+            assert not np.isclose(points, other, atol=1e-6).any(axis=1).all()
 
 
 @each_design
@@ -68,8 +68,8 @@ def test_even_designs_are_more_even_than_chance():
 def test_the_sobol_points_are_those_of_scipy():
     engine = qmc.Sobol(5, scramble=True, bits=SOBOL_BITS, seed=np.random.default_rng(3))
     expected = engine.random(1024).T
-    found = whole(SobolDesign, points=1024)
-    assert (found - expected == 0.5 ** (SOBOL_BITS + 1)).all()
+    points = whole(SobolDesign, points=1024)
+    assert (points - expected == 0.5 ** (SOBOL_BITS + 1)).all()
 
 
 @pytest.mark.parametrize("points", [1, 2, 7, 1000])
@@ -88,10 +88,10 @@ def test_a_latin_hypercube_has_one_point_in_each_interval(points):
 def test_random_numbers_are_the_bits_of_philox():
     """Stored sweeps resume with these bits, under any version of numpy."""
     key = np.random.SeedSequence(11).generate_state(2, np.uint64).tolist()
-    found = RandomDesign(3, 50, 11).draw(0, 50)
+    numbers = RandomDesign(3, 50, 11).draw(0, 50)
     for stream in range(3):
         bits = [word for n in range(1, 14) for word in philox([n, 0, 0, stream], key)][:50]
-        assert found[stream].tolist() == [((word >> 12) + 0.5) / 2**52 for word in bits]
+        assert numbers[stream].tolist() == [((word >> 12) + 0.5) / 2**52 for word in bits]
 
 
 def philox(counter, key):
@@ -99,7 +99,7 @@ def philox(counter, key):
     mask = 2**64 - 1
     (a, b, c, d), (k0, k1) = counter, key
     for _ in range(10):
-        one, other = a * 0xD2E7470EE14C6C93, c * 0xCA5A826395121157
-        a, b, c, d = (other >> 64) ^ b ^ k0, other & mask, (one >> 64) ^ d ^ k1, one & mask
+        first, second = a * 0xD2E7470EE14C6C93, c * 0xCA5A826395121157
+        a, b, c, d = (second >> 64) ^ b ^ k0, second & mask, (first >> 64) ^ d ^ k1, first & mask
         k0, k1 = (k0 + 0x9E3779B97F4A7C15) & mask, (k1 + 0xBB67AE8584CAA73B) & mask
     return a, b, c, d

@@ -28,17 +28,17 @@ def entries(distribution):
 
 @given(NUMBERS, NUMBERS, st.integers(1, 300))
 def test_lists_are_those_of_numpy(first, last, count):
-    found, expected = entries(Linspace((first, last, count))), np.linspace(first, last, count)
-    assert found.tobytes() == expected.tobytes() or (found == expected).all()
+    numbers, expected = entries(Linspace((first, last, count))), np.linspace(first, last, count)
+    assert numbers.tobytes() == expected.tobytes() or (numbers == expected).all()
     a, b = first / 4e4, last / 4e4
-    found = entries(Logspace((a, b, count)))
-    np.testing.assert_allclose(found, np.logspace(a, b, count), rtol=1e-14)
+    numbers = entries(Logspace((a, b, count)))
+    np.testing.assert_allclose(numbers, np.logspace(a, b, count), rtol=1e-14)
     low, high = abs(first) + 1e-9, abs(last) + 1e-9
-    found = entries(Geomspace((low, high, count)))
-    np.testing.assert_allclose(found, np.geomspace(low, high, count), rtol=1e-13)
-    assert found[0] == low
-    assert count == 1 or found[-1] == high
-    assert min(low, high) <= found.min() <= found.max() <= max(low, high)
+    numbers = entries(Geomspace((low, high, count)))
+    np.testing.assert_allclose(numbers, np.geomspace(low, high, count), rtol=1e-13)
+    assert numbers[0] == low
+    assert count == 1 or numbers[-1] == high
+    assert min(low, high) <= numbers.min() <= numbers.max() <= max(low, high)
 
 
 PAIRS = [
@@ -50,10 +50,12 @@ PAIRS = [
 ]
 
 
-@pytest.mark.parametrize(("ours", "theirs"), PAIRS)
-def test_quantiles_are_those_of_scipy(ours, theirs):
-    scale = theirs.ppf(0.75) - theirs.ppf(0.25)
-    np.testing.assert_allclose(ours.quantile(U), theirs.ppf(U), rtol=1e-12, atol=1e-13 * scale)
+@pytest.mark.parametrize(("distribution", "reference"), PAIRS)
+def test_quantiles_are_those_of_scipy(distribution, reference):
+    scale = reference.ppf(0.75) - reference.ppf(0.25)
+    np.testing.assert_allclose(
+        distribution.quantile(U), reference.ppf(U), rtol=1e-12, atol=1e-13 * scale
+    )
 
 
 @given(NUMBERS, st.floats(1e-6, 1e6), st.floats(MIN_VALUE, 1 - MIN_VALUE))

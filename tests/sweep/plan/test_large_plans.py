@@ -26,14 +26,14 @@ def refused(vary, **changes):
     ids=["numbers", "variants", "traces"],
 )
 def test_wrong_entries(vary, keep):
-    found = refused(vary, keep=keep)
-    assert len(found) == 100
-    assert found[-1].endswith("at least 901 more problems are not listed")
+    problems = refused(vary, keep=keep)
+    assert len(problems) == 100
+    assert problems[-1].endswith("at least 901 more problems are not listed")
 
 
 def test_fewer_problems_are_counted_exactly():
-    found = refused({"body.mass": {"values": ["a"] * (ENOUGH_PROBLEMS - 1)}})
-    assert found[-1].endswith(f": {ENOUGH_PROBLEMS - 100} more problems are not listed")
+    problems = refused({"body.mass": {"values": ["a"] * (ENOUGH_PROBLEMS - 1)}})
+    assert problems[-1].endswith(f": {ENOUGH_PROBLEMS - 100} more problems are not listed")
 
 
 def test_a_long_list_of_right_values_is_a_plan():

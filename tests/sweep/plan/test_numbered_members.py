@@ -41,9 +41,9 @@ def test_a_grid_is_the_product_of_its_lists_the_last_fastest(load):
     together = [(1.0, 600.0), (2.0, 700.0), (4.0, 800.0)]
     product = itertools.product([40.0, 50.0], together, [-1.0, 0.0, 1.0, 2.0])
     assert plan.members == 24
-    found = rows(plan)
+    listed = rows(plan)
     expected = [(mass, *pair, spin) for mass, pair, spin in product]
-    assert found == [pytest.approx(row, rel=1e-15) for row in expected]
+    assert listed == [pytest.approx(row, rel=1e-15) for row in expected]
     assert plan.dimensions == {"body.mass": 2, "connector": 3, "initial.angular_velocity[1]": 4}
 
 
@@ -128,8 +128,8 @@ def test_single_columns_in_another_process(load, text):
     plan = load(text)
     sent = pickle.loads(pickle.dumps(plan))  # noqa: S301
     for key, column in plan.values(3, 17).items():
-        ((name, found),) = sent.values(3, 17, [key]).items()
-        assert (name, found.tobytes()) == (key, column.tobytes())
+        ((name, copied),) = sent.values(3, 17, [key]).items()
+        assert (name, copied.tobytes()) == (key, column.tobytes())
     assert sent.config_of(3) == plan.config_of(3)
 
 

@@ -29,8 +29,8 @@ def test_keys_that_a_variant_does_not_have_are_left_out():
         for section in ("controller", "initial"):
             model = model_of(variant).model_fields[section].annotation
             assert model is not None
-            known = model.model_fields
-            data[section] = {key: value for key, value in data[section].items() if key in known}
+            fields = model.model_fields
+            data[section] = {key: value for key, value in data[section].items() if key in fields}
         assert config == load_config(data)
     sliding = plan.config_of(4).controller
     assert (sliding.K_s, sliding.surface, plan.config_of(2).controller.K_c) == (
@@ -168,8 +168,8 @@ def test_members_are_checked_for_the_variants_that_have_the_key(complaints, desi
     assert "controller.K_c[0] is -3 (expected a number greater than 0)" in text_of
     (tmp_path / "good.yaml").write_text((text + more).replace("-3", "3"))
     good = load_plan(tmp_path / "good.yaml")
-    found = {key: column[0] for key, column in good.values(number, number + 1).items()}
-    assert found == {"controller.variant": "embedded", "controller.K_c[0]": 3.0}
+    values = {key: column[0] for key, column in good.values(number, number + 1).items()}
+    assert values == {"controller.variant": "embedded", "controller.K_c[0]": 3.0}
 
 
 def test_members_of_which_some_read_euler_angles_have_the_same_coordinates():

@@ -66,7 +66,7 @@ def test_a_wrong_base_does_not_hide_what_else_is_wrong(complaints, tmp_path, bas
     kept = edited("visco-elastic.yaml", base, edited("summary", "{traces: [0, 7]}", PLAN))
     number = "6:16: keep.traces: has 7 (expected members below 2)"
     for plan, expected in ((text, key), (kept, number)):
-        found = complaints(plan)
-        assert len(found) == 2
-        assert expected in found
-        assert any(line.startswith(place) for line in found)
+        lines = complaints(plan)
+        assert len(lines) == 2
+        assert expected in lines
+        assert any(line.startswith(place) for line in lines)

@@ -137,9 +137,9 @@ WRONG = [
 
 @pytest.mark.parametrize(("base", "vary", "number", "message"), WRONG)
 def test_a_wrong_member_is_named(base, vary, number, message):
-    key, found, text = outcome(vary, base, design="grid")
+    key, member, text = outcome(vary, base, design="grid")
     assert key.startswith(f"vary.{next(iter(vary))}")
-    assert found == number
+    assert member == number
     assert text.startswith(message)
 
 

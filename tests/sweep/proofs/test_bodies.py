@@ -64,19 +64,19 @@ def test_variants_are_bodies_of_their_own_and_sliding_ones_are_left_out():
 
 def test_the_answers_are_those_of_plans_with_one_body(tmp_path):
     plan = plan_of({"body.mass": {"values": MASSES}, **SPIN})
-    found = proved(plan, tmp_path / "all", budget=None)
-    assert (found.bodies, found.reached_bodies) == (3, 3)
-    assert found.reached.all()
+    proofs = proved(plan, tmp_path / "all", budget=None)
+    assert (proofs.bodies, proofs.reached_bodies) == (3, 3)
+    assert proofs.reached.all()
     for k, mass in enumerate(MASSES):
         base = base_of()
         base["body"] = base["body"] | {"mass": mass}
         alone = load_plan({"base": base, "vary": SPIN})
         keep_proofs(alone, tmp_path / "alone")
         expected = ProvedConvergence(alone, tmp_path / "alone").of(0, 7)
-        own = slice(7 * k, 7 * k + 7)
-        assert found.found.codes[own].tolist() == expected.codes.tolist()
-        assert found.found.rest_states[own].tolist() == expected.rest_states.tolist()
-    codes = found.found.codes
+        members = slice(7 * k, 7 * k + 7)
+        assert proofs.convergence.codes[members].tolist() == expected.codes.tolist()
+        assert proofs.convergence.rest_states[members].tolist() == expected.rest_states.tolist()
+    codes = proofs.convergence.codes
     assert {PROVED, NOT_PROVED} == set(codes.tolist())
     assert cached_proof(tmp_path / "all", plan.config_of(20)) is not None
 
@@ -95,19 +95,19 @@ def test_the_budget_ends_the_proofs_and_a_second_call_goes_on(tmp_path, monkeypa
     assert (first.reached_bodies, first.seconds) == (2, 20.0)
     # The lightest and the heaviest body come first.
     assert np.flatnonzero(~first.reached).tolist() == list(range(1, 21, 3))
-    assert (first.found.codes[~first.reached] == NO_PROOF).all()
-    assert (first.found.codes[first.reached] != NO_PROOF).all()
-    second = prove_bodies(plan, tmp_path, first.found, budget=5.0)
+    assert (first.convergence.codes[~first.reached] == NO_PROOF).all()
+    assert (first.convergence.codes[first.reached] != NO_PROOF).all()
+    second = prove_bodies(plan, tmp_path, first.convergence, budget=5.0)
     assert (second.reached_bodies, second.seconds) == (3, 10.0)
-    assert (second.found.codes != NO_PROOF).all()
-    assert (second.found.codes[first.reached] == first.found.codes[first.reached]).all()
+    assert (second.convergence.codes != NO_PROOF).all()
+    assert (second.convergence.codes[first.reached] == first.convergence.codes[first.reached]).all()
 
 
 @pytest.mark.parametrize("processes", [1, 2])
 def test_an_interrupt_keeps_what_is_proved(tmp_path, processes):
     """What is found of reached members is what a whole call finds; a second call goes on."""
     plan = plan_of({"body.mass": {"linspace": [30, 50, 6]}, **SPIN})
-    whole = proved(plan, tmp_path / "whole", budget=None).found
+    whole = proved(plan, tmp_path / "whole", budget=None).convergence
     stop = Event()
 
     def progress(reached, _all):
@@ -119,25 +119,25 @@ def test_an_interrupt_keeps_what_is_proved(tmp_path, processes):
     assert 2 <= first.reached_bodies < 6
     assert first.reached_bodies == 2 or processes == 2
     assert first.reached.sum() == 7 * first.reached_bodies
-    assert (first.found.codes[first.reached] == whole.codes[first.reached]).all()
-    assert (first.found.codes[~first.reached] == NO_PROOF).all()
+    assert (first.convergence.codes[first.reached] == whole.codes[first.reached]).all()
+    assert (first.convergence.codes[~first.reached] == NO_PROOF).all()
     assert not proved(plan, tmp_path / "b", stop=stop, **options).reached.any()
-    second = prove_bodies(plan, tmp_path / "a", first.found, processes=processes, budget=None)
+    second = prove_bodies(plan, tmp_path / "a", first.convergence, processes=processes, budget=None)
     assert second.reached.all()
-    assert second.found.codes.tolist() == whole.codes.tolist()
-    assert second.found.rest_states.tolist() == whole.rest_states.tolist()
+    assert second.convergence.codes.tolist() == whole.codes.tolist()
+    assert second.convergence.rest_states.tolist() == whole.rest_states.tolist()
 
 
 def test_what_is_stored_is_kept_where_it_says_more(tmp_path):
     """A member may be proved by a proof for all bodies within tolerances."""
     plan = plan_of({"body.mass": {"values": [41.0]}, **SPIN})
-    alone = proved(plan, tmp_path, budget=None).found.codes
+    alone = proved(plan, tmp_path, budget=None).convergence.codes
     outside = int(np.flatnonzero(alone == NOT_PROVED)[0])
     stored = nothing(plan)
     stored.codes[outside], stored.rest_states[outside] = PROVED, 1
-    found = prove_bodies(plan, tmp_path, stored, budget=None).found
-    assert (found.codes[outside], found.rest_states[outside]) == (PROVED, 1)
-    assert np.delete(found.codes, outside).tolist() == np.delete(alone, outside).tolist()
+    convergence = prove_bodies(plan, tmp_path, stored, budget=None).convergence
+    assert (convergence.codes[outside], convergence.rest_states[outside]) == (PROVED, 1)
+    assert np.delete(convergence.codes, outside).tolist() == np.delete(alone, outside).tolist()
 
 
 def test_ranges():

@@ -28,10 +28,10 @@ LONG = 600.0
 WEAK = {"scale": {"geomspace": [0.02, 1.0, 9]}}
 
 
-def covered(found, members):
+def covered(proofs, members):
     """Return how many proved boxes have each member."""
     counts = np.zeros(members, dtype=int)
-    for proof in found:
+    for proof in proofs:
         if proof.record.proved:
             counts[proof.members] += 1
     return counts
@@ -44,9 +44,9 @@ def test_one_box_has_all_bodies(tmp_path):
     assert proof.record.proved
     assert proof.members.tolist() == list(range(81))
     for member in (0, 40, 80):
-        own = proof_for(tmp_path / "own", plan.config_of(member), brief=True)
-        assert len(own.states) == 1
-        assert 0 < proof.record.level <= own.regions[0].level
+        alone = proof_for(tmp_path / "own", plan.config_of(member), brief=True)
+        assert len(alone.states) == 1
+        assert 0 < proof.record.level <= alone.regions[0].level
     # The proof is stored: now there is no need to make it.
     assert len(list((tmp_path / "proofs").iterdir())) == 1
     (again,) = prove_boxes(plan, tmp_path, LONG)
@@ -61,11 +61,13 @@ def test_each_member_lies_in_the_bounds_of_its_box(tmp_path):
         },
         "visco-elastic",
     )
-    found = prove_boxes(plan, tmp_path, LONG)
-    assert len(found) > 1
-    assert (covered(found, plan.members) == 1).all()
-    for proof in found:
-        bounds = {one.key: (one.low, one.high) for one in proof.record.tolerances}
+    proofs = prove_boxes(plan, tmp_path, LONG)
+    assert len(proofs) > 1
+    assert (covered(proofs, plan.members) == 1).all()
+    for proof in proofs:
+        bounds = {
+            tolerance.key: (tolerance.low, tolerance.high) for tolerance in proof.record.tolerances
+        }
         for member in proof.members.tolist():
             config = plan.config_of(member)
             for path in [("controller", name, k) for name in ("K_c", "L_r") for k in range(3)]:
@@ -115,12 +117,12 @@ def test_what_is_not_decided_is_not_examined_again(undecided, tmp_path, monkeypa
     assert record.proved is None
     assert record.brief
     assert record.parts == PART_LIMIT
-    assert record.widest in {one.key for one in record.tolerances}
+    assert record.widest in {tolerance.key for tolerance in record.tolerances}
     first = prove_boxes(plan, tmp_path, LONG)
     monkeypatch.setattr("rbstab.experiment.robust.bodies.prove_within", must_not_be_called)
     again = prove_boxes(plan, tmp_path, LONG)
-    assert [one.members.tolist() for one in again] == [one.members.tolist() for one in first]
-    assert [one.record for one in again] == [one.record for one in first]
+    assert [box.members.tolist() for box in again] == [box.members.tolist() for box in first]
+    assert [box.record for box in again] == [box.record for box in first]
 
 
 def must_not_be_called(*_arguments):
@@ -132,7 +134,7 @@ def test_start_and_damping_do_not_divide_a_box(tmp_path):
     vary |= {"gravity[2]": {"values": [-0.1, 0.1]}}
     (proof,) = prove_boxes(plan_of(vary), tmp_path, LONG)
     keys = {f"{key}[{k}]" for key in (K_R, L_R) for k in range(3)} | {"gravity[2]"}
-    assert {one.key for one in proof.record.tolerances} == keys
+    assert {tolerance.key for tolerance in proof.record.tolerances} == keys
 
 
 @pytest.mark.parametrize(
@@ -166,12 +168,12 @@ def test_members_of_each_variant_get_what_their_box_says(tmp_path, monkeypatch):
     certified = ProvedConvergence(plan, tmp_path)
     levels, _ = certified.boxes.of(0, plan.members)
     for number, variant in enumerate(("permanent", "free", "visco-elastic")):
-        own = slice(8 * number, 8 * number + 8)
+        members = slice(8 * number, 8 * number + 8)
         level = boxes[variant].level if variant in boxes else 0.0
-        assert (levels[own] == level).all()
+        assert (levels[members] == level).all()
         if level:
-            below = np.where(start[own] < level, "proved", "unknown")
-            assert words[own].tolist() == below.tolist()
+            below = np.where(start[members] < level, "proved", "unknown")
+            assert words[members].tolist() == below.tolist()
             assert set(below) == {"proved", "unknown"}
     assert set(boxes) >= {"permanent", "visco-elastic"}
     # A part of the members has the same levels.

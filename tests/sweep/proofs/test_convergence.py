@@ -37,10 +37,10 @@ def words(plan, folder):
 def test_inside_and_outside_are_those_of_single_runs(tmp_path, with_gravity):
     plan = plan_of({SPIN: {"values": [1.0, 8.0, 9.92, 9.94, 12.0]}}, with_gravity)
     proof = proof_for(tmp_path, plan.base_of("free"))
-    found = [
+    answers = [
         rbstab.simulate(plan.config_of(k), proof=proof).attributes["convergence"] for k in range(5)
     ]
-    expected = ["proved" if word == "proved" else "not proved" for word in found]
+    expected = ["proved" if word == "proved" else "not proved" for word in answers]
     assert words(plan, tmp_path) == expected
     assert set(expected) == {"proved", "not proved"}
 
@@ -67,11 +67,11 @@ def valleys(tmp_path_factory):
 
 def test_each_start_is_proved_to_reach_the_state_of_its_single_run(valleys):
     plan, proof, convergence = valleys
-    found = convergence.of(0, plan.members)
+    of_members = convergence.of(0, plan.members)
     expected = [start_state(problem_of(plan.config_of(k)), proof) or 0 for k in range(plan.members)]
-    assert found.rest_states.tolist() == expected
+    assert of_members.rest_states.tolist() == expected
     assert set(expected) == {0, 1, 2}
-    proved = found.codes == CONVERGENCE.index("proved")
+    proved = of_members.codes == CONVERGENCE.index("proved")
     assert proved.tolist() == [number > 0 for number in expected]
 
 
@@ -80,8 +80,8 @@ def test_a_proof_that_may_go_on_excludes_no_start(valleys, monkeypatch, goes_on,
     """After more boxes the start may be in a region."""
     plan, _, convergence = valleys
     monkeypatch.setattr(Proof, "goes_on", goes_on)
-    found = convergence.of(0, plan.members)
-    assert set(found.codes[found.rest_states == 0].tolist()) == {code}
+    of_members = convergence.of(0, plan.members)
+    assert set(of_members.codes[of_members.rest_states == 0].tolist()) == {code}
 
 
 def test_a_small_energy_outside_of_the_range_proves_nothing(valleys):
@@ -112,17 +112,17 @@ def test_each_member_has_its_own_modes_of_a_ligament(tmp_path):
     plan = load_plan({"base": base, "vary": axes})
     proof = proof_for(tmp_path, plan.base_of("visco-elastic"))
     starts = ProvedStarts(plan.base_of("visco-elastic"), plan.varied_keys, proof)
-    found = starts.starts(plan.values(0, plan.members), plan.members)
+    enclosed = starts.starts(plan.values(0, plan.members), plan.members)
     builds: list[Any] = [problem_of(plan.config_of(k)).exact for k in range(plan.members)]
     energies = np.array([in_balls(partial(enclosed_start, build)).energy for build in builds])
-    assert np.all(found.energy >= energies)
-    assert found.energy == pytest.approx(energies, rel=1e-9)
+    assert np.all(enclosed.energy >= energies)
+    assert enclosed.energy == pytest.approx(energies, rel=1e-9)
     modes = {modes_of(problem_of(plan.config_of(k)).system) for k in range(plan.members)}
     assert modes == {(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)}
     expected = [start_state(problem_of(plan.config_of(k)), proof) for k in range(plan.members)]
     codes = ProvedConvergence(plan, tmp_path).of(0, plan.members).codes
     assert [code == CONVERGENCE.index("proved") for code in codes] == [
-        one is not None for one in expected
+        state is not None for state in expected
     ]
     assert len(set(expected)) == 2
 
@@ -132,5 +132,5 @@ def test_at_a_switch_nothing_is_said_of_a_member():
     base = with_band()
     plan = load_plan({"base": base, "vary": {"initial.position[0]": {"values": [0.1, 0.125, 0.2]}}})
     starts = ProvedStarts(plan.base_of("visco-elastic"), plan.varied_keys, no_proof("", ""))
-    found = starts.starts(plan.values(0, plan.members), plan.members)
-    assert np.isfinite(found.energy).tolist() == [True, False, True]
+    enclosed = starts.starts(plan.values(0, plan.members), plan.members)
+    assert np.isfinite(enclosed.energy).tolist() == [True, False, True]

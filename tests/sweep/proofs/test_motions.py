@@ -54,39 +54,39 @@ def valleys():
 
 
 def test_proved_states_are_those_in_which_the_computed_motions_end(valleys):
-    plan, found = valleys
-    assert words(found) == ["proved"] * 5
-    assert set(found["proved_rest_state"]) == {1, 2}
+    plan, columns = valleys
+    assert words(columns) == ["proved"] * 5
+    assert set(columns["proved_rest_state"]) == {1, 2}
     states = prove(plan.base_of("permanent")).states
     ends = SingleRuns(plan).compute(0, plan.members).outcome["final_orientation"]
-    for end, number in zip(ends, found["proved_rest_state"], strict=True):
+    for end, number in zip(ends, columns["proved_rest_state"], strict=True):
         assert np.abs(end - states[number - 1].orientation).max() < 1e-2
 
 
 def test_starts_in_a_region_need_no_enclosure():
-    found = columns_of(spun([1.0, 12.0]))
-    assert words(found) == ["not enclosed", "proved"]
-    assert found["proved_rest_state"].tolist() == [1, 1]
-    assert found["proved_time"][0] == 0
-    assert found["proved_time"][1] > 0
-    assert found["proof_steps"][0] == 0
+    columns = columns_of(spun([1.0, 12.0]))
+    assert words(columns) == ["not enclosed", "proved"]
+    assert columns["proved_rest_state"].tolist() == [1, 1]
+    assert columns["proved_time"][0] == 0
+    assert columns["proved_time"][1] > 0
+    assert columns["proof_steps"][0] == 0
 
 
 def test_the_limit_of_steps_leaves_members_undecided():
     (steps,) = columns_of(spun([12.0]))["proof_steps"]
     enough, short = ({"motion": {"steps": int(steps) - k}} for k in (0, 1))
     assert words(columns_of(spun([12.0], enough))) == ["proved"]
-    found = columns_of(spun([12.0], short))
-    assert words(found) == ["step limit"]
-    assert found["proved_rest_state"].tolist() == [0]
-    assert np.isnan(found["proved_time"]).all()
-    assert found["proof_steps"].tolist() == [steps - 1]
+    columns = columns_of(spun([12.0], short))
+    assert words(columns) == ["step limit"]
+    assert columns["proved_rest_state"].tolist() == [0]
+    assert np.isnan(columns["proved_time"]).all()
+    assert columns["proof_steps"].tolist() == [steps - 1]
 
 
 def test_only_selected_members_are_enclosed():
     plan = spun([12.0, 12.5, 13.0], {"motion": {"members": 1}})
-    found = words(columns_of(plan))
-    assert sorted(found) == ["not enclosed", "not enclosed", "proved"]
+    answers = words(columns_of(plan))
+    assert sorted(answers) == ["not enclosed", "not enclosed", "proved"]
 
 
 def test_what_is_found_does_not_depend_on_the_division():
@@ -108,10 +108,10 @@ def test_an_error_leaves_the_members_of_other_bodies_alone(monkeypatch):
         return prove(config, *arguments)
 
     monkeypatch.setattr(motions, "prove", failing)
-    found = columns_of(plan)
-    assert words(found) == ["proved", "failed", "proved"]
-    assert found["proved_rest_state"].tolist() == [1, 0, 1]
-    assert np.isnan(found["proved_time"][1])
+    columns = columns_of(plan)
+    assert words(columns) == ["proved", "failed", "proved"]
+    assert columns["proved_rest_state"].tolist() == [1, 0, 1]
+    assert np.isnan(columns["proved_time"][1])
 
     def failing_together(*_):
         raise FloatingPointError("made up")

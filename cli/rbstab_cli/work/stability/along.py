@@ -26,7 +26,7 @@ from rbstab_cli.printing import Table
 MAX_POINTS = 10_000
 """The largest number of values."""
 
-NOT_FOUND = "none: a descent in energy from Θ = 0 found no smooth rest state in the range"
+NO_SMOOTH_STATE = "none: a descent in energy from Θ = 0 found no smooth rest state in the range"
 """Where a point of a root locus has no eigenvalues. Other searches may find rest states."""
 
 DIGITS = 6
@@ -107,9 +107,9 @@ def locus_of(config: Config, parameter: Parameter, is_late: Callable[[], bool]) 
         points = root_locus(config, parameter)
     except ConfigError as error:
         raise click.UsageError(f"--along: {error}") from error
-    found = Locus(parameter, gain, "", points, states_along(config, parameter, is_late))
-    values = found.value(parameter.values)
-    return found._replace(stable=stable_from(config, gain, values, points))
+    locus = Locus(parameter, gain, "", points, states_along(config, parameter, is_late))
+    values = locus.value(parameter.values)
+    return locus._replace(stable=stable_from(config, gain, values, points))
 
 
 def locus_data(locus: Locus) -> dict[str, Any]:
@@ -132,14 +132,15 @@ def locus_data(locus: Locus) -> dict[str, Any]:
             }
             for at, linear, Theta in locus.points
         ],
-        "intervals": [one._asdict() for one in states.intervals],
+        "intervals": [interval._asdict() for interval in states.intervals],
         "why": states.why or None,
         "turns": [
             {"kind": kind, "at": at, "orientation": Theta.tolist()}
             for kind, at, Theta in states.turns
         ],
         "branches": [
-            {name: values.tolist() for name, values in vars(one).items()} for one in states.branches
+            {name: values.tolist() for name, values in vars(branch).items()}
+            for branch in states.branches
         ],
     }
 
@@ -156,7 +157,7 @@ def print_locus(locus: Locus) -> None:
         click.echo(f"  {key} does not change the linearised system.")
         points = points[:1]
     for at, linear, _ in points:
-        cells = ["-", "-", "-", NOT_FOUND]
+        cells = ["-", "-", "-", NO_SMOOTH_STATE]
         if linear is not None:
             values = linear.eigenvalues
             cells = [
@@ -202,6 +203,6 @@ def _inside(low: float, high: float) -> tuple[str, str]:
 def _has_no_effect(points: list[LocusPoint]) -> bool:
     """Whether points of several values have the same eigenvalues, bit for bit."""
     systems = [point.linearisation for point in points]
-    values = {None if one is None else one.eigenvalues.tobytes() for one in systems}
+    values = {None if system is None else system.eigenvalues.tobytes() for system in systems}
     several = len({point.parameter for point in points}) > 1
     return several and len(values) == 1 and None not in values

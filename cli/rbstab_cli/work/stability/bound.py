@@ -50,8 +50,8 @@ def _load(text: str) -> tuple[Load, Fraction]:
     size, at, point = rest.partition("@")
     bound = _number(size)
     places = tuple(map(_number, point.split(","))) if at else (Fraction(0),) * 3
-    known = kind in UNITS and not (at and kind == "couple")
-    if not known or bound is None or float(bound) < LEAST or len(places) != 3 or None in places:
+    is_valid = kind in UNITS and not (at and kind == "couple")
+    if not is_valid or bound is None or float(bound) < LEAST or len(places) != 3 or None in places:
         raise click.UsageError(
             f"--bound {text}: expected couple=N m or force=N, from {LEAST:g} to {MOST:g}, such as "
             "couple=100; a force acts at the centre of gravity, or at a point of the body, m: "

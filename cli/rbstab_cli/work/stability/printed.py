@@ -45,7 +45,7 @@ MAX_BOXES = 10
 """The most undecided boxes that are printed."""
 
 
-class Found(NamedTuple):
+class Analysis(NamedTuple):
     """A config, its stability, its run (None with --no-run), and its root loci.
 
     within is what is proved within tolerances, and bound what is proved of disturbances; None if
@@ -61,9 +61,9 @@ class Found(NamedTuple):
     bound: Bound | None
 
 
-def data_of(found: Found) -> dict[str, Any]:
+def data_of(analysis: Analysis) -> dict[str, Any]:
     """Return all results for one config as plain data."""
-    stability, run = found.stability, found.run
+    stability, run = analysis.stability, analysis.run
     # The reduced energy is only needed where a proof is used or checked.
     proof = stability.proof.model_dump(mode="json", exclude={"reduced_energy"})
     states = zip(proof.pop("states"), stability.linearisations, strict=True)
@@ -72,12 +72,12 @@ def data_of(found: Found) -> dict[str, Any]:
         verdict, status = run.attributes["verdict"], run.status
         certificate = {"verdict": verdict, "status": status, "lines": certificate_checks(run)}
     return {
-        "config": str(found.path),
-        "title": found.config.title,
+        "config": str(analysis.path),
+        "title": analysis.config.title,
         "statements": stability.statements,
-        "within": None if found.within is None else found.within.as_data(),
-        "motors": [motor.as_data() for motor in motor_answers(found.config)],
-        "bound": None if found.bound is None else found.bound.as_data(),
+        "within": None if analysis.within is None else analysis.within.as_data(),
+        "motors": [motor.as_data() for motor in motor_answers(analysis.config)],
+        "bound": None if analysis.bound is None else analysis.bound.as_data(),
         "start": stability.start,
         "inside": stability.inside,
         "convergence": None if stability.convergence is None else stability.convergence.as_data(),
@@ -90,7 +90,7 @@ def data_of(found: Found) -> dict[str, Any]:
         "almost_every_start": almost_every_start(stability.proof).as_data(),
         "states": [{**state, "modes": _mode_data(linear)} for state, linear in states],
         "certificate": certificate,
-        "along": [locus_data(locus) for locus in found.loci],
+        "along": [locus_data(locus) for locus in analysis.loci],
     }
 
 
@@ -119,15 +119,15 @@ def _mode_data(linear: Linearisation | None) -> list[dict[str, Any]]:
     return modes
 
 
-def print_found(found: Found) -> None:
+def print_analysis(analysis: Analysis) -> None:
     """Print the statements about one config, then the tables behind them."""
-    stability, run = found.stability, found.run
-    click.echo(f"{found.path}: {printable(found.config.title)}\n")
-    within = [] if found.within is None else found.within.statements
-    bound = [] if found.bound is None else found.bound.statements
+    stability, run = analysis.stability, analysis.run
+    click.echo(f"{analysis.path}: {printable(analysis.config.title)}\n")
+    within = [] if analysis.within is None else analysis.within.statements
+    bound = [] if analysis.bound is None else analysis.bound.statements
     for statement in [*within, *bound, *stability.statements]:
         click.echo(f"  {statement}")
-    for motor in motor_answers(found.config):
+    for motor in motor_answers(analysis.config):
         click.echo(f"  {motor}.")
     if run is not None:
         ended = "" if run.status == RunStatus.COMPLETED else f" It ended early: {run.status}."
@@ -140,10 +140,10 @@ def print_found(found: Found) -> None:
     _print_undecided(stability)
     if run is not None:
         print_certificate(run)
-    for locus in found.loci:
+    for locus in analysis.loci:
         print_locus(locus)
-    if stability.proof.states or found.loci:
-        _print_surface_modes(found.config)
+    if stability.proof.states or analysis.loci:
+        _print_surface_modes(analysis.config)
 
 
 def _print_rest_states(stability: Stability) -> None:

@@ -23,7 +23,7 @@ from rbstab_cli.output.progress import compiling, working
 from rbstab_cli.printing import print_json, say
 from rbstab_cli.work.stability.along import checked_along, locus_of
 from rbstab_cli.work.stability.bound import asked_bound, proved_bound
-from rbstab_cli.work.stability.printed import Found, data_of, print_found
+from rbstab_cli.work.stability.printed import Analysis, data_of, print_analysis
 from rbstab_cli.work.stability.within import (
     SECONDS_OF_BODIES,
     checked_tolerances,
@@ -84,26 +84,28 @@ def stability(
             run = None if no_run else _run(config, problem, stored, proof, enclose)
             motion = None if search_only else _convergence(config, problem, proof, run)
         with working(f"{path.name}: --along"):
-            along = [locus_of(config, one, late_after(limit)) for one in loci]
+            along = [locus_of(config, parameter, late_after(limit)) for parameter in loci]
         stable = stability_of(problem, proof, motion)
-        every.append(Found(path, config, stable, run, along, within, bound))
+        every.append(Analysis(path, config, stable, run, along, within, bound))
     if figure and form:
-        drawn = branch_figure((one.axis, one.states) for found in every for one in found.loci)
+        drawn = branch_figure(
+            (locus.axis, locus.states) for analysis in every for locus in analysis.loci
+        )
         write_file(figure, figure_bytes(drawn, form), force=force)
     with stdout_to_file(output, force=force):
         if as_json:
-            print_json([data_of(found) for found in every])
+            print_json([data_of(analysis) for analysis in every])
         else:
-            for found in every:
-                print_found(found)
+            for analysis in every:
+                print_analysis(analysis)
 
 
 def _proof(config: Config, problem: Problem, results: Path, *, search_only: bool) -> Proof:
     try:
         if search_only:
-            found = cached_proof(results, config)
-            decided = found is not None and (found.proved or found.states)
-            return found if found and decided else prove(config, problem, search_only=True)
+            cached = cached_proof(results, config)
+            decided = cached is not None and (cached.proved or cached.states)
+            return cached if cached and decided else prove(config, problem, search_only=True)
         if is_older(results, config):
             say(f"{results}: {OLDER}")
         return proof_for(results, config, problem)
@@ -115,15 +117,15 @@ def _proof(config: Config, problem: Problem, results: Path, *, search_only: bool
 
 def _convergence(config: Config, problem: Problem, proof: Proof, run: Result | None) -> Convergence:
     """Return what is proved of the exact motion: that of the run, or else it is followed now."""
-    found = None if run is None else stored_convergence(run.attributes)
-    if found is not None and found.enclosed.covers(Enclose.UNTIL_PROVED):
-        return found
+    stored = None if run is None else stored_convergence(run.attributes)
+    if stored is not None and stored.enclosed.covers(Enclose.UNTIL_PROVED):
+        return stored
     return prove_convergence(config, problem, proof).convergence
 
 
 def _run(config: Config, problem: Problem, file: Path, proof: Proof, enclose: Enclose) -> Result:
     """Return the stored run of a config if it has finished, or else integrate it."""
-    found = finished_run(config, problem, file, proof=proof)
-    if found is not None:
-        return found
+    finished = finished_run(config, problem, file, proof=proof)
+    if finished is not None:
+        return finished
     return simulate_problem(config, problem, proof=proof, enclose=enclose)

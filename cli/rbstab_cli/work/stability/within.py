@@ -41,13 +41,13 @@ class Within(NamedTuple):
     @property
     def statements(self) -> list[str]:
         """Sentences, the answer first."""
-        found = [] if self.record is None else within_sentences(self.texts, self.record)
+        sentences = [] if self.record is None else within_sentences(self.texts, self.record)
         if self.starts is not None:
             starts = f"For every start within {tolerance_names(self.texts)}"
-            found = [f"{starts}: {self.starts.sentence}."]
+            sentences = [f"{starts}: {self.starts.sentence}."]
         return [
-            *found,
-            *(line for one in self.largest for line in largest_sentences(one, self.texts)),
+            *sentences,
+            *(line for largest in self.largest for line in largest_sentences(largest, self.texts)),
         ]
 
     def as_data(self) -> dict[str, Any]:
@@ -59,14 +59,14 @@ class Within(NamedTuple):
             "starts": None if self.starts is None else self.starts.as_data(),
             "largest": [
                 {
-                    "key": found.key,
-                    "time_limit_reached": found.late,
-                    "percent": _text(found.percent),
-                    "proof": _record_data(found.record),
-                    "not_proved_percent": _text(found.not_proved),
-                    "not_proved": _record_data(found.why),
+                    "key": largest.key,
+                    "time_limit_reached": largest.late,
+                    "percent": _text(largest.percent),
+                    "proof": _record_data(largest.record),
+                    "not_proved_percent": _text(largest.not_proved),
+                    "not_proved": _record_data(largest.why),
                 }
-                for found in self.largest
+                for largest in self.largest
             ],
         }
 
@@ -100,19 +100,19 @@ def checked_tolerances(
                 f"--largest-within needs a KEY, such as controller.K_r; {key} is an option"
             )
     problems: list[str] = []
-    found = {}
+    tolerances = {}
     for path, config in configs.items():
         try:
-            found[path] = tolerances_of(config, texts)
+            tolerances[path] = tolerances_of(config, texts)
             searched = {
                 key: tolerances_of_key(config, key, "--largest-within", texts) for key in largest
             }
         except ConfigError as error:
             problems += map(str, error.problems)
         else:
-            problems += _mixed(found[path], searched)
+            problems += _mixed(tolerances[path], searched)
     refuse(problems)
-    return found
+    return tolerances
 
 
 def _mixed(given: Sequence[Tolerance], searched: Mapping[str, Sequence[Tolerance]]) -> list[str]:
@@ -122,8 +122,8 @@ def _mixed(given: Sequence[Tolerance], searched: Mapping[str, Sequence[Tolerance
         given: The tolerances of --within.
         searched: By the values of --largest-within, the tolerances of each beside the given ones.
     """
-    every = [*given, *(one for tolerances in searched.values() for one in tolerances)]
-    starts = [one.entry.key for one in every if are_of_starts([one])]
+    every = [*given, *(tolerance for tolerances in searched.values() for tolerance in tolerances)]
+    starts = [tolerance.entry.key for tolerance in every if are_of_starts([tolerance])]
     if not starts or (len(starts) == len(given) and not searched):
         return []
     alone = "expected tolerances of the initial state alone, by --within"
@@ -189,7 +189,7 @@ def _proved_starts(
         f"All starts, in at most {MAX_PARTS} parts of up to a minute each; smaller tolerances "
         "need fewer. Ctrl-C stops, and then nothing is stored."
     )
-    found, problem = starts_for(
+    proof, problem = starts_for(
         results,
         config,
         tolerances,
@@ -202,7 +202,7 @@ def _proved_starts(
     if problem is not None:
         # Print the proof although it cannot be read or stored.
         say(f"warning: {problem}; the proof is not stored")
-    return found
+    return proof
 
 
 def _prove(

@@ -14,24 +14,25 @@ from rbstab_cli.results import results_folder_of
 
 def compare(first: Path, second: Path, as_json: bool) -> None:
     """Print what differs between two results."""
-    found = differences(first, second)
+    comparison = differences(first, second)
     print_unread_proofs(map(results_folder_of, (first, second)))
     if as_json:
         rows = {
-            name: [row._asdict() for row in getattr(found, name)] for name in ("inputs", "outcomes")
+            name: [row._asdict() for row in getattr(comparison, name)]
+            for name in ("inputs", "outcomes")
         }
-        same = {"kind": found.kind, "same_system": found.same_system}
+        same = {"kind": comparison.kind, "same_system": comparison.same_system}
         print_json({"first": str(first), "second": str(second), **same, **rows})
         return
     names = (first.name, second.name) if first.name != second.name else (str(first), str(second))
     heads = names if names[0] != names[1] else ("A", "B")
-    what = "config" if found.kind == "run" else "plan"
-    if found.inputs:
-        _print(Table(f"{what} key", *heads), found.inputs)
+    what = "config" if comparison.kind == "run" else "plan"
+    if comparison.inputs:
+        _print(Table(f"{what} key", *heads), comparison.inputs)
     else:
         click.echo(f"The {what}s are equal.\n")
-    _print(Table("outcome", *heads, "B/A", numbers=("B/A",)), found.outcomes)
-    if found.kind == "run" and not found.same_system:
+    _print(Table("outcome", *heads, "B/A", numbers=("B/A",)), comparison.outcomes)
+    if comparison.kind == "run" and not comparison.same_system:
         say(
             "v(0) and v(end) have no ratio: v depends on body, gravity, controller and elements, "
             "which differ."

@@ -77,7 +77,9 @@ def _columns(sources: Sources, *, traces: bool) -> FlatColumns:
     with checked_content(file):
         if not traces:
             return open_sweep(file).flat()
-        motions = (flat_columns(one.variables, ("run", "time")) for one in open_traces(file.parent))
+        motions = (
+            flat_columns(motion.variables, ("run", "time")) for motion in open_traces(file.parent)
+        )
         return joined(list(motions))
 
 

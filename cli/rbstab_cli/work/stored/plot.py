@@ -32,8 +32,8 @@ def plot(
         print_facts(((name, figure.title) for name, figure in figures.items()), "figure", "title")
         return
     if name not in figures:
-        one_of = f"{', '.join(figures)}{hint(name, figures)}"
-        raise click.UsageError(f"--figure {name}: unknown; expected one of {one_of}")
+        expected = f"{', '.join(figures)}{hint(name, figures)}"
+        raise click.UsageError(f"--figure {name}: unknown; expected one of {expected}")
     write_file(output, figure_bytes(figures[name], form, column=column), force=force)
     say(f"-> {output}")
 
@@ -44,9 +44,11 @@ def _figures(named: Taken) -> dict[str, Figure]:
     A result that the user named must be readable; of those in a folder, the others are drawn.
     """
     sources = read_sources(named.paths)
-    lines = [f"{one.path}: {one.reason}{_hint(Path(one.path))}" for one in sources.unread]
-    found = sources.runs or sources.sweeps
-    if not found or any(Path(one.path) not in named.in_folders for one in sources.unread):
+    lines = [
+        f"{unread.path}: {unread.reason}{_hint(Path(unread.path))}" for unread in sources.unread
+    ]
+    readable = sources.runs or sources.sweeps
+    if not readable or any(Path(unread.path) not in named.in_folders for unread in sources.unread):
         raise Failed(exit_codes.STORAGE, *lines)
     for line in lines:
         say(line)

@@ -58,8 +58,8 @@ def report(
             from rbstab.report.produce import produce
 
             tried = form if path is not None else "text"
-            known, sources = sources.unread, produce(sources, made_by, title, tried, write)
-            _print_unread(sources.unread[len(known) :])
+            unread, sources = sources.unread, produce(sources, made_by, title, tried, write)
+            _print_unread(sources.unread[len(unread) :])
     if not sources.runs and not sources.sweeps:
         raise Failed(exit_codes.STORAGE, "No result could be read; no report is written.")
     if path is not None:
@@ -82,17 +82,17 @@ def _target(output: Path | None, form: str | None, *, as_json: bool) -> tuple[Pa
         ending = next(suffix for suffix, name in SUFFIXES.items() if name == form)
         return (None if to_stdout else Path("results", f"report{ending}")), form
     of_name = SUFFIXES.get(output.suffix.lower())
-    found = form or of_name
+    chosen = form or of_name
     if form is not None and of_name not in (None, form):
         raise click.UsageError(
             f"-o {output} is the name of a file of the format {of_name}, and --format says {form}"
         )
-    if found is None:
+    if chosen is None:
         endings = ", ".join(SUFFIXES)
         raise click.UsageError(
             f"the name of {output} does not give the format: expected one of {endings}, or --format"
         )
-    return output, found
+    return output, chosen
 
 
 def _check_writable(path: Path, form: str, results: Sequence[Path], *, force: bool) -> None:

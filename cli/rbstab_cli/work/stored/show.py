@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import click
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE
+from rbstab.experiment.answers.assessed_run import AssessedRun
 from rbstab.experiment.answers.facts import FACTS
-from rbstab.experiment.answers.known_run import KnownRun
 from rbstab.experiment.answers.rest_modes import rest_modes
 from rbstab.experiment.answers.rounded import number, vector
 from rbstab.experiment.answers.words import run_words
@@ -52,7 +52,7 @@ def show(path: Path, as_json: bool, as_config: bool) -> int | None:
     # Every line is that of the result together with the proof that lies beside it now.
     print_unread_proofs([path.parent])
     try:
-        run = KnownRun(path, opened, stored_config(opened).config)
+        run = AssessedRun(path, opened, stored_config(opened).config)
         if as_json:
             print_json(_data(run))
         else:
@@ -88,7 +88,7 @@ def _reference(result: Result) -> _Reference:
     return _Reference(reference.source + note, changed, values)
 
 
-def _data(run: KnownRun) -> dict[str, Any]:
+def _data(run: AssessedRun) -> dict[str, Any]:
     result = run.now
     reference = _reference(result)
     return {
@@ -108,7 +108,7 @@ SHOWN_ABOVE = ("title", "status", "status_detail", "verdict", "lyapunov_zero", "
 """Attributes that are not among the provenance."""
 
 
-def _print(run: KnownRun) -> None:
+def _print(run: AssessedRun) -> None:
     result = run.now
     attributes = result.attributes
     click.echo(printable(str(attributes["title"])))
@@ -137,7 +137,7 @@ NUMBERS = (
 """The numbers of a run, of those that it has."""
 
 
-def _print_numbers(run: KnownRun) -> None:
+def _print_numbers(run: AssessedRun) -> None:
     """Print how the run ended, its Lyapunov function and audit, and its final state."""
     result, attributes = run.now, run.now.attributes
     table = Table("quantity", "value")
@@ -188,16 +188,16 @@ def _impacts(result: Result) -> str:
     return text
 
 
-def _print_reference(found: _Reference) -> None:
-    if not found.values:
+def _print_reference(reference: _Reference) -> None:
+    if not reference.values:
         return
-    click.echo(f"Reference: {printable(found.source)}")
-    if found.changed:
-        keys = ", ".join(map(printable, found.changed))
+    click.echo(f"Reference: {printable(reference.source)}")
+    if reference.changed:
+        keys = ", ".join(map(printable, reference.changed))
         click.echo(f"Printed values are not compared: this config is another case, by {keys}.")
         return
     table = Table("quantity", "printed", "computed", "exact motion")
-    for value in found.values:
+    for value in reference.values:
         says = "the printed value does not follow, proved" if value.disproved else "-"
         name = f"{value.name} [{value.unit}]"
         table.add(name, vector(value.printed), vector(value.computed), says)

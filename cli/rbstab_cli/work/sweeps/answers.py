@@ -95,8 +95,8 @@ def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
         if plan.members > MAX_COUNTED:
             return Answers(["rbstab report shows for which members it is proved"], data)
         proofs = ProvedConvergence(plan, results)
-        found = store_convergence(plan, sweep, proofs)
-    counts = Counter(found.codes.tolist())
+        convergence = store_convergence(plan, sweep, proofs)
+    counts = Counter(convergence.codes.tolist())
     return Answers(_sentences(counts) + _ended_early(proofs.brief), data | _data(counts, 0))
 
 
@@ -124,9 +124,9 @@ def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
             progress=work.count,
             stop=stop,
         )
-    left = np.flatnonzero(~proofs.reached & (proofs.found.codes == NO_PROOF))
+    left = np.flatnonzero(~proofs.reached & (proofs.convergence.codes == NO_PROOF))
     # Those that were not reached in time are told apart.
-    counts = Counter(proofs.found.codes.tolist()) - Counter({NO_PROOF: len(left)})
+    counts = Counter(proofs.convergence.codes.tolist()) - Counter({NO_PROOF: len(left)})
     ranges = ranges_of(left.tolist())
     data = {
         "bodies": proofs.bodies,
@@ -135,7 +135,7 @@ def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
         "seconds": round(proofs.seconds, 3),
         **_data(counts, len(left)),
         "members_not_reached": ranges,
-        "one_rest_state": proofs.one_state.data,
+        "one_rest_state": proofs.sole_state.data,
         "boxes": [
             {
                 "variant": proof.variant,
@@ -147,7 +147,7 @@ def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
         ],
     }
     sentences = [
-        *(f"{text[:1].lower()}{text[1:]}" for text in proofs.one_state.sentences),
+        *(f"{text[:1].lower()}{text[1:]}" for text in proofs.sole_state.sentences),
         *_of_boxes(plan, proofs),
         *_sentences(counts),
         *_ended_early(proofs.brief),
@@ -176,26 +176,26 @@ def _bodies(count: int) -> str:
 
 def _of_boxes(plan: Plan, proofs: BodyProofs) -> list[str]:
     """Return sentences on the proofs for many bodies at once; none if nothing is proved."""
-    found = []
+    sentences = []
     for variant in plan.variants:
-        own = [proof for proof in proofs.boxes if proof.variant == variant]
+        variant_proofs = [proof for proof in proofs.boxes if proof.variant == variant]
         named = f" of variant {variant}" if len(plan.variants) > 1 else ""
         between = f"{named} between the least and the greatest value of each number of the plan"
-        for proof in own:
+        for proof in variant_proofs:
             if proof.whole and proof.record.proved:
                 texts = sentences_of(f"for every body{between}", proof.record)
-                found += [text.removesuffix(".") for text in texts]
-        parts = [proof for proof in own if not proof.whole]
+                sentences += [text.removesuffix(".") for text in texts]
+        parts = [proof for proof in variant_proofs if not proof.whole]
         if parts:
             members = sum(len(proof.members) for proof in parts)
             levels = sorted((rounded_down(proof.record.level) for proof in parts), key=float)
             ends = " to ".join(f"{level} J" for level in dict.fromkeys((levels[0], levels[-1])))
-            found.append(
+            sentences.append(
                 f"for the bodies of {grouped(members)} members{named}: one rest state, a minimum, "
                 f"proved in {counted(len(parts), 'box', 'boxes')} of bodies. Every motion with "
                 f"v(0) below the level of its box converges ({ends})"
             )
-    return found
+    return sentences
 
 
 def _ended_early(count: int) -> list[str]:

@@ -50,7 +50,7 @@ def sweep(
     if plan is None:
         raise click.UsageError("expected PLAN or --status DIR")
     try:
-        own_part = None if part is None else parse_part(part)
+        parsed_part = None if part is None else parse_part(part)
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="'--part'") from error
     folder = output / sweep_name(plan)
@@ -63,7 +63,7 @@ def sweep(
     if is_slow:
         say(WITHOUT_HEYOKA)
     options = SweepOptions(
-        None, threads, shard_size, retry_failed, fail_fast, force, own_part, compare=compare
+        None, threads, shard_size, retry_failed, fail_fast, force, parsed_part, compare=compare
     )
     if dry_run:
         report_dry_run(loaded, folder, options, as_json=as_json)

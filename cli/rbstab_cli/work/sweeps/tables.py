@@ -59,7 +59,7 @@ def report_sweep(
     """
     folder, comparison = sweep.folder, sweep.comparison
     by_status = counts_by_status(sweep.inventory.counts)
-    found = member_answers(folder.sweep_file) if sweep.finished else None
+    answers = member_answers(folder.sweep_file) if sweep.finished else None
     members = folder.manifest.members
     part: Data = {}
     if sweep.part is not None:
@@ -74,21 +74,21 @@ def report_sweep(
         data |= part | {"finished": sweep.finished, "check": check}
         if sweep.inventory.missing:
             data["missing"] = folder.ranges(sweep.inventory.missing)
-        if found is not None:
-            data = found.outcomes.data | found.summary | data | _answers_data(found)
+        if answers is not None:
+            data = answers.outcomes.data | answers.summary | data | _answers_data(answers)
         print_json(data if proofs is None else data | {"proofs": proofs})
         return
-    if found is not None:
-        outcomes = found.outcomes
+    if answers is not None:
+        outcomes = answers.outcomes
         _print_outcomes(outcomes._replace(proved=0) if proofs_follow else outcomes)
     _print_statuses(by_status, members)
-    if found is None:
+    if answers is None:
         return
-    settled = f"{grouped(found.settled)} of {grouped(found.completed)}"
-    rows = {"settled": f"{settled} ({found.outcomes.at_rest} to the end)"}
-    rows |= {name: SWEEP_FACTS[name].text(found) or NO_VALUE for name in NUMBERS}
-    if not proofs_follow and found.any_proof:
-        rows["converge to a rest state"] = counts_of(found)
+    settled = f"{grouped(answers.settled)} of {grouped(answers.completed)}"
+    rows = {"settled": f"{settled} ({answers.outcomes.at_rest} to the end)"}
+    rows |= {name: SWEEP_FACTS[name].text(answers) or NO_VALUE for name in NUMBERS}
+    if not proofs_follow and answers.any_proof:
+        rows["converge to a rest state"] = counts_of(answers)
     if comparison is not None and comparison.members:
         # The largest difference of all columns, and the number of unlike members.
         worst, difference = max(comparison.differences.items(), key=lambda item: item[1])
@@ -98,17 +98,17 @@ def report_sweep(
     print_facts(rows.items())
 
 
-def counts_of(found: MemberAnswers) -> str:
+def counts_of(answers: MemberAnswers) -> str:
     """Return for how many members each answer holds: "3143 proved, 857 seen"."""
-    note = " (without proofs made later)" if found.as_finished else ""
-    counts = (f"{grouped(count)} {word}" for word, count in found.by_word.items() if count)
+    note = " (without proofs made later)" if answers.as_finished else ""
+    counts = (f"{grouped(count)} {word}" for word, count in answers.by_word.items() if count)
     return ", ".join(counts) + note
 
 
-def _answers_data(found: MemberAnswers) -> Data:
+def _answers_data(sweep_answers: MemberAnswers) -> Data:
     """Return the answers about the members of a sweep as data for JSON."""
-    answers = found._asdict() | {"one_state": found.one_state.data}
-    del answers["outcomes"], answers["summary"]
+    answers = sweep_answers._asdict() | {"one_state": sweep_answers.sole_state.data}
+    del answers["outcomes"], answers["summary"], answers["sole_state"]
     return {"answers": answers}
 
 
@@ -122,20 +122,20 @@ def _print_outcomes(outcomes: SweepOutcomes) -> None:
         print_statement("Decides", outcomes.deciding)
 
 
-def print_member_answers(found: MemberAnswers) -> None:
+def print_member_answers(answers: MemberAnswers) -> None:
     """Print the answers about the members of a sweep: their outcomes, and how sure they are."""
-    _print_outcomes(found.outcomes)
-    members = f"of {grouped(found.members)} members"
-    for word, count in found.by_word.items():
+    _print_outcomes(answers.outcomes)
+    members = f"of {grouped(answers.members)} members"
+    for word, count in answers.by_word.items():
         if count:
             print_statement(word, f"{grouped(count)} {members}: {MEANINGS[word]}")
-    for sentence in found.one_state.sentences:
+    for sentence in answers.sole_state.sentences:
         print_statement("rest states", sentence)
-    which = f"{grouped(found.settled)} of the {grouped(found.completed)} that completed"
-    print_statement("settled", f"{which}: {found.outcomes.at_rest} to the end")
-    for why, count in found.without_proof.items():
+    which = f"{grouped(answers.settled)} of the {grouped(answers.completed)} that completed"
+    print_statement("settled", f"{which}: {answers.outcomes.at_rest} to the end")
+    for why, count in answers.without_proof.items():
         print_statement("no proof", f"{grouped(count)} {members}: {why}")
-    if found.as_finished:
+    if answers.as_finished:
         click.echo("  Proofs made after the sweep was finished are not counted.")
 
 
@@ -153,8 +153,8 @@ def report_status(path: Path, *, as_json: bool, answers: MemberAnswers | None = 
     folder = read_folder(path)
     manifest, inventory = folder.manifest, shard_inventory(folder)
     damaged = inventory.damaged
-    known = None if inventory.missing else members_of_shards(folder, digest_of_shards(inventory))
-    finished = is_finished(folder, known)
+    table = None if inventory.missing else members_of_shards(folder, digest_of_shards(inventory))
+    finished = is_finished(folder, table)
     by_status = counts_by_status(inventory.counts)
     running = is_locked(path)
     kept = manifest.keep.count(manifest.members)

@@ -162,4 +162,4 @@ def repeated(repeat: Callable[[int], Finding], rows: Array) -> Finding:
         findings.append(repeat(row))
         if findings[-1].verdict is Verdict.VIOLATED:
             break
-    return max(findings, key=lambda found: (SEVERITY.index(found.verdict), abs(found.value)))
+    return max(findings, key=lambda finding: (SEVERITY.index(finding.verdict), abs(finding.value)))

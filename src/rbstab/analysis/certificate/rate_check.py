@@ -34,10 +34,10 @@ def rate(run: Evidence) -> Check:
     """Check that v' equals ∇v·f, computed by a complex step along f without the dissipations."""
     last = len(run.times) - 1
     rows = np.unique(np.linspace(0, last, min(last + 1, MAX_DERIVATIVES)).round().astype(int))
-    found = np.array([_rate_error(run, row) for row in rows])
-    noise = _noise_of_powers(run, found[:, 1])
+    pairs = np.array([_rate_error(run, row) for row in rows])
+    noise = _noise_of_powers(run, pairs[:, 1])
     errors = np.divide(
-        found[:, 0], found[:, 1] + noise, out=np.zeros(len(rows)), where=found[:, 0] != 0
+        pairs[:, 0], pairs[:, 1] + noise, out=np.zeros(len(rows)), where=pairs[:, 0] != 0
     )
     worst = int(errors.argmax())
     value, time = float(errors[worst]), float(run.times[rows[worst]])

@@ -51,7 +51,7 @@ def overall(checks: Sequence[Check]) -> str:
     What is proved of the exact motion has no part in it: the run may have stopped early, or have
     been computed with a large tolerance.
     """
-    return max((one.verdict for one in checks), key=SEVERITY.index, default=SEVERITY[0])
+    return max((check.verdict for check in checks), key=SEVERITY.index, default=SEVERITY[0])
 
 
 def verdict_of(holds: bool) -> Verdict:

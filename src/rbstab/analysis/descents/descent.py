@@ -132,7 +132,7 @@ def descend(
     return q, value, np.abs(gradient).max(axis=1) <= tolerance
 
 
-def descend_one(  # noqa: PLR0913, PLR0917 (as `descend`)
+def descend_from(  # noqa: PLR0913, PLR0917 (as `descend`)
     near: Callable[[Array], Callable[[Array], Number]],
     start: Array,
     tolerance: float,
@@ -155,8 +155,8 @@ def descend_one(  # noqa: PLR0913, PLR0917 (as `descend`)
         return _SingleEnergy(near(q[:, 0]), q[:, 0], step)
 
     starts, tolerances = start[:, np.newaxis], np.array([tolerance])
-    ends, _, (found,) = descend(energy, starts, tolerances, is_late, is_inside)
-    return ends[:, 0], bool(found)
+    ends, _, (is_flat,) = descend(energy, starts, tolerances, is_late, is_inside)
+    return ends[:, 0], bool(is_flat)
 
 
 def _steps(gradient: Array, hessian: Array, reach: Array) -> Array:

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.analysis.configuration import Configurations
-from rbstab.analysis.descents.descent import HESSIAN_STEP, descend_one
+from rbstab.analysis.descents.descent import HESSIAN_STEP, descend_from
 from rbstab.integrate.straight_line.equations import StraightLine
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array, Number, sqrt
@@ -77,14 +77,14 @@ def descend_to_kinks(
     energy = _ModedEnergy(at_rest)
     for width in WIDTHS:
         step = HESSIAN_STEP * min(1.0, 10.0 * width)
-        q, _ = descend_one(partial(energy.smoothed, width), q, tolerance, is_late, is_inside, step)
+        q, _ = descend_from(partial(energy.smoothed, width), q, tolerance, is_late, is_inside, step)
     modes = energy.smooth_modes(q, WIDTHS[-1])
     held = (modes > BETWEEN) & (modes < 1.0 - BETWEEN)
     while True:
-        found, modes = _solved(energy, q, modes, held)
+        minimum, modes = _solved(energy, q, modes, held)
         outside = held & ~((modes >= 0.0) & (modes <= 1.0))
         if not outside.any():
-            return found
+            return minimum
         held &= ~outside
 
 

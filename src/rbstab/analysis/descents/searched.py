@@ -90,9 +90,9 @@ def searched_minima(system: System) -> list[SearchedState]:
 
     def minimum(at_rest: Configurations, start: Array) -> SearchedState | None:
         state = rest_state_below(at_rest, start)
-        if state is None or not state.found:
+        if state is None or not state.rests_in_range:
             return None
-        q = at_rest.configuration(state.motion, state.own)
+        q = at_rest.configuration(state.motion, state.element_states)
         held = state.on_kink or (stop is not None and abs(q[PITCH]) >= stop.angle)
         return SearchedState(state, 0) if held or _is_balanced(at_rest, q) else None
 
@@ -114,14 +114,14 @@ def _distinct(
         attitudes: The other attitudes, shape (n, 3), rad.
         distance: Configurations closer than this count as one, rad and m.
     """
-    at_rest, found = configurations(as_at_rest(system)), dict[SearchedState, Array]()
+    at_rest, places = configurations(as_at_rest(system)), dict[SearchedState, Array]()
     for Theta in [np.zeros(3), *attitudes]:
         state = search(at_rest, _at_attitude(at_rest, Theta))
         if state is not None:
-            q = at_rest.configuration(state.state.motion, state.state.own)
-            if all(np.abs(q - other).max() >= distance for other in found.values()):
-                found[state] = q
-    return in_order(found, lambda one: (one.state.energy, found[one]))
+            q = at_rest.configuration(state.state.motion, state.state.element_states)
+            if all(np.abs(q - other).max() >= distance for other in places.values()):
+                places[state] = q
+    return in_order(places, lambda searched: (searched.state.energy, places[searched]))
 
 
 def _random_attitudes() -> Array:
@@ -153,7 +153,7 @@ def _root(at_rest: Configurations, start: Array) -> Array | None:
         q = q - np.linalg.solve(numerical_hessian(at_rest.gradient, q), at_rest.gradient(q))
     except (ArithmeticError, ValueError, np.linalg.LinAlgError):
         return None
-    return q if np.all(np.isfinite(q)) and rest_state_at(at_rest, q).found else None
+    return q if np.all(np.isfinite(q)) and rest_state_at(at_rest, q).rests_in_range else None
 
 
 def _is_balanced(at_rest: Configurations, q: Array) -> bool:

@@ -78,8 +78,8 @@ def read_measured(file: str | FilePath, duration: float = math.inf) -> Measured:
     """
     problems: list[ConfigProblem] = []
 
-    def report(line: int, column: int, found: str, expected: str) -> None:
-        problems.append(ConfigProblem(Location(str(file), line, column), "", found, expected))
+    def report(line: int, column: int, problem: str, expected: str) -> None:
+        problems.append(ConfigProblem(Location(str(file), line, column), "", problem, expected))
 
     try:
         rows = list(csv_rows(read_text(FilePath(file))))

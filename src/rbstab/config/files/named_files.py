@@ -80,8 +80,8 @@ def _note_unread(
     source: Source, path: Path, file: FilePath, error: Exception, expected: str
 ) -> None:
     reason = getattr(error, "strerror", None) or str(error)
-    found = f"is {file}, which cannot be read: {reason}"
-    source.problems.append(source.problem(path, found, expected))
+    problem = f"is {file}, which cannot be read: {reason}"
+    source.problems.append(source.problem(path, problem, expected))
 
 
 def read_python(file: FilePath) -> str:
@@ -103,8 +103,8 @@ def _rows(text: str, name: str, key: str) -> tuple[list[tuple[float, float]], li
     rows: list[tuple[float, float]] = []
     problems: list[ConfigProblem] = []
 
-    def report(line: int, found: str, expected: str) -> None:
-        problems.append(ConfigProblem(Location(name, line), key, found, expected))
+    def report(line: int, problem: str, expected: str) -> None:
+        problems.append(ConfigProblem(Location(name, line), key, problem, expected))
 
     is_first = True
     for line, cells in csv_rows(text):
@@ -112,13 +112,15 @@ def _rows(text: str, name: str, key: str) -> tuple[list[tuple[float, float]], li
         numbers = [number for number in map(finite_number, entries) if number is not None]
         # The names of the columns may stand above them.
         if len(entries) != COLUMNS or (len(numbers) != COLUMNS and (numbers or not is_first)):
-            found = f"is {', '.join(entries)}"
-            report(line, found, "expected two finite numbers: a time, s, then a comma and a value")
+            problem = f"is {', '.join(entries)}"
+            report(
+                line, problem, "expected two finite numbers: a time, s, then a comma and a value"
+            )
         elif numbers:
             rows.append((numbers[0], numbers[1]))
             if len(rows) > 1 and rows[-1][0] < rows[-2][0]:
-                found = f"is the time {rows[-1][0]:g} s after {rows[-2][0]:g} s"
-                report(line, found, "expected times that do not fall")
+                problem = f"is the time {rows[-1][0]:g} s after {rows[-2][0]:g} s"
+                report(line, problem, "expected times that do not fall")
         is_first = False
     if not rows and not problems:
         report(1, "has no row of numbers", _TABLE)

@@ -35,7 +35,7 @@ class Degrees(Section):
     deg: Vector = required("the same three numbers in degrees")
 
 
-class OneAngle(Section):
+class AngleInDegrees(Section):
     """An angle in degrees."""
 
     deg: Real = required("the same number in degrees")
@@ -73,7 +73,7 @@ def _vector_in_radians(given: Degrees) -> VectorInDegrees:
     return VectorInDegrees(map(radians, given.deg))
 
 
-def _number_in_radians(given: OneAngle) -> NumberInDegrees:
+def _number_in_radians(given: AngleInDegrees) -> NumberInDegrees:
     return NumberInDegrees(radians(given.deg))
 
 
@@ -145,8 +145,8 @@ def _or(kind: Any, problem: Any, expected: str, *forms: Form) -> WrapValidator:
         if not isinstance(value, dict):
             return handler(value)
         section = section_of(value, read)
-        found = read[type(section)](section)
-        return type(found)(handler(found))
+        converted = read[type(section)](section)
+        return type(converted)(handler(converted))
 
     sections = reduce(or_, read)
     return WrapValidator(in_radians, json_schema_input_type=kind | sections)
@@ -157,7 +157,9 @@ _VECTOR = "tuple_type", "a list of 3, or {deg: [0, 20, 0]}"
 OR_DEGREES = _or(Vector, *_VECTOR, (Degrees, _vector_in_radians))
 """Lets a vector in radians, or in radians per second, be given as `{deg: [0, 10, 0]}`."""
 
-OR_ONE_ANGLE = _or(Real, "float_type", "a number, or {deg: 20}", (OneAngle, _number_in_radians))
+OR_ANGLE_IN_DEGREES = _or(
+    Real, "float_type", "a number, or {deg: 20}", (AngleInDegrees, _number_in_radians)
+)
 """Lets a number in radians be given as `{deg: 70}`."""
 
 Attitude = Annotated[

@@ -7,7 +7,7 @@ from pydantic import AfterValidator, Field
 
 from rbstab.config.quantities import Positive, value_error
 from rbstab.config.section import Section
-from rbstab.config.sections.angles import OR_ONE_ANGLE, Attitude
+from rbstab.config.sections.angles import OR_ANGLE_IN_DEGREES, Attitude
 from rbstab.config.sections.body import zero_vector
 
 
@@ -22,6 +22,6 @@ class Desired(Section):
     """The desired attitude, and the largest tilt with which a body rests there."""
 
     orientation: Attitude = zero_vector("Θ, rad, or {deg: [...]}")
-    within: Annotated[Positive, AfterValidator(_check_tilt), OR_ONE_ANGLE] = Field(
+    within: Annotated[Positive, AfterValidator(_check_tilt), OR_ANGLE_IN_DEGREES] = Field(
         math.radians(10.0), description="largest tilt, rad, or {deg: ...}"
     )

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 from rbstab.config.errors import entries
 from rbstab.config.quantities import NotNegative, Positive, Real, Text, value_error, whole
 from rbstab.config.section import Section, required
-from rbstab.config.sections.angles import OR_ONE_ANGLE
+from rbstab.config.sections.angles import OR_ANGLE_IN_DEGREES
 
 MAX_ROWS = 10_000
 """The most rows of a table."""
@@ -52,7 +52,7 @@ class SineSignal(Section):
 
     kind: Literal["sine"] = required("the kind of signal")
     frequency: Positive = required("f, Hz")
-    phase: Annotated[Real, OR_ONE_ANGLE] = Field(0.0, description="φ, rad, or {deg: 90}")
+    phase: Annotated[Real, OR_ANGLE_IN_DEGREES] = Field(0.0, description="φ, rad, or {deg: 90}")
 
 
 class PulseSignal(Section):

@@ -25,14 +25,14 @@ def check_code(config: Any, source: Source, *, allow_python: bool) -> None:
     """
     problems = []
     for name, element in of_users(config).items():
-        found, expected = f"is python: {element.code.file} is code that would run", REFUSED
+        problem, expected = f"is python: {element.code.file} is code that would run", REFUSED
         if allow_python:
             at_start = _problem_at_start(config, name)
             if at_start is None:
                 continue
-            found, expected = f"{element.code.file}: {at_start}", TESTED
+            problem, expected = f"{element.code.file}: {at_start}", TESTED
         path = ("elements", name, "class" if allow_python else "kind")
-        problems.append(source.problem(path, found, expected))
+        problems.append(source.problem(path, problem, expected))
     if problems:
         raise ConfigError(problems)
 
@@ -50,8 +50,8 @@ def _problem_at_start(config: Any, name: str) -> str | None:
             others = [other for other in of_users(config) if other != name]
             system = system_of(without_names(config, others))
             motion, pairs = system.acting(start_of(config, system))
-            element, own = next(pair for pair in pairs if pair[0].name == name)
-            return next(wrong_values(element, motion, own), None)
+            element, states = next(pair for pair in pairs if pair[0].name == name)
+            return next(wrong_values(element, motion, states), None)
     except (UserCodeError, DeclarationError) as error:
         return str(error)
     except Exception as error:

@@ -61,7 +61,9 @@ def has_code(config: Any) -> bool:
 def switching_code(config: Any) -> list[str]:
     """Return the names of users' elements with switches or own states, as their files say."""
     elements = of_users(config).items()
-    return [name for name, one in elements if one.declared.mode_count or one.declared.states]
+    return [
+        name for name, element in elements if element.declared.mode_count or element.declared.states
+    ]
 
 
 def without_code(config: Any) -> Any:
@@ -82,5 +84,5 @@ def without_names(config: Any, names: list[str]) -> Any:
     """Return a config without the elements of these names."""
     if not names:
         return config
-    kept = {name: one for name, one in config.elements.items() if name not in names}
+    kept = {name: element for name, element in config.elements.items() if name not in names}
     return config.model_copy(update={"elements": type(config.elements)(kept)})

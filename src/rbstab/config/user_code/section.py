@@ -55,8 +55,8 @@ def _check_class(name: str) -> str:
 
 def _check_source(text: str) -> str:
     if len(text) > MAX_SOURCE:
-        found = f"has {len(text)} characters"
-        raise value_error(found, f"expected at most {MAX_SOURCE}")
+        problem = f"has {len(text)} characters"
+        raise value_error(problem, f"expected at most {MAX_SOURCE}")
     try:
         classes_of(text)
     except DeclarationError as error:
@@ -129,19 +129,19 @@ class PythonElement(Section):
     @classmethod
     def _check_read(cls, file: str | None, info: ValidationInfo) -> str | None:
         if info.data.get("source", "") is None:
-            found = "is missing" if file is None else "was not read"
-            raise value_error(found, "expected a Python file, relative to the config")
+            problem = "is missing" if file is None else "was not read"
+            raise value_error(problem, "expected a Python file, relative to the config")
         return file
 
     @field_validator("sha256")
     @classmethod
     def _check_digest(cls, digest: str | None, info: ValidationInfo) -> str | None:
         source = info.data.get("source")
-        found = None if source is None else sha256(source)
-        if digest is not None and found is not None and digest != found:
-            problem = f"is not the SHA-256 of the file, {found}"
+        actual = None if source is None else sha256(source)
+        if digest is not None and actual is not None and digest != actual:
+            problem = f"is not the SHA-256 of the file, {actual}"
             raise value_error(problem, "expected the file that this digest was made of")
-        return found
+        return actual
 
     @field_validator("class_name")
     @classmethod

@@ -42,7 +42,7 @@ class Barrier(Element):
     stiffness: Number
     outer_stiffness: Number
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """-B' ∂U/∂Θ, N m, body.
 
         The derivative of ½ tan² θ2 is s₂/c₂³, and that of ½ tan²(θ/2) is s/(1 + c)².
@@ -57,7 +57,7 @@ class Barrier(Element):
         )
         return couple_on_body(-(motion.B.T @ gradient))
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """½ k tan² θ2 + ½ k_o ((1 - c₁)/(1 + c₁) + (1 - c₃)/(1 + c₃)), J."""
         (_, s2, _), (c1, c2, c3) = sin(motion.Theta), cos(motion.Theta)
         outer = (1.0 - c1) / (1.0 + c1) + (1.0 - c3) / (1.0 + c3)

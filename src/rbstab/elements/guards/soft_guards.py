@@ -39,15 +39,15 @@ class SoftGuard(Element):
     soft_angle: Number
     mode: Array = field(default_factory=lambda: np.zeros(2))
 
-    def guards(self, motion: Motion, own: Array) -> Array:
+    def guards(self, motion: Motion, states: Array) -> Array:
         """θ2 - θ_s and -θ2 - θ_s, rad."""
         return self.beyond(motion.Theta[PITCH])
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """-B' ∂U/∂Θ, N m, body; the row of B for θ2 has unit length, so its size is |dU/dθ2|."""
         return couple_on_body(-(motion.B.T[:, PITCH] * self.slope(motion.Theta[PITCH])))
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """U(θ2), J."""
         return self.energy(motion.Theta[PITCH])
 

@@ -24,7 +24,7 @@ class Stop(Element):
     as it presses towards the inside.
 
     Its modes are m₊, 1 while the body rests at θ2 = θ_e, and m₋, 1 while it rests at θ2 = -θ_e. In
-    the methods `own` is the hold [τ, α] (`Element.holds`).
+    the methods `states` is the hold [τ, α] (`Element.holds`).
 
     Args:
         name: The name of the element in its config.
@@ -52,16 +52,16 @@ class Stop(Element):
     restitution: Number
     mode: Array = field(default_factory=lambda: np.zeros(2))
 
-    def guards(self, motion: Motion, own: Array) -> Array:
+    def guards(self, motion: Motion, states: Array) -> Array:
         """θ2 - θ_e and -θ2 - θ_e, rad; α and -α, rad/s², on a side where the body rests."""
-        angle, acceleration = motion.Theta[PITCH], own[1]
+        angle, acceleration = motion.Theta[PITCH], states[1]
         beyond = np.array([angle - self.angle, -angle - self.angle])
         pressing = np.array([acceleration, -acceleration])
         return (1.0 - self.mode) * beyond + self.mode * pressing
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """(m₊ + m₋) τ b, N m, body."""
-        return couple_on_body((self.mode[0] + self.mode[1]) * own[0] * pitch.direction(motion))
+        return couple_on_body((self.mode[0] + self.mode[1]) * states[0] * pitch.direction(motion))
 
     def impulse(self, rate: Number, mobility: Number) -> Number:
         """Return the impulse on θ2 of an impact, N m s: -(1 + e) θ̇2⁻/μ.

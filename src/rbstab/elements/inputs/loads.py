@@ -42,9 +42,9 @@ class Input(Driven):
         """Return a s(t) d, shape (3,), N or N m."""
         return (self.amplitude * self.signal.value(motion.time)) * self.direction
 
-    def supplied(self, motion: Motion, own: Array) -> Number:
+    def supplied(self, motion: Motion, states: Array) -> Number:
         """f'V + n'Ω, W: the power of the force f and of the couple n about the centre."""
-        wrench = self.wrench(motion, own)
+        wrench = self.wrench(motion, states)
         return wrench.force @ motion.V + wrench.couple @ motion.Omega
 
 
@@ -60,7 +60,7 @@ class ForceInput(Input):
 
     point: Array
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """a s(t) d, N, inertial, at the point."""
         return point.force_at(motion, self.point, self.load(motion))
 
@@ -84,11 +84,11 @@ class ConstantForce(Element):
     amplitude: Number
     point: Array
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """a d, N, inertial, at the point."""
         return point.force_at(motion, self.point, self.amplitude * self.direction)
 
-    def stored(self, motion: Motion, own: Array) -> Number:
+    def stored(self, motion: Motion, states: Array) -> Number:
         """-f'(X + A p), J: the force is minus its slope."""
         return -((self.amplitude * self.direction) @ point.position(motion, self.point))
 
@@ -105,7 +105,7 @@ class BodyForceInput(Input):
 
     point: Array
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """A (a s(t) d), N, inertial, at the point."""
         return point.force_at(motion, self.point, motion.A @ self.load(motion))
 
@@ -116,7 +116,7 @@ class CoupleInput(Input):
 
     gains: ClassVar[tuple[Gain, ...]] = (_INERTIAL, _amplitude("N m"))
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """A'(a s(t) d), N m, body coordinates."""
         return couple_on_body(motion.A.T @ self.load(motion))
 
@@ -127,6 +127,6 @@ class BodyCoupleInput(Input):
 
     gains: ClassVar[tuple[Gain, ...]] = (_BODY, _amplitude("N m"))
 
-    def wrench(self, motion: Motion, own: Array) -> Wrench:
+    def wrench(self, motion: Motion, states: Array) -> Wrench:
         """a s(t) d, N m, body coordinates."""
         return couple_on_body(self.load(motion))

@@ -199,10 +199,10 @@ def _listed(attribute: str, kind: _Kind, nodes: Iterable[ast.ClassDef]) -> tuple
     if len(node.elts) > kind.most:
         expected = f"expected at most {kind.most}"
         raise DeclarationError(f"has {len(node.elts)} {attribute}", expected, node.lineno)
-    found = tuple(_declaration(entry, kind) for entry in node.elts)
-    if len({one.name for one in found}) < len(found):
+    declarations = tuple(_declaration(entry, kind) for entry in node.elts)
+    if len({declaration.name for declaration in declarations}) < len(declarations):
         raise DeclarationError(f"has two {attribute} of the same name", "", node.lineno)
-    return found
+    return declarations
 
 
 def _declaration(node: ast.expr, kind: _Kind) -> Any:
@@ -241,14 +241,14 @@ def _mode_count(nodes: Iterable[ast.ClassDef]) -> int:
 def _assigned(name: str, nodes: Iterable[ast.ClassDef]) -> ast.expr | None:
     """Return the last value that the first of some classes that has a name assigns to it."""
     for node in nodes:
-        found = None
+        value = None
         for part in node.body:
             targets: list[ast.expr] = [part.target] if isinstance(part, ast.AnnAssign) else []
             targets = part.targets if isinstance(part, ast.Assign) else targets
             if name in map(_name_of, targets):
-                found = getattr(part, "value", None) or found
-        if found is not None:
-            return found
+                value = getattr(part, "value", None) or value
+        if value is not None:
+            return value
     return None
 
 

@@ -91,15 +91,15 @@ def element_class(code: UserCode, class_name: str) -> type[Element]:
         DeclarationError: As `declared`.
     """
     stated = declared(code.source, class_name)
-    found = getattr(module_of(code), class_name, None)
-    if not (isinstance(found, type) and issubclass(found, Element)):
+    user_class = getattr(module_of(code), class_name, None)
+    if not (isinstance(user_class, type) and issubclass(user_class, Element)):
         raise UserCodeError(f"{class_name} is not a class derived from rbstab.elements.Element")
-    if (found.gains, found.mode_count, found.states) != stated[:3]:
+    if (user_class.gains, user_class.mode_count, user_class.states) != stated[:3]:
         raise UserCodeError(
             f"{class_name} has other gains, modes or states than those written in its class"
         )
     for stated_name in _OF_THE_PROGRAM:
-        if getattr(found, stated_name) is not getattr(Element, stated_name):
+        if getattr(user_class, stated_name) is not getattr(Element, stated_name):
             raise UserCodeError(
                 f"{class_name} states `{stated_name}`, which no element of a user can have"
             )
@@ -110,15 +110,15 @@ def element_class(code: UserCode, class_name: str) -> type[Element]:
         # Another process has no module of this name; it runs the text again.
         return _element, (code, class_name, {name: getattr(self, name) for name in names})
 
-    body = {"from_user": True, "__reduce__": reduced, "__module__": found.__module__}
-    if is_dataclass(found):
-        kind: Any = type(class_name, (found,), body)
+    body = {"from_user": True, "__reduce__": reduced, "__module__": user_class.__module__}
+    if is_dataclass(user_class):
+        kind: Any = type(class_name, (user_class,), body)
     else:
         body["__annotations__"] = dict.fromkeys(names, Any)
         if stated.mode_count:
             body["mode"] = field(default_factory=partial(np.zeros, stated.mode_count))
-        kind = dataclass(frozen=True, eq=False, kw_only=True)(type(class_name, (found,), body))
-    if sorted(one.name for one in fields(kind)) != sorted(names):
+        kind = dataclass(frozen=True, eq=False, kw_only=True)(type(class_name, (user_class,), body))
+    if sorted(attribute.name for attribute in fields(kind)) != sorted(names):
         raise UserCodeError(f"{class_name} has other fields than {', '.join(names)}")
     checked: type[Element] = kind
     return checked
@@ -132,9 +132,9 @@ def element_classes(code: UserCode) -> Iterator[type[Element]]:
         DeclarationError: As `declared`.
     """
     module = module_of(code)
-    for name, found in list(vars(module).items()):
-        is_own = isinstance(found, type) and found.__module__ == module.__name__
-        if is_own and issubclass(found, Element) and found.wrench is not Element.wrench:
+    for name, member in list(vars(module).items()):
+        is_defined_here = isinstance(member, type) and member.__module__ == module.__name__
+        if is_defined_here and issubclass(member, Element) and member.wrench is not Element.wrench:
             yield element_class(code, name)
 
 
@@ -165,23 +165,23 @@ def failure_in_user_code(error: BaseException) -> str | None:
 
 def line_of(traceback: TracebackType | None, path: str) -> int | None:
     """Return the last line of a file in a traceback; None if it is not in it."""
-    found = None
+    line = None
     while traceback is not None:
         if traceback.tb_frame.f_code.co_filename == path:
-            found = traceback.tb_lineno
+            line = traceback.tb_lineno
         traceback = traceback.tb_next
-    return found
+    return line
 
 
-def wrong_values(element: Element, motion: Motion, own: Array) -> Iterator[str]:
+def wrong_values(element: Element, motion: Motion, states: Array) -> Iterator[str]:
     """Yield what the statements of an element return that is not of the right type and shape.
 
     Args:
         element: The element.
         motion: A motion of floats.
-        own: The own states.
+        states: The own states.
     """
-    wrench = element.wrench(motion, own)
+    wrench = element.wrench(motion, states)
     if not isinstance(wrench, Wrench):
         yield (
             f"wrench returns {_described(wrench)} (expected a Wrench, as force_at_centre, "
@@ -195,7 +195,7 @@ def wrong_values(element: Element, motion: Motion, own: Array) -> Iterator[str]:
     shapes |= {"guards": (element.mode_count,)} if element.mode_count else {}
     shapes |= {"rates": (element.state_size,)} if element.state_size else {}
     for statement, shape in shapes.items():
-        value = getattr(element, statement)(motion, own)
+        value = getattr(element, statement)(motion, states)
         if np.shape(value) != shape:
             expected = f"{shape[0]} numbers" if shape else "one number"
             yield f"{statement} returns {_described(value)} (expected {expected})"

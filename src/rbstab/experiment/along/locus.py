@@ -68,9 +68,9 @@ def linearised_at_rest(config: Config) -> LocusPoint:
 def _point(parameter: float, config: Config) -> LocusPoint:
     system = smooth_rest_system(problem_of(config))
     rest = nearest_rest_state(system)
-    if rest.found and not rest.on_kink:
+    if rest.rests_in_range and not rest.on_kink:
         with suppress(NoDerivativesError):
-            linear = linearise(system, rest.motion, rest.own)
+            linear = linearise(system, rest.motion, rest.element_states)
             return LocusPoint(parameter, linear, tuple(rest.motion.Theta.tolist()))
     return LocusPoint(parameter)
 
@@ -93,19 +93,24 @@ def stable_from(
     aim = wanted(config)
     reached = [point.orientation is not None and aim.holds(point.orientation) for point in points]
     linear = [point.linearisation for point in points]
-    largest = np.array([np.nan if one is None else one.eigenvalues.real.max() for one in linear])
+    largest = np.array(
+        [
+            np.nan if linearisation is None else linearisation.eigenvalues.real.max()
+            for linearisation in linear
+        ]
+    )
     good = np.array(reached) & (largest < 0)
     bad = ~np.isnan(largest) & (~np.array(reached) | (largest > 0))
-    found = threshold_of(values, good, bad)
-    if found is None or found.bad is None:
+    threshold = threshold_of(values, good, bad)
+    if threshold is None or threshold.bad is None:
         return ""
-    text, unit = alike([found.good, found.bad]), f" {number.unit}" if number.unit else ""
-    last_bad = int(np.flatnonzero(values == found.bad)[0])
+    text, unit = alike([threshold.good, threshold.bad]), f" {number.unit}" if number.unit else ""
+    last_bad = int(np.flatnonzero(values == threshold.bad)[0])
     other = "unstable there" if reached[last_bad] else "it leans farther"
     return (
         f"the body at rest at its desired attitude, {aim}, is stable for {number.name} "
-        f"{found.sign(good=True)} {text[found.good]}{unit}; {other} for "
-        f"{found.sign(good=False)} {text[found.bad]} (by the eigenvalues)"
+        f"{threshold.sign(good=True)} {text[threshold.good]}{unit}; {other} for "
+        f"{threshold.sign(good=False)} {text[threshold.bad]} (by the eigenvalues)"
     )
 
 

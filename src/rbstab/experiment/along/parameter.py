@@ -42,8 +42,10 @@ class Parameter:
 
     def named(self, config: Config) -> NamedNumber:
         """Return its number in a config with the unit of the key, of several one that is not 0."""
-        found = named_number(config, self.read.path)
-        return found._replace(unit=unit_at(config, self.key), value=found.value / self.read.factor)
+        number = named_number(config, self.read.path)
+        return number._replace(
+            unit=unit_at(config, self.key), value=number.value / self.read.factor
+        )
 
     def check(self, config: Config) -> None:
         """Check that a config has this parameter; the error names the keys that were meant.
@@ -57,9 +59,9 @@ class Parameter:
         try:
             numbers = dict(numbers_below(config, self.read.path))
         except LookupError as error:
-            known = [name for name in keys_of(config) if not name.startswith("initial.")]
-            meant = did_you_mean(closest_keys(key.partition("[")[0], known))
-            expected = meant or f"expected one of {', '.join(known)}"
+            keys = [name for name in keys_of(config) if not name.startswith("initial.")]
+            meant = did_you_mean(closest_keys(key.partition("[")[0], keys))
+            expected = meant or f"expected one of {', '.join(keys)}"
             problem = f"{key} has no numbers that can be varied"
             raise ConfigError.at(where, problem, expected) from error
         wrong = unit_problem(config, self.read)
@@ -74,4 +76,6 @@ class Parameter:
             for end in self.values[[0, -1]].tolist():
                 self.at(config, end)
         except ConfigError as error:
-            raise ConfigError([replace(one, location=where) for one in error.problems]) from error
+            raise ConfigError(
+                [replace(problem, location=where) for problem in error.problems]
+            ) from error

@@ -50,17 +50,17 @@ def states_along(config: Config, parameter: Parameter, is_late: Callable[[], boo
         return AlongStates(
             why="there is one value alone" if entries else "its numbers are in no proof"
         )
-    sizes = (one.value if parameter.scales else parameter.read.factor for one in entries)
+    sizes = (entry.value if parameter.scales else parameter.read.factor for entry in entries)
     start, end, *factors = (Fraction(repr(number)) for number in (low, high, *sizes))
     tolerances = [
-        Tolerance(one, size * (start + end) / 2, abs(size) * (end - start) / 2)
-        for one, size in zip(entries, factors, strict=True)
+        Tolerance(entry, size * (start + end) / 2, abs(size) * (end - start) / 2)
+        for entry, size in zip(entries, factors, strict=True)
     ]
     why = why_not_all(config, tolerances)
     members = members_of(config, tolerances)
     numbers = [parameter_between(low, high).scaled(size) for size in factors]
     try:
-        system = members.own([float(one.middle) for one in tolerances])
+        system = members.from_doubles([float(tolerance.middle) for tolerance in tolerances])
         energy = AlongEnergy(reduced_energy(system, partial(members.exact, numbers)), low, high)
     except (NoReducedEnergy, LookupError) as error:  # code of users has no numbers that vary
         return AlongStates(why=why or str(error))

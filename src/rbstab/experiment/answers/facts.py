@@ -12,7 +12,7 @@ import numpy as np
 
 from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.analysis.lyapunov import ENERGY_SCALE
-from rbstab.experiment.answers.known_run import KnownRun
+from rbstab.experiment.answers.assessed_run import AssessedRun
 from rbstab.experiment.answers.outcome import Outcome, OutcomeKind
 from rbstab.experiment.answers.rounded import NO_VALUE, number
 from rbstab.experiment.answers.run_answer import (
@@ -68,16 +68,16 @@ class Fact(Generic[T]):
         """Its name with its unit."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
-    def of(self, known: T) -> Shown:
+    def of(self, subject: T) -> Shown:
         """Return it as it is shown; numbers have four significant digits."""
-        found = self.get(known)
-        if isinstance(found, Shown):
-            return found
-        return Shown(found) if isinstance(found, str) else Shown(number(found), float(found))
+        value = self.get(subject)
+        if isinstance(value, Shown):
+            return value
+        return Shown(value) if isinstance(value, str) else Shown(number(value), float(value))
 
-    def text(self, known: T) -> str:
+    def text(self, subject: T) -> str:
         """Return it with its unit; "" if it is no number, or none is known."""
-        text, value, _ = self.of(known)
+        text, value, _ = self.of(subject)
         if value is None or math.isnan(value):
             return ""
         degrees = f" ({math.degrees(value):.4g}°)" if self.unit == "rad" else ""
@@ -103,7 +103,7 @@ def outcome_tone(outcome: Outcome) -> str:
     return "good" if outcome.is_good else tones.get(outcome.kind, "")
 
 
-def ended_early(run: KnownRun) -> str:
+def ended_early(run: AssessedRun) -> str:
     """Return how and when a run ended early; "" for one that did not."""
     status = run.result.status
     end = number(run.summary.end_time)
@@ -125,17 +125,17 @@ class Margin(NamedTuple):
 NO_MARGIN = Margin(math.nan, math.nan)
 
 
-def margin_of(run: KnownRun) -> Margin:
+def margin_of(run: AssessedRun) -> Margin:
     """Return v(0) and the level with which it is compared; NaN if no finite level is proved.
 
     It is the region that contains the start, or that proves convergence (perhaps that of all θ1 and
     θ3), or else that of the lowest rest state. Where every start converges there is no level.
     """
-    region, found = run.region, run.convergence
-    level = found.bound if found is not None and found.proved else None
+    region, convergence = run.region, run.convergence
+    level = convergence.bound if convergence is not None and convergence.proved else None
     if level is None or (region is not None and region.inside):
         margin = NO_MARGIN if region is None else Margin(region.start, region.level)
-    elif region is not None and found is not None and found.rest_state == 1:
+    elif region is not None and convergence is not None and convergence.rest_state == 1:
         margin = Margin(region.start, level)
     # The stored v counts from the rest state below the end of the motion, if it says so.
     elif is_below_end(run.attribute("lyapunov_zero")):
@@ -145,25 +145,25 @@ def margin_of(run: KnownRun) -> Margin:
     return margin if 0.0 < margin.level < math.inf and math.isfinite(margin.start) else NO_MARGIN
 
 
-def _other_start(run: KnownRun) -> float:
+def _other_start(run: AssessedRun) -> float:
     """Return v(0) as it is compared with c*; NaN if it is that of the run."""
     start = margin_of(run).start
     same = math.isclose(start, run.summary.lyapunov_start, rel_tol=SAME_START)
     return math.nan if same else start
 
 
-def _tilt(run: KnownRun) -> Shown | float:
+def _tilt(run: AssessedRun) -> Shown | float:
     tilt = run.answer.outcome.tilt
     if tilt is None:
         return math.nan
     return Shown(number(round(math.degrees(tilt), 3), 3), math.degrees(tilt))
 
 
-def _at_rest_from(run: KnownRun) -> Shown:
+def _at_rest_from(run: AssessedRun) -> Shown:
     return Shown(at_rest_from(run.result) or NO_VALUE, run.settling_time)
 
 
-def _largest_v(run: KnownRun) -> Shown | float:
+def _largest_v(run: AssessedRun) -> Shown | float:
     """Return the largest v of a run that inputs drive, with its time."""
     v = np.asarray(lyapunov_function_of(run.result), dtype=float)
     if not run.is_driven or not np.any(np.isfinite(v)):
@@ -178,8 +178,8 @@ def _peak(value: float, *, resolved: bool) -> Shown:
     return Shown(at_least(resolved or math.isnan(value)) + number(value), value)
 
 
-def _peak_by_axis(axis: int) -> Fact[KnownRun]:
-    def peak(run: KnownRun) -> float:
+def _peak_by_axis(axis: int) -> Fact[AssessedRun]:
+    def peak(run: AssessedRun) -> float:
         """A sample is no peak."""
         s = run.summary
         return s.peak_contact_displacement[axis] if s.displacement_resolved else math.nan
@@ -187,38 +187,38 @@ def _peak_by_axis(axis: int) -> Fact[KnownRun]:
     return Fact(f"peak E{axis + 1}", "m", peak)
 
 
-def _status(run: KnownRun) -> Shown:
+def _status(run: AssessedRun) -> Shown:
     early = ended_early(run)
     return Shown(early or run.result.status, tone="bad" if early else "")
 
 
-def _rest_states(run: KnownRun) -> Shown:
+def _rest_states(run: AssessedRun) -> Shown:
     proof = run.proof
     if proof is None:
         return Shown(NO_VALUE)
     count = len(proof.states)
     tone = "warning" if proof.globally_stable is False else ""
-    found = "" if proof.proved else " found"
+    suffix = "" if proof.proved else " found"
     kinds = f": {kinds_of(proof.states)}" if count > 1 else ""
-    return Shown(f"{count}{found}{kinds}", float(count), tone)
+    return Shown(f"{count}{suffix}{kinds}", float(count), tone)
 
 
-def _in_region(run: KnownRun) -> str:
+def _in_region(run: AssessedRun) -> str:
     region = run.region
     return NO_VALUE if region is None else "yes" if region.inside else "no"
 
 
-def _checks(run: KnownRun) -> Shown:
+def _checks(run: AssessedRun) -> Shown:
     verdict = run.attribute("verdict")
     return Shown(word_of(verdict) or NO_VALUE, tone=TONES.get(verdict, ""))
 
 
-def _outcome(run: KnownRun) -> Shown:
+def _outcome(run: AssessedRun) -> Shown:
     outcome = run.answer.outcome
     return Shown(outcome.brief, tone=outcome_tone(outcome))
 
 
-_FACTS: tuple[Fact[KnownRun], ...] = (
+_FACTS: tuple[Fact[AssessedRun], ...] = (
     Fact("outcome", "", _outcome),
     Fact(
         "tilt",

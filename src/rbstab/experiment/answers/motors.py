@@ -59,7 +59,7 @@ def _answers(config: Config) -> Iterator[MotorAnswer]:
         if not isinstance(motor, Motor):
             continue
         name, passive, bound = SYMBOLS.get(motor.name, motor.name), not motor.supplies, None
-        known = Sureness.PROVED if passive else Sureness.NOT_DECIDED
+        sureness = Sureness.PROVED if passive else Sureness.NOT_DECIDED
         said = "its limit keeps it passive, proved" if passive else BODY_AXES
         said += HARD if isinstance(motor, Hard) else ""
         if isinstance(motor, Lagged):
@@ -71,9 +71,9 @@ def _answers(config: Config) -> Iterator[MotorAnswer]:
             )
             said = f"{border}: passive, proved"
             if not passive:
-                known, stable = _by_eigenvalues(config)
+                sureness, stable = _by_eigenvalues(config)
                 said = f"its lag is not below {least}: not passive, nothing is proved. {stable}"
-        yield MotorAnswer(name, passive, bound, known, said)
+        yield MotorAnswer(name, passive, bound, sureness, said)
 
 
 def _border(bound: float, lag: float) -> str:

@@ -12,7 +12,7 @@ from rbstab.analysis.certificate.verdict import Verdict
 from rbstab.config.build import body_of
 from rbstab.config.schema import NO_VARIANT, Config
 from rbstab.experiment.answers.rounded import rounded_down
-from rbstab.experiment.answers.wanted import in_degrees, one_in_degrees, wanted
+from rbstab.experiment.answers.wanted import angle_in_degrees, in_degrees, wanted
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import stored_convergence
 from rbstab.experiment.convergence.zero_description import UNSTABLE
@@ -118,7 +118,7 @@ class Outcome:
         """The kind, and the tilt of a body that rests elsewhere."""
         if self.kind is not OutcomeKind.RESTS_ELSEWHERE or self.tilt is None:
             return self.kind.words
-        return f"{self.kind.words}, {one_in_degrees(self.tilt)} away"
+        return f"{self.kind.words}, {angle_in_degrees(self.tilt)} away"
 
     @property
     def sentence(self) -> str:
@@ -127,7 +127,7 @@ class Outcome:
         if self.kind in {OutcomeKind.MOVING, OutcomeKind.LEFT_RANGE, OutcomeKind.FAILED}:
             begin += f" at t = {self.time:.4g} s"
         if self.orientation is not None and self.tilt is not None:
-            away = one_in_degrees(self.tilt)
+            away = angle_in_degrees(self.tilt)
             where = f": at {in_degrees(self.orientation)}, {away} from the desired attitude"
         why = f" ({self.why})" if self.why else ""
         return f"{begin}{where}{why}: {self.sureness}"
@@ -155,9 +155,9 @@ def outcome_of(
     at_rest = completed and not math.isnan(settled)
     still = completed and not at_rest and stands_still(result)
     end = result["rest_orientation"] if at_rest else result["orientation"][-1]
-    found, aim = stored_convergence(result.attributes), wanted(config)
-    proved = None if found is None else found.proved
-    number, state = found.rest_state if found is not None and proved else None, None
+    convergence, aim = stored_convergence(result.attributes), wanted(config)
+    proved = None if convergence is None else convergence.proved
+    number, state = convergence.rest_state if convergence is not None and proved else None, None
     if proof is not None:
         if number is None and at_rest:
             # Imported late: it reads proofs.

@@ -60,8 +60,8 @@ class RestModes(NamedTuple):
         return f"{'; '.join(parts)}; at the rest state where v = 0"
 
 
-def _counted(count: int, one: str, several: str) -> str:
-    return f"1 mode {one}" if count == 1 else f"{count} modes {several}"
+def _counted(count: int, singular: str, plural: str) -> str:
+    return f"1 mode {singular}" if count == 1 else f"{count} modes {plural}"
 
 
 @np.errstate(all="ignore")
@@ -80,16 +80,16 @@ def rest_modes(result: Result, config: Config | None) -> RestModes | None:
     q[ORIENTATION] = result["rest_orientation"]
     if not at_rest.held:
         q[POSITION] = result["rest_position"]
-    own = slice(at_rest.pose_size, None)
+    element_states = slice(at_rest.pose_size, None)
     if at_rest.size > at_rest.pose_size:
         # The energy is quadratic in the own states of our elements.
-        stiffness = numerical_hessian(at_rest.gradient, q)[own, own]
-        q[own] -= np.linalg.lstsq(stiffness, at_rest.gradient(q)[own])[0]
+        stiffness = numerical_hessian(at_rest.gradient, q)[element_states, element_states]
+        q[element_states] -= np.linalg.lstsq(stiffness, at_rest.gradient(q)[element_states])[0]
     rest = rest_state_at(at_rest, q)
     if not rest.is_at_rest:
         return None
     try:
-        values = linearise(system, rest.motion, rest.own).eigenvalues
+        values = linearise(system, rest.motion, rest.element_states).eigenvalues
     except NoDerivativesError:
         return None
     size = np.abs(values).max()

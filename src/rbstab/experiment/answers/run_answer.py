@@ -18,7 +18,7 @@ from rbstab.experiment.answers.state_words import (
     counterexample,
     every_motion,
     exceptions,
-    found_stable,
+    unproved_stable,
 )
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import (
@@ -30,7 +30,7 @@ from rbstab.experiment.convergence.convergence import (
     stored_convergence,
     undecided,
 )
-from rbstab.experiment.convergence.zero_description import A_LOWER_ONE, OUTSIDE, is_below_end
+from rbstab.experiment.convergence.zero_description import NOT_LOWEST, OUTSIDE, is_below_end
 from rbstab.experiment.run_certificate import (
     CERTIFIED_REGION,
     GLOBAL_STABILITY,
@@ -139,24 +139,24 @@ def answer_of(
     """
     pushes = pushes_of(config, proof)
     lines = {line.check: line for line in certificate_lines(result)}
-    found = stored_convergence(result.attributes) or undecided(Undecided.NO_REGION, NO_PROOF)
+    convergence = stored_convergence(result.attributes) or undecided(Undecided.NO_REGION, NO_PROOF)
     outcome = outcome_of(result, config, proof)
-    if outcome.kind is OutcomeKind.UNSTABLE and found.proved is None and found.steps:
-        found = replace(found, why=f"{found.why}; {NO_REGION_THERE}")
+    if outcome.kind is OutcomeKind.UNSTABLE and convergence.proved is None and convergence.steps:
+        convergence = replace(convergence, why=f"{convergence.why}; {NO_REGION_THERE}")
     return RunAnswer(
         outcome,
-        _this_start(result, found, lines),
-        _whole_range(result, found, lines.get(GLOBAL_STABILITY), proof),
+        _this_start(result, convergence, lines),
+        _whole_range(result, convergence, lines.get(GLOBAL_STABILITY), proof),
         Answer(Sureness.PROVED, pushes) if pushes else None,
     )
 
 
-def _this_start(result: Result, found: Convergence, lines: dict[str, Check]) -> Answer:
-    if found.proved is False:
-        return Answer(Sureness.FALSE, f"the exact motion never comes to rest: {found.why}")
-    if found.proved:
-        which = _reached_state(result, found, lines.get(GLOBAL_STABILITY))
-        sentence = f"the exact motion converges to {which}{_how_proved(found)}"
+def _this_start(result: Result, convergence: Convergence, lines: dict[str, Check]) -> Answer:
+    if convergence.proved is False:
+        return Answer(Sureness.FALSE, f"the exact motion never comes to rest: {convergence.why}")
+    if convergence.proved:
+        which = _reached_state(result, convergence, lines.get(GLOBAL_STABILITY))
+        sentence = f"the exact motion converges to {which}{_how_proved(convergence)}"
         return Answer(Sureness.PROVED, sentence)
     seen, region, margin = _seen(result, lines), lines.get(CERTIFIED_REGION), ""
     if region is not None and region.bound > 0 and region.value >= region.bound:
@@ -165,12 +165,12 @@ def _this_start(result: Result, found: Convergence, lines: dict[str, Check]) -> 
             f"the start is {region.value:.4g} J above the lowest rest state, not below c* = {level}"
             f" J, the level of the certified region; "
         )
-    return Answer(seen.sureness, f"{seen.sentence}. Not proved: {margin}{found.why}")
+    return Answer(seen.sureness, f"{seen.sentence}. Not proved: {margin}{convergence.why}")
 
 
-def _reached_state(result: Result, found: Convergence, line: Check | None) -> str:
+def _reached_state(result: Result, convergence: Convergence, line: Check | None) -> str:
     """Return which rest state the exact motion reaches, and of how many if that is known."""
-    state = f"rest state {found.rest_state}"
+    state = f"rest state {convergence.rest_state}"
     decided = line is not None and line.verdict in {Verdict.CERTIFIED, Verdict.VIOLATED}
     if line is None or not decided or line.value <= 0 or line.quantity == LEAST_REST_STATES:
         return state
@@ -179,12 +179,12 @@ def _reached_state(result: Result, found: Convergence, line: Check | None) -> st
     return f"{state} of {int(line.value)}"
 
 
-def _how_proved(found: Convergence) -> str:
-    if found.bound == math.inf:
+def _how_proved(convergence: Convergence) -> str:
+    if convergence.bound == math.inf:
         return f", as from {EVERY_START.split(' conv')[0]}"
-    if not found.time:
-        return f": it starts inside {found.region}"
-    return f": it is inside {found.region} from t = {rounded_up(found.time)} s on"
+    if not convergence.time:
+        return f": it starts inside {convergence.region}"
+    return f": it is inside {convergence.region} from t = {rounded_up(convergence.time)} s on"
 
 
 def _leaning(result: Result) -> str:
@@ -247,14 +247,14 @@ def _seen(result: Result, lines: dict[str, Check]) -> Answer:
         text = f"the computed motion is at rest {_from(settled)} ({SETTLED})"
         if settled == "0":
             text = "the computed motion starts at rest, and stays there (v stays at round-off)"
-        if str(result.attributes.get("lyapunov_zero")).endswith(A_LOWER_ONE):
+        if str(result.attributes.get("lyapunov_zero")).endswith(NOT_LOWEST):
             text += ", at a rest state that is not the lowest one known"
         return Answer(Sureness.SEEN, text)
     return Answer(Sureness.NOT_DECIDED, why)
 
 
 def _whole_range(
-    result: Result, found: Convergence, line: Check | None, proof: "Proof | None"
+    result: Result, convergence: Convergence, line: Check | None, proof: "Proof | None"
 ) -> Answer:
     if result.attributes.get("verdict") == Verdict.DRIVEN:
         why = "elements supply power: nothing is proved of such motions"
@@ -264,7 +264,7 @@ def _whole_range(
         return Answer(Sureness.NOT_DECIDED, NO_PROOF if proof is None else proof.ended)
     almost = None if proof is None else proof.almost_every_start
     if verdict == Verdict.CERTIFIED:
-        every = EVERY_START if found.bound == math.inf else every_motion(proof)
+        every = EVERY_START if convergence.bound == math.inf else every_motion(proof)
         return Answer(Sureness.PROVED, every, "" if almost is None else almost.outcome)
     if verdict != Verdict.VIOLATED:
         ended = "" if proof is None else f" ({proof.ended})"
@@ -274,11 +274,11 @@ def _whole_range(
     if proof is not None and almost is not None and almost.proved:
         sentence = f"{almost_sentence(proof, almost)}; {exceptions(proof)}"
         return Answer(Sureness.PROVED, sentence, f"{ALMOST} {almost.outcome}".rstrip())
-    return Answer(Sureness.FALSE, _counterexample(line, proof, found.rest_state))
+    return Answer(Sureness.FALSE, _counterexample(line, proof, convergence.rest_state))
 
 
-def _counterexample(line: Check, proof: "Proof | None", own: int | None) -> str:
-    """Return why not all motions end in one rest state; `own` is the one of this start."""
+def _counterexample(line: Check, proof: "Proof | None", rest_state: int | None) -> str:
+    """Return why not all motions end in one rest state; `rest_state` is that of this start."""
     count = int(line.value)
     if count == 0:
         return "no motion that stays in the range comes to rest: it has no rest state"
@@ -287,7 +287,7 @@ def _counterexample(line: Check, proof: "Proof | None", own: int | None) -> str:
     rests, more, place = "", "", "in the range"
     least = "at least " if line.quantity == LEAST_REST_STATES else ""
     if proof is not None:
-        other, stable = counterexample(proof, own), found_stable(proof, own)
+        other, stable = counterexample(proof, rest_state), unproved_stable(proof, rest_state)
         rests = "" if other is None else f"the body can also rest at {other}; "
         rests += "" if stable is None else f"a search also found {stable}; "
         more = f"; a search found {len(proof.states)}" if least else ""

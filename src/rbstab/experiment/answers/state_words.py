@@ -48,8 +48,8 @@ def families_of(proof: "ProofData") -> str:
     """Return which families rest states form, such as "a surface of them at 2 J (index 1)"."""
     shapes = {1: "a curve of them", 2: "a surface of them", 3: "all rotations"}
     parts = [
-        f"{shapes[one.dimension]} at {one.energy:.6g} J (index {one.index})"
-        for one in proof.families
+        f"{shapes[family.dimension]} at {family.energy:.6g} J (index {family.index})"
+        for family in proof.families
     ]
     return " and ".join(parts)
 
@@ -57,7 +57,7 @@ def families_of(proof: "ProofData") -> str:
 def other_family(proof: "ProofData") -> str | None:
     """Return a family of rest states as text: one without an unstable direction if there is one."""
     shapes = {1: "curve of rest states", 2: "surface of rest states", 3: "family of all rotations"}
-    families = sorted(proof.families, key=lambda one: (one.index > 0, one.energy))
+    families = sorted(proof.families, key=lambda family: (family.index > 0, family.energy))
     if not families:
         return None
     first = families[0]
@@ -65,54 +65,54 @@ def other_family(proof: "ProofData") -> str | None:
     return f"{kind} {shapes[first.dimension]} at {first.energy:.6g} J (index {first.index})"
 
 
-def counterexample(proof: "ProofData", own: int | None = None) -> str | None:
+def counterexample(proof: "ProofData", rest_state: int | None = None) -> str | None:
     """Return a rest state at which a body can stay while another start ends elsewhere.
 
     Args:
         proof: The proof.
-        own: The number of the rest state in which the other start ends; by default the lowest.
+        rest_state: The number of that in which the other start ends; by default the lowest.
 
     Returns:
         It as text: a stable one if there is one. None if no other one is proved.
     """
-    others = [one for one in _others(proof, own) if one[1].proved]
+    others = [other for other in _others(proof, rest_state) if other[1].proved]
     if not others:
         return None
-    number, state = min(others, key=lambda one: (one[1].stable is not True, one[0]))
+    number, state = min(others, key=lambda other: (other[1].stable is not True, other[0]))
     where, kind = _named(number, state), KINDS[state.stable]
     return f"{where}, {kind}" if state.stable is None else f"the {kind} {where}"
 
 
-def found_stable(proof: "ProofData", own: int | None = None) -> str | None:
+def unproved_stable(proof: "ProofData", rest_state: int | None = None) -> str | None:
     """Return another stable rest state that a search found, where no stable one is proved.
 
     Args:
         proof: The proof.
-        own: The number of the rest state in which a start ends; by default the lowest.
+        rest_state: The number of that in which a start ends; by default the lowest.
     """
-    others = [one for one in _others(proof, own) if one[1].index == 0]
+    others = [other for other in _others(proof, rest_state) if other[1].index == 0]
     if not others or any(state.proved for _, state in others):
         return None
     return f"{_named(*others[0])}, stable and not proved"
 
 
-def _others(proof: "ProofData", own: int | None) -> "list[tuple[int, ProvedState]]":
+def _others(proof: "ProofData", rest_state: int | None) -> "list[tuple[int, ProvedState]]":
     """Return all rest states but one, with their numbers."""
-    return [one for one in enumerate(proof.states, start=1) if one[0] != (own or 1)]
+    return [pair for pair in enumerate(proof.states, start=1) if pair[0] != (rest_state or 1)]
 
 
 def _named(number: int, state: "ProvedState") -> str:
     return f"rest state {number}, Θ = {angles(state.orientation)} rad"
 
 
-def almost_sentence(proof: "ProofData", found: "AlmostEveryStart") -> str:
+def almost_sentence(proof: "ProofData", almost: "AlmostEveryStart") -> str:
     """Return what is proved of almost every start, without a full stop.
 
     Args:
         proof: The proof.
-        found: What follows from it; it is proved.
+        almost: What follows from it; it is proved.
     """
-    begins = f"{found.outcome}: " if found.outcome else ""
+    begins = f"{almost.outcome}: " if almost.outcome else ""
     all_but = f"{ALMOST} (all but a set of measure zero)"
     if proof.on_rotations is not None:
         scope = all_but
@@ -123,7 +123,7 @@ def almost_sentence(proof: "ProofData", found: "AlmostEveryStart") -> str:
     else:
         lengths = " and from springs without length" if proof.needs_lengths else ""
         scope = f"{all_but} whose motion stays in the range and away from θ2 = ±90°{lengths}"
-    return f"{begins}{scope} converges to {reached(proof, found)}"
+    return f"{begins}{scope} converges to {reached(proof, almost)}"
 
 
 def exceptions(proof: "ProofData") -> str:
@@ -144,18 +144,18 @@ def exceptions(proof: "ProofData") -> str:
     return f"the exceptions are {states} and starts that lead to them"
 
 
-def reached(proof: "ProofData", found: "AlmostEveryStart") -> str:
+def reached(proof: "ProofData", almost: "AlmostEveryStart") -> str:
     """Return the rest states that almost every start reaches, with their tilt."""
-    low, high = (f"{math.degrees(tilt):.3g}" for tilt in found.tilts)
+    low, high = (f"{math.degrees(tilt):.3g}" for tilt in almost.tilts)
     tilt = "at the desired attitude"
     if float(high) >= 0.1:
         between = low if low == high else f"{low}° to {high}"
         tilt = f"{between}° from the desired attitude"
     if len(proof.states) == 1 and not proof.families:
         return f"the only rest state {proof.place}, {tilt}"
-    if len(found.states) == 1:
-        return f"rest state {found.states[0]}, the only stable one {proof.place}, {tilt}"
-    return f"one of the {len(found.states)} stable rest states, {tilt}"
+    if len(almost.states) == 1:
+        return f"rest state {almost.states[0]}, the only stable one {proof.place}, {tilt}"
+    return f"one of the {len(almost.states)} stable rest states, {tilt}"
 
 
 def every_motion(proof: "ProofData | None") -> str:

@@ -126,5 +126,5 @@ def by_chance(good: int, others: int, numbers: int) -> float:
 
 def distinct(values: Array) -> list[float]:
     """Return the distinct values, ascending."""
-    found: list[float] = np.unique(values).tolist()
-    return found
+    unique: list[float] = np.unique(values).tolist()
+    return unique

@@ -48,10 +48,10 @@ def wanted(config: Config | None) -> Wanted:
 
 def in_degrees(Theta: Iterable[float]) -> str:
     """Return angles in degrees as text, such as (0°, 67.7°, 0°)."""
-    return "(" + ", ".join(map(one_in_degrees, Theta)) + ")"
+    return "(" + ", ".join(map(angle_in_degrees, Theta)) + ")"
 
 
-def one_in_degrees(angle: float) -> str:
+def angle_in_degrees(angle: float) -> str:
     """Return an angle in degrees as text, to a tenth."""
     shown = round(math.degrees(angle), 1) + 0.0
     return f"{shown:g}°"

@@ -132,8 +132,8 @@ class Convergence:
         effort = f", {self.steps} steps, {self.seconds:.1f} s" if self.steps else ""
         why = f"; {self.why}" if self.why else ""
         if self.bound == math.inf:
-            found = f"converges to rest state {self.rest_state}: proved; {EVERY_START}"
-            return f"{found}{effort}{why}"
+            claim = f"converges to rest state {self.rest_state}: proved; {EVERY_START}"
+            return f"{claim}{effort}{why}"
         values = (
             f"v = {middle:.6g} J < {rounded_down(self.bound)} J, known to {rounded_up(spread, 1)} J"
         )
@@ -183,18 +183,30 @@ _ENTRIES = {
 """What a result stores of a convergence, besides the word; and the last four of an enclosure."""
 
 
-def convergence_attributes(found: Convergence) -> Attributes:
+def convergence_attributes(convergence: Convergence) -> Attributes:
     """Return a convergence as attributes of a result; what it lacks is left out."""
-    low, high = found.energy or (None, None)
-    values = [found.rest_state, found.time, low, high, found.bound, found.why or None]
-    if found.enclosed:
-        values += [found.steps, found.seconds, METHOD_VERSION, int(found.enclosed)]
+    low, high = convergence.energy or (None, None)
+    values = [
+        convergence.rest_state,
+        convergence.time,
+        low,
+        high,
+        convergence.bound,
+        convergence.why or None,
+    ]
+    if convergence.enclosed:
+        values += [
+            convergence.steps,
+            convergence.seconds,
+            METHOD_VERSION,
+            int(convergence.enclosed),
+        ]
     stored = {
         f"{ATTRIBUTE}_{name}": value
         for name, value in zip(_ENTRIES, values, strict=False)
         if value is not None
     }
-    return {ATTRIBUTE: found.word, **stored}
+    return {ATTRIBUTE: convergence.word, **stored}
 
 
 def stored_convergence(attributes: Mapping[str, Any]) -> Convergence | None:
@@ -216,7 +228,7 @@ def stored_convergence(attributes: Mapping[str, Any]) -> Convergence | None:
     }
     is_current = given.get("method") == METHOD_VERSION
     return Convergence(
-        proved={known: proved for proved, known in _WORDS.items()}[word],
+        proved={text: proved for proved, text in _WORDS.items()}[word],
         rest_state=given.get("rest_state"),
         time=given.get("time"),
         energy=(given["energy_low"], given["energy_high"]) if "energy_high" in given else None,

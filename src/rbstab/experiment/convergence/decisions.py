@@ -132,8 +132,8 @@ def nothing_proved(problem: Problem) -> Convergence | None:
     That of a body with ligaments, soft guards or a stop may be proved, although they switch, and
     that of one with code of a user: the proof of its rest states says why there is none.
     """
-    found = not_enclosed(problem)
-    return None if found is None or found.reason in BY_REGION else found
+    refused = not_enclosed(problem)
+    return None if refused is None or refused.reason in BY_REGION else refused
 
 
 def convergence_in(

@@ -93,12 +93,12 @@ def _with_six_states(system: System) -> System:
 
 def _with_users(system: System, whole: System, numbers: Numbers) -> System:
     """Return a system with the elements of users of another one, which is in doubles."""
-    ours, elements = iter(system.elements), list[Element]()
-    for one in whole.elements:
-        alone = replace(whole, elements=(one,))
+    program_elements, elements = iter(system.elements), list[Element]()
+    for element in whole.elements:
+        alone = replace(whole, elements=(element,))
         elements += (
             map_parameters(alone, lambda _, values: numbers(values)).elements
-            if one.from_user
-            else [next(ours)]
+            if element.from_user
+            else [next(program_elements)]
         )
     return replace(system, elements=tuple(elements))

@@ -72,12 +72,12 @@ def prove_convergence(
     begin, refused = time.perf_counter(), refusal(problem, proof)
     brief, to_end = enclose is Enclose.BRIEFLY, enclose is Enclose.TO_END
     if refused is not None and (not to_end or not_enclosed(problem) is not None):
-        known = convergence_at_start(problem, proof)
-        return MotionProof(replace(known, enclosed=_reached(enclose, known, proof)), None)
+        at_start = convergence_at_start(problem, proof)
+        return MotionProof(replace(at_start, enclosed=_reached(enclose, at_start, proof)), None)
     motions, last = Motions(config, proof), float(problem.times[-1]) if to_end else 0.0
     decisions = Decisions(proof, motions.equations, last=last)
     if refused is not None:
-        decisions.found[0] = refused
+        decisions.convergences[0] = refused
     start = start_set(config, POINT, motions.scale)
     if start is None:
         too_large = undecided(Undecided.NO_STEP, "the numbers of the start are too large")
@@ -92,37 +92,41 @@ def prove_convergence(
 
     steps = max_steps or (BRIEF_STEPS if brief else MAX_STEPS)
     (end,) = followed(motions.equations, start, motions.scale, decisions, steps, watch)
-    found = decisions.found.get(0)
-    if found is None or end.decision is None:
+    convergence = decisions.convergences.get(0)
+    if convergence is None or end.decision is None:
         steep = np.abs([side[PITCH] for side in angles]).max() > STEEP
-        failed = _why_ended(end, found, steep=bool(steep))
+        failed = _why_ended(end, convergence, steep=bool(steep))
         if brief and failed.reason is Undecided.STEP_LIMIT:
             why = f"{failed.why}; {ASK_FOR_PROOF} takes up to {MAX_STEPS} steps"
             failed = replace(failed, why=why)
-        if found is not None:
+        if convergence is not None:
             not_to_end = f"not enclosed to the end: {failed.why}"
-            failed = replace(found, why="; ".join(filter(None, [found.why, not_to_end])))
-        found = failed
-    enclosed, seconds = _reached(enclose, found, proof), time.perf_counter() - begin
-    convergence = replace(found, steps=end.steps, seconds=seconds, enclosed=enclosed)
+            failed = replace(
+                convergence, why="; ".join(filter(None, [convergence.why, not_to_end]))
+            )
+        convergence = failed
+    enclosed, seconds = _reached(enclose, convergence, proof), time.perf_counter() - begin
+    convergence = replace(convergence, steps=end.steps, seconds=seconds, enclosed=enclosed)
     times, lows, highs = map(np.array, zip(*samples, strict=True))
     places = quantities_of(enclosed_system(config, lambda values: values)).items()
     bounds = ({name: side[:, place] for name, place in places} for side in (lows, highs))
     return MotionProof(convergence, EnclosedSamples(times, *bounds))
 
 
-def _reached(enclose: Enclose, found: Convergence, proof: Proof) -> Enclose:
+def _reached(enclose: Enclose, convergence: Convergence, proof: Proof) -> Enclose:
     """Return how far a motion was enclosed; a brief enclosure has often found all there is.
 
     It has not if the proof of the rest states was brief, and a later one may have larger regions.
     """
-    may_change = found.reason is Undecided.STEP_LIMIT or (found.proved is None and proof.brief)
+    may_change = convergence.reason is Undecided.STEP_LIMIT or (
+        convergence.proved is None and proof.brief
+    )
     if enclose is Enclose.BRIEFLY and not may_change:
         return Enclose.UNTIL_PROVED
     return enclose
 
 
-def _why_ended(end: Followed, found: Convergence | None, *, steep: bool) -> Convergence:
+def _why_ended(end: Followed, convergence: Convergence | None, *, steep: bool) -> Convergence:
     """Return why an enclosure ended before it was to end."""
     now = f"t = {end.time:.4g} s"
     if end.decision is not None:
@@ -133,7 +137,7 @@ def _why_ended(end: Followed, found: Convergence | None, *, steep: bool) -> Conv
         return undecided(Undecided.AT_REST, why)
     if not end.lost:
         why = f"v is too large after {end.steps} steps of the enclosure, at {now}"
-        if found is not None:
+        if convergence is not None:
             why = f"{end.steps} steps of the enclosure reach {now}"
         return undecided(Undecided.STEP_LIMIT, why)
     why = f"the enclosure ends at {now}: no further step could be proved"

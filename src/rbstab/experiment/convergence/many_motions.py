@@ -62,11 +62,11 @@ class Motions:
             errors: Bounds on their distances from the exact ones, in the same shape.
             max_steps: The most steps of a motion.
         """
-        found: list[Followed] = []
+        motions: list[Followed] = []
         for first in range(0, len(values), BATCH_SIZE):
             some = slice(first, first + BATCH_SIZE)
-            found += self.follow(point_sets(values[some], errors[some], self.scale), max_steps)
-        return found
+            motions += self.follow(point_sets(values[some], errors[some], self.scale), max_steps)
+        return motions
 
 
 class Decisions:
@@ -79,7 +79,7 @@ class Decisions:
         last: The time up to which motions are followed in any case, s.
 
     Attributes:
-        found: What is decided of motions so far, by their numbers; one with an entry is only
+        convergences: What is decided of motions so far, by their numbers; one with an entry is only
             followed to `last`.
     """
 
@@ -87,7 +87,7 @@ class Decisions:
         self, proof: Proof, equations: Equations, *, rests: bool = True, last: float = 0.0
     ) -> None:
         self.proof, self.equations, self.rests, self.last = proof, equations, rests, last
-        self.found: dict[int, Convergence] = {}
+        self.convergences: dict[int, Convergence] = {}
         self._highest = max(region_bounds(proof), default=-np.inf)
         self._lows: dict[int, list[float]] = {}
 
@@ -103,13 +103,13 @@ class Decisions:
     def _decision(
         self, low: float, high: float, box: tuple[Array, Array], time: float, number: int
     ) -> Convergence | Undecided | None:
-        found = self.found.get(number)
-        if found is None and high < self._highest:
-            found = convergence_in(self.proof, (low, high), box, time)
-        if found is None:
+        convergence = self.convergences.get(number)
+        if convergence is None and high < self._highest:
+            convergence = convergence_in(self.proof, (low, high), box, time)
+        if convergence is None:
             return Undecided.AT_REST if self.rests and self._rests(number, low) else None
-        self.found[number] = found
-        return found if time >= self.last else None
+        self.convergences[number] = convergence
+        return convergence if time >= self.last else None
 
     def _rests(self, number: int, low: float) -> bool:
         """Return whether the energy of a motion, at least `low`, has stopped falling.

@@ -132,24 +132,25 @@ def with_later_proof(result: Result, config: Config | None, proof: "Proof | None
         and proof.region is not None
         and not proof.region.lower_bound <= region.bound
     )
-    if max(stable, rest_state_check(proof), key=_known) is stable and not is_deeper:
+    if max(stable, rest_state_check(proof), key=_strength) is stable and not is_deeper:
         return result
     problem = problem_of(config)
     for new in proved_checks(problem, proof):
-        lines[new.check] = max(lines[new.check], new, key=_known)
-    found = stored_convergence(result.attributes)
-    if found is None or found.proved is None:
+        lines[new.check] = max(lines[new.check], new, key=_strength)
+    convergence = stored_convergence(result.attributes)
+    if convergence is None or convergence.proved is None:
         now = convergence_at_start(problem, proof)
         # A motion that was enclosed says why it was in vain.
-        found = now if found is None or now.proved is not None or not found.steps else found
-    return _stated(result, list(lines.values()), proof, found)
+        if convergence is None or now.proved is not None or not convergence.steps:
+            convergence = now
+    return _stated(result, list(lines.values()), proof, convergence)
 
 
-def _known(line: Check) -> tuple[bool, bool, float, float]:
+def _strength(line: Check) -> tuple[bool, bool, float, float]:
     """Return how much a check says that a proof decides, so that of two the greater says more.
 
     A complete count of rest states says more than one of states that are at least there.
     """
     count = line.value if line.check == GLOBAL_STABILITY else 0.0
-    count, bound = (-math.inf if math.isnan(one) else one for one in (count, line.bound))
+    count, bound = (-math.inf if math.isnan(number) else number for number in (count, line.bound))
     return line.verdict != Verdict.UNKNOWN, line.quantity != LEAST_REST_STATES, count, bound

@@ -13,7 +13,7 @@ from rbstab.systems.system import System
 if TYPE_CHECKING:
     from rbstab.experiment.stored_proof.proof import Proof
 
-A_LOWER_ONE = "a lower one is known"
+NOT_LOWEST = "a lower one is known"
 """The end of the text if the state is not the lowest one that is known."""
 
 APPROACHED = "the rest state that the motion approaches"
@@ -48,14 +48,14 @@ def zero_description(zero: LyapunovZero, run: Result, *, unstable: bool = False)
             "the rest state nearest to the unloaded position; none was found below the end of the "
             "motion"
         )
-    outside = f"{'' if zero.rest.found else OUTSIDE}{UNSTABLE if unstable else ''}"
+    outside = f"{'' if zero.rest.rests_in_range else OUTSIDE}{UNSTABLE if unstable else ''}"
     moved = [run[name][-1] - run[f"rest_{name}"] for name in ("orientation", "position")]
     if moves_on_in(run) and np.abs(moved).max() < SAME_STATE:
         return AT_END
     name = BELOW_END if np.isnan(settling_time_of(run)) else APPROACHED
     if is_driven(run):
         name = "the rest state without inputs, below the end of the motion"
-    return f"{name}{outside}; {'no lower one is known' if zero.is_lowest else A_LOWER_ONE}"
+    return f"{name}{outside}; {'no lower one is known' if zero.is_lowest else NOT_LOWEST}"
 
 
 def is_below_end(text: str) -> bool:
@@ -65,8 +65,8 @@ def is_below_end(text: str) -> bool:
 
 def no_rest_state_warning(system: System) -> str:
     """Return the warning that no rest state of a system was found, and perhaps why."""
-    users = (one for one in system.elements if one.from_user and one.mode_count)
-    names = [one.name for one in users if not one.kinked]
+    users = (element for element in system.elements if element.from_user and element.mode_count)
+    names = [element.name for element in users if not element.kinked]
     if not names:
         return NO_REST_STATE
     hint = "if its force jumps at a switch, declare `kinked = True` in its class"
@@ -84,11 +84,11 @@ def described_by_proof(
         proof: The proof of the config, if there is one.
         reached: The number of the rest state to which the exact motion converges, if it is proved.
     """
-    known = 0 if proof is None else len(proof.states)
-    if known and text.startswith(NO_REST_STATE):
+    count = 0 if proof is None else len(proof.states)
+    if count and text.startswith(NO_REST_STATE):
         return (
             f"{NO_REST_STATE} by a descent in energy from the unloaded position; a longer search "
-            f"knows {known}, and v counts from none of them"
+            f"knows {count}, and v counts from none of them"
         )
     if proof is None or not is_below_end(text):
         return text
@@ -104,6 +104,6 @@ def described_by_proof(
     name, place = text.partition(";")[0], "in the range of eq. 5"
     if proof.on_rotations is not None:
         place = proof.place
-    if known == 1:
+    if count == 1:
         return f"{name}; proved to be the only one {place}"
-    return f"{name}; number {number} of the {known} {place}, the lowest first"
+    return f"{name}; number {number} of the {count} {place}, the lowest first"

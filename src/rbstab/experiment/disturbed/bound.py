@@ -97,18 +97,18 @@ class Bound:
 
     @property
     def _largest_sentences(self) -> list[str]:
-        found = self.largest
-        if found is None:
+        largest = self.largest
+        if largest is None:
             return []
         proved = "none is proved"
-        if found.proved is not None:
-            proved = f"{names_of(self.loads, found.proved)}, proved"
+        if largest.proved is not None:
+            proved = f"{names_of(self.loads, largest.proved)}, proved"
         beyond = ""
-        if found.undecided is not None:
-            beyond = f"; {names_of(self.loads, found.undecided)} is not decided"
+        if largest.undecided is not None:
+            beyond = f"; {names_of(self.loads, largest.undecided)} is not decided"
         broken = "none was found to break it"
-        if found.broken is not None:
-            broken = f"{names_of(self.loads, found.broken)} was found to break it"
+        if largest.broken is not None:
+            broken = f"{names_of(self.loads, largest.broken)} was found to break it"
         return [
             f"Largest disturbance: {proved}{beyond}. In computed motions under the worst input of "
             f"the linear system, {broken}."
@@ -116,8 +116,8 @@ class Bound:
 
     def as_data(self) -> dict[str, Any]:
         """Return all of it as plain data."""
-        claim, found = self.claim, self.largest
-        points = [list(one.point) for one in self.loads if one.kind == "force"]
+        claim, largest = self.claim, self.largest
+        points = [list(load.point) for load in self.loads if load.kind == "force"]
         return {
             "statements": self.statements,
             "proved": self.proved,
@@ -134,11 +134,11 @@ class Bound:
             "why": self.why,
             "boxes": self.boxes,
             "largest": None
-            if found is None
+            if largest is None
             else {
-                "proved": _by_kind(self.loads, found.proved),
-                "not_decided": _by_kind(self.loads, found.undecided),
-                "found_to_break": _by_kind(self.loads, found.broken),
+                "proved": _by_kind(self.loads, largest.proved),
+                "not_decided": _by_kind(self.loads, largest.undecided),
+                "found_to_break": _by_kind(self.loads, largest.broken),
             },
         }
 

@@ -76,14 +76,14 @@ def smallest_breaking(
     if gains.max() * MOST < tilt:  # nothing but round-off
         return None
     inputs = worst[::-1].reshape(steps, DIRECTIONS, count)
-    evaluate, factors, found = rates_of_many(rates, n + count), FACTORS * (tilt / gains.max()), None
+    evaluate, factors, least = rates_of_many(rates, n + count), FACTORS * (tilt / gains.max()), None
     for _ in range(2):
         broke = _largest_tilts(evaluate, rest, inputs, factors, h) > tilt
         if broke.any():
             k = int(broke.argmax())
-            found = float(factors[k])
-            factors = np.linspace(factors[max(k - 1, 0)], found, len(FACTORS))
-    return found
+            least = float(factors[k])
+            factors = np.linspace(factors[max(k - 1, 0)], least, len(FACTORS))
+    return least
 
 
 def _impulses(A: Array, B: Array, h: float, steps: int) -> Array:
@@ -92,11 +92,11 @@ def _impulses(A: Array, B: Array, h: float, steps: int) -> Array:
     from scipy.linalg import expm
 
     forward, X = expm(A * h), expm(A * (0.5 * h)) @ B
-    found = []
+    responses = []
     for _ in range(steps):
-        found.append(X[THETA])
+        responses.append(X[THETA])
         X = forward @ X
-    return np.array(found)
+    return np.array(responses)
 
 
 def rates_of_many(rates: Callable[[Array], Array], size: int) -> Callable[[Array], Array]:

@@ -68,14 +68,14 @@ def prove_bound(
     except NoFormsError as error:
         return replace(bound, why=str(error))
     with np.errstate(all="ignore"):
-        found = _Attempts(bound, forms)
-        bound = found.of(1.0)
+        attempts = _Attempts(bound, forms)
+        bound = attempts.of(1.0)
         if bound.claim is not None:
             start, is_inside = _start(config, forms, bound.claim)
             bound = replace(bound, start=start, is_inside=is_inside)
         if largest:
             system = without_inputs(system_of(config))
-            bound = replace(bound, largest=found.largest(system, given=bound.proved))
+            bound = replace(bound, largest=attempts.largest(system, given=bound.proved))
     return bound
 
 
@@ -141,11 +141,11 @@ def _start(config: Config, forms: Forms, claim: Claim) -> tuple[float, bool]:
     problem = problem_of(config)
     at_rest = configurations(problem.system).system
     held = at_rest.coordinates.holds_contact
-    rest, own_rest = at_rest.motion(forms.rest), forms.rest[at_rest.coordinates.size :]
+    rest, states_at_rest = at_rest.motion(forms.rest), forms.rest[at_rest.coordinates.size :]
     motion = problem.system.motion(problem.start)
-    own = problem.start[problem.system.coordinates.size :]
+    element_states = problem.start[problem.system.coordinates.size :]
     tied, moving = ([], []) if held else ([motion.E - rest.E], [motion.F])
-    z = np.concatenate([[1.0], *tied, own - own_rest, motion.Omega, *moving])
+    z = np.concatenate([[1.0], *tied, element_states - states_at_rest, motion.Omega, *moving])
     V = Matrices([forms.value(claim.cross)]).at(motion.Theta[:, None])[0][..., 0]
     value, level = float(z @ V @ z), float(claim.level)
     if abs(value) < ROUND_OFF * level:

@@ -92,13 +92,13 @@ def check_class(kind: type[Element], code: UserCode) -> Checked:
             if words == IN_MOTION and AT_REST in problems:
                 continue  # it would blame the wrong statement
             try:
-                found = next(find(), None)
+                problem = next(find(), None)
             except Exception as error:
-                found = f"a statement fails: {failure(code, error)}"
-            if found is None:
+                problem = f"a statement fails: {failure(code, error)}"
+            if problem is None:
                 passed.append(words)
                 continue
-            problems[words] = found
+            problems[words] = problem
             if words == USABLE:
                 break  # nothing else can be computed
         if not problems:
@@ -112,7 +112,7 @@ def _checks(
     """Return each check by what it shows, in words."""
 
     def each(problems: Callable[[Sample], Iterator[str]], count: int | None = None) -> Find:
-        return lambda: (f"{one}; {s.words}" for s in samples[:count] for one in problems(s))
+        return lambda: (f"{problem}; {s.words}" for s in samples[:count] for problem in problems(s))
 
     def jumps() -> Iterator[str]:
         crossed.extend(switches.switches_between(samples))
@@ -154,12 +154,14 @@ def _notes(samples: list[Sample], crossed: list[Switch]) -> Iterator[str]:
             "SciPy's engine evaluates it with numpy, which is some 15 times slower: it uses an "
             "operation that cannot be traced"
         )
-    for index in sorted(set(range(sample.element.mode_count)) - {one.event for one in crossed}):
+    for index in sorted(
+        set(range(sample.element.mode_count)) - {switch.event for switch in crossed}
+    ):
         yield (
             f"event function {index + 1} has one sign at all these states, so that nothing was "
             "tested at its switch"
         )
-    jumps = (one.sides(force_at_rest, JUMP) is not None for one in crossed)
+    jumps = (switch.sides(force_at_rest, JUMP) is not None for switch in crossed)
     if not sample.element.kinked and any(jumps):
         yield (
             "its force jumps at a switch: declare `kinked = True` in the class, so that searches "

@@ -63,7 +63,7 @@ def values(system: System, y: Array) -> Array:
 
 def unusable(sample: Sample) -> Iterator[str]:
     """Yield what the statements return that is not finite, or not of the right type and shape."""
-    wrong = list(wrong_values(sample.element, sample.motion, sample.own))
+    wrong = list(wrong_values(sample.element, sample.motion, sample.element_states))
     yield from wrong
     for name, value in ({} if wrong else statements(sample.system, sample.y)).items():
         if not np.isfinite(value).all():
@@ -79,11 +79,11 @@ def timed(sample: Sample) -> Iterator[str]:
 
 
 def _kind(
-    kind: str, hint: str, found: Callable[[Sample], Array], code: UserCode, sample: Sample
+    kind: str, hint: str, evaluate: Callable[[Sample], Array], code: UserCode, sample: Sample
 ) -> Iterator[str]:
     """Yield that a kind of number fails, or gives other values than floats."""
     try:
-        same = _same(found(sample), values(sample.system, sample.y))
+        same = _same(evaluate(sample), values(sample.system, sample.y))
     except Exception as error:
         hint = COMPARED if "not supported between" in str(error) else hint
         yield f"{kind} fail ({hint}): {failure(code, error)}"
@@ -114,8 +114,8 @@ def ball_problems(code: UserCode, sample: Sample) -> Iterator[str]:
 
     def middles(sample: Sample) -> Array:
         with exactly():
-            found = values(exact_system(sample.system), balls(sample.y)).tolist()
-        return np.array([float(x.mid()) if hasattr(x, "mid") else float(x) for x in found])
+            enclosures = values(exact_system(sample.system), balls(sample.y)).tolist()
+        return np.array([float(x.mid()) if hasattr(x, "mid") else float(x) for x in enclosures])
 
     return _kind("balls of python-flint", HINT, middles, code, sample)
 
@@ -194,7 +194,7 @@ def problems_in_motion(sample: Sample) -> Iterator[str]:
 
 
 def _powers(
-    sample: Sample, wrench: Array, slopes: Array, own_rates: Array | float
+    sample: Sample, wrench: Array, slopes: Array, element_rates: Array | float
 ) -> tuple[float, float, float]:
     """Return the powers along the motion of a sample, with all accelerations zero, W.
 
@@ -204,12 +204,12 @@ def _powers(
     """
     motion, rates = sample.motion, np.zeros(len(sample.y))
     rates[THETA], rates[X_OF_Z] = motion.B @ motion.Omega, motion.V
-    rates[sample.system.coordinates.size :] = own_rates
+    rates[sample.system.coordinates.size :] = element_rates
     stored, given = slopes * rates, wrench * np.concatenate([motion.V, motion.Omega, motion.F])
     size = np.abs(stored).sum() + np.abs(given).sum() + np.finfo(float).tiny
     return float(stored.sum()), float(given.sum()), float(size)
 
 
-def _same(found: Array, expected: Array) -> bool:
+def _same(computed: Array, expected: Array) -> bool:
     size = max(float(np.abs(expected).max()), 1e-300)
-    return bool(np.abs(found - expected).max() <= SAME * size)
+    return bool(np.abs(computed - expected).max() <= SAME * size)

@@ -45,9 +45,9 @@ class Sample(NamedTuple):
         return self.system.motion(self.y)
 
     @property
-    def own(self) -> Array:
+    def element_states(self) -> Array:
         """The own states of the element."""
-        return own_in(self.system, self.y)
+        return element_states_in(self.system, self.y)
 
     @property
     def stored_slopes(self) -> Array:
@@ -59,10 +59,10 @@ class Sample(NamedTuple):
         """The state and the parameters of the element, for a message."""
         places = {"Θ": THETA, "Ω": OMEGA, "X": X_OF_Z, "V": V_OF_Z}
         places |= {name.partition(".")[2]: at for name, at in self.system.own_states.items()}
-        known = {name: self.y[place] for name, place in places.items()}
-        known |= {gain.name: getattr(self.element, gain.name) for gain in self.element.gains}
+        by_name = {name: self.y[place] for name, place in places.items()}
+        by_name |= {gain.name: getattr(self.element, gain.name) for gain in self.element.gains}
         parts = []
-        for name, value in known.items():
+        for name, value in by_name.items():
             text = np.array2string(np.asarray(value, dtype=float), precision=4, separator=", ")
             parts.append(f"{name} = {' '.join(text.split())}")
         return f"state {self.number}: {', '.join(parts)}"
@@ -84,22 +84,23 @@ class Sample(NamedTuple):
         return self._replace(y=y)
 
 
-def own_in(system: System, y: Array) -> Array:
+def element_states_in(system: System, y: Array) -> Array:
     """Return the own states of the element of a system in a state of any kind of number."""
     return y[system.coordinates.size :]
 
 
 def statements(system: System, y: Array, time: float = 0.0) -> dict[str, Array]:
     """Return all that the first element of a system states at a state and a time, by name."""
-    element, motion, own = system.elements[0], system.motion(y, time), own_in(system, y)
+    element, motion = system.elements[0], system.motion(y, time)
+    element_states = element_states_in(system, y)
     # The others may depend on the time through the rates alone, so these come first.
-    found = {"rates": element.rates(motion, own)} if element.state_size else {}
-    found["wrench"] = np.concatenate(element.wrench(motion, own))
-    found["stored"] = np.array([element.stored(motion, own)])
-    found["dissipated"] = np.array([element.dissipated(motion, own)])
+    stated = {"rates": element.rates(motion, element_states)} if element.state_size else {}
+    stated["wrench"] = np.concatenate(element.wrench(motion, element_states))
+    stated["stored"] = np.array([element.stored(motion, element_states)])
+    stated["dissipated"] = np.array([element.dissipated(motion, element_states)])
     if element.mode_count:
-        found["guards"] = element.guards(motion, own)
-    return found
+        stated["guards"] = element.guards(motion, element_states)
+    return stated
 
 
 def samples_of(kind: Any, count: int) -> list[Sample]:
@@ -109,7 +110,7 @@ def samples_of(kind: Any, count: int) -> list[Sample]:
         kind: The class of the element.
         count: How many.
     """
-    found = []
+    samples = []
     for number in range(1, count + 1):
         rng = np.random.default_rng(number)
         gains = {gain.name: _random_gain(rng, gain) for gain in kind.gains}
@@ -119,8 +120,8 @@ def samples_of(kind: Any, count: int) -> list[Sample]:
         system = System(body, (element,), CentreCoordinates(), ZERO.copy())
         y = rng.normal(size=system.size)
         y[THETA] = rng.uniform(-LARGEST_ANGLE, LARGEST_ANGLE, 3)
-        found.append(Sample(number, system, y).at(y))
-    return found
+        samples.append(Sample(number, system, y).at(y))
+    return samples
 
 
 def _random_gain(rng: np.random.Generator, gain: Gain) -> Any:

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rbstab.experiment.element_check.probes import TOLERANCE
-from rbstab.experiment.element_check.states import Sample, own_in, statements
+from rbstab.experiment.element_check.states import Sample, element_states_in, statements
 from rbstab.mechanics.derivatives import jacobian
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import OMEGA, THETA, V_OF_Z, X_OF_Z
@@ -38,28 +38,32 @@ class Switch(NamedTuple):
         A jump is larger than `most` relative to the size of the value on both ways: at the switch
         itself it may be zero to round-off.
         """
-        found = np.array(
+        values = np.array(
             [[value(_in_mode(s, self.event, mode)) for mode in (0.0, 1.0)] for s in self.samples]
         )
-        sides, size = found[0], np.abs(found).max() + TOLERANCE
+        sides, size = values[0], np.abs(values).max() + TOLERANCE
         return None if np.abs(sides[1] - sides[0]).max() <= most * size else sides
 
 
 def switches_between(samples: Sequence[Sample]) -> list[Switch]:
     """Return the switches between the states of samples that follow each other."""
-    found = []
-    for (one, next_one), index in product(pairwise(samples), range(samples[0].element.mode_count)):
+    switches = []
+    for (sample, next_sample), index in product(
+        pairwise(samples), range(samples[0].element.mode_count)
+    ):
 
-        def event(y: Array, system: Any = one.system, index: int = index) -> float:
+        def event(y: Array, system: Any = sample.system, index: int = index) -> float:
             return float(guards_at(system, y)[index])
 
-        low, high = sorted((one.y, next_one.y), key=event)
+        low, high = sorted((sample.y, next_sample.y), key=event)
         if event(low) < 0 < event(high):
             for _ in range(BISECTIONS):
                 middle = 0.5 * (low + high)
                 low, high = (low, middle) if event(middle) > 0 else (middle, high)
-            found.append(Switch(index, (one._replace(y=low), one, one._replace(y=next_one.y))))
-    return found
+            switches.append(
+                Switch(index, (sample._replace(y=low), sample, sample._replace(y=next_sample.y)))
+            )
+    return switches
 
 
 def stored(sample: Sample) -> Array:
@@ -99,9 +103,9 @@ def guard_problems(sample: Sample) -> Iterator[str]:
     slopes = jacobian(lambda y: guards_at(sample.system, y), sample.y)
     for what, some in (
         ("velocities", (slopes[:, OMEGA], slopes[:, V_OF_Z])),
-        ("own states", (own_in(sample.system, slopes.T),)),
+        ("own states", (element_states_in(sample.system, slopes.T),)),
     ):
-        if any(np.any(one != 0.0) for one in some):
+        if any(np.any(slope != 0.0) for slope in some):
             yield f"`guards` depends on {what}, so its rate may jump at a switch"
 
 

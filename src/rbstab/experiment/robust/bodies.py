@@ -40,7 +40,7 @@ UNUSUAL_CODE = "code of a user has more than 6 switches, a stop of its own, or d
 
 def bodies_id(config: Config, tolerances: Iterable[StoredTolerance]) -> str:
     """Return the identity of a proof: a digest of the config, its tolerances, and the equations."""
-    bounds = sorted((one.key, one.low, one.high) for one in tolerances)
+    bounds = sorted((tolerance.key, tolerance.low, tolerance.high) for tolerance in tolerances)
     parts = ("bodies", BODIES_VERSION, acting_sections(config), bounds, equations_of(config))
     return digest_of(parts)
 
@@ -66,11 +66,11 @@ def bodies_for(
     Raises:
         StoreError: The proof cannot be written, or the disk fails to read it.
     """
-    found = BodiesRecord.kept(folder, bodies_id(config, bounds_of(tolerances)))
-    if found is None or (found.brief and not (part_limit and found.parts >= part_limit)):
-        found = prove_within(config, tolerances, part_limit, is_late)
-        found.keep(folder)
-    return found
+    record = BodiesRecord.kept(folder, bodies_id(config, bounds_of(tolerances)))
+    if record is None or (record.brief and not (part_limit and record.parts >= part_limit)):
+        record = prove_within(config, tolerances, part_limit, is_late)
+        record.keep(folder)
+    return record
 
 
 def all_bodies(folder: Path) -> list[BodiesRecord]:
@@ -89,8 +89,8 @@ def all_bodies(folder: Path) -> list[BodiesRecord]:
         raise StoreError(f"{folder} cannot be read: {error.strerror or error}") from error
     prefix, end = BodiesRecord.PREFIX, ".json"
     ids = [name[len(prefix) : -len(end)] for name in names if name.startswith(prefix)]
-    found = [BodiesRecord.kept(folder, one) for one in ids]
-    return [record for record in found if record is not None]
+    records = [BodiesRecord.kept(folder, identity) for identity in ids]
+    return [record for record in records if record is not None]
 
 
 def prove_within(
@@ -115,27 +115,30 @@ def prove_within(
     limit = PART_LIMIT if part_limit is None else part_limit
     why = why_not_all(config, tolerances)
     if why:
-        found = BodiesProof(BodiesOutcome.NOT_PASSIVE, reason=why)
+        proof = BodiesProof(BodiesOutcome.NOT_PASSIVE, reason=why)
     else:
-        box = Part(tuple(one.middle for one in tolerances), tuple(one.radius for one in tolerances))
+        box = Part(
+            tuple(tolerance.middle for tolerance in tolerances),
+            tuple(tolerance.radius for tolerance in tolerances),
+        )
         with np.errstate(all="ignore"):
-            found = prove_bodies(members_of(config, tolerances), box, limit, is_late)
-    fewer = found.outcome is BodiesOutcome.PART_LIMIT and limit < PART_LIMIT
-    keys = [one.entry.key for one in tolerances]
-    false = found.false
+            proof = prove_bodies(members_of(config, tolerances), box, limit, is_late)
+    fewer = proof.outcome is BodiesOutcome.PART_LIMIT and limit < PART_LIMIT
+    keys = [tolerance.entry.key for tolerance in tolerances]
+    false = proof.false
     return BodiesRecord(
         id=bodies_id(config, bounds),
         version=BODIES_VERSION,
         sections=acting_sections(config),
         tolerances=bounds,
-        outcome=found.outcome.value,
-        proved=found.proved,
-        level=float(found.level),
-        parts=found.parts,
-        boxes=found.boxes,
-        why=found.reason,
-        widest=None if found.axis is None else keys[found.axis],
-        brief=True if fewer or found.outcome is BodiesOutcome.TIME_LIMIT else None,
+        outcome=proof.outcome.value,
+        proved=proof.proved,
+        level=float(proof.level),
+        parts=proof.parts,
+        boxes=proof.boxes,
+        why=proof.reason,
+        widest=None if proof.axis is None else keys[proof.axis],
+        brief=True if fewer or proof.outcome is BodiesOutcome.TIME_LIMIT else None,
         body=None
         if false is None
         else dict(zip(keys, map(decimal_text, false.numbers), strict=True)),
@@ -161,7 +164,7 @@ def why_not_all(config: Config, tolerances: Sequence[Tolerance]) -> str:
         # gains of other elements do not enter its statements.
         users = [element for element in system.elements if element.from_user]
         fixed = [("body", "contact_point"), *(("elements", element.name) for element in users)]
-        paths = [path for one in tolerances for path in one.entry.paths]
+        paths = [path for tolerance in tolerances for path in tolerance.entry.paths]
         moved = any(path[: len(start)] == start for path in paths for start in fixed)
         if moved or getattr(config.controller, "anchor", "origin") == "equilibrium":
             return CODE_VARIES
@@ -192,7 +195,10 @@ def lowest_numbers(tolerances: Sequence[Tolerance]) -> Iterator[list[Fraction]]:
     """
     for high in product((False, True), repeat=3):
         beside: dict[KeyPath, bool] = {(0, 1): high[0], (0, 2): high[1], (1, 2): high[2]}
-        yield [one.high if beside.get(one.entry.paths[0][-2:]) else one.low for one in tolerances]
+        yield [
+            tolerance.high if beside.get(tolerance.entry.paths[0][-2:]) else tolerance.low
+            for tolerance in tolerances
+        ]
 
 
 def members_of(config: Config, tolerances: Sequence[Tolerance]) -> "Members":
@@ -201,10 +207,12 @@ def members_of(config: Config, tolerances: Sequence[Tolerance]) -> "Members":
 
     def changed(base: Config, numbers: Sequence[Any]) -> Config:
         pairs = zip(tolerances, numbers, strict=True)
-        return replaced(base, {path: number for one, number in pairs for path in one.entry.paths})
+        return replaced(
+            base, {path: number for tolerance, number in pairs for path in tolerance.entry.paths}
+        )
 
-    known = without_code(config)
+    plain = without_code(config)
     return Members(
-        lambda numbers, convert: system_of(changed(known, numbers), convert),
+        lambda numbers, convert: system_of(changed(plain, numbers), convert),
         lambda numbers: system_of(changed(config, numbers)),
     )

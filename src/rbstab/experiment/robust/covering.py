@@ -36,7 +36,7 @@ def valid_proofs(folder: Path, config: Config) -> list[BodiesRecord]:
     ]
 
 
-def known_of(
+def member_claims(
     records: Iterable[BodiesRecord], config: Config, varied: Mapping[Any, Array], count: int
 ) -> tuple[Array, Array]:
     """Return what some proofs say of each of some members, by comparing exact decimals.
@@ -55,15 +55,15 @@ def known_of(
         in its box. And 1 where a proof shows that the member has one rest state, a minimum, 2 where
         its body is that of a counterexample, and else 0, shape (count,).
     """
-    levels, known = np.zeros(count), np.zeros(count, dtype=np.int8)
-    for record in sorted(records, key=lambda one: one.proved is False):
+    levels, codes = np.zeros(count), np.zeros(count, dtype=np.int8)
+    for record in sorted(records, key=lambda proof: proof.proved is False):
         compared = _compared(record, config, varied)
         inside = np.full(count, compared is not None)
         for values, low, high in compared or ():
             inside &= (values >= _least_double(low)) & (values <= -_least_double(-high))
         levels[inside] = np.maximum(levels[inside], record.level)
-        known[inside] = 1 if record.proved else 2
-    return levels, known
+        codes[inside] = 1 if record.proved else 2
+    return levels, codes
 
 
 def counterexample_between(
@@ -72,11 +72,13 @@ def counterexample_between(
     """Return a counterexample between the least and the greatest of each varied number, or None.
 
     Of several, it is that of the widest box: it stays the same when parts of the box are examined.
-    The arguments are those of `known_of`.
+    The arguments are those of `member_claims`.
     """
 
     def width(record: BodiesRecord) -> Fraction:
-        ends = ((Fraction(one.low), Fraction(one.high)) for one in record.tolerances)
+        ends = (
+            (Fraction(tolerance.low), Fraction(tolerance.high)) for tolerance in record.tolerances
+        )
         return sum((high - low for low, high in ends), Fraction(0))
 
     def lies_between(record: BodiesRecord) -> bool:
@@ -86,7 +88,7 @@ def counterexample_between(
             for values, number, _ in compared
         )
 
-    false = (one for one in records if one.proved is False and lies_between(one))
+    false = (record for record in records if record.proved is False and lies_between(record))
     return max(false, key=width, default=None)
 
 
@@ -98,16 +100,19 @@ def _compared(
     These are the bounds of its box, or the numbers of the body of a counterexample. The bounds of
     an entry of a matrix hold for its mirror image.
     """
-    box = {one.key: (Fraction(one.low), Fraction(one.high)) for one in record.tolerances}
+    box = {
+        tolerance.key: (Fraction(tolerance.low), Fraction(tolerance.high))
+        for tolerance in record.tolerances
+    }
     box |= {key: (Fraction(number),) * 2 for key, number in (record.body or {}).items()}
-    own, others = dict(_leaves(record.sections)), dict(_leaves(acting_sections(config)))
+    leaves, others = dict(_leaves(record.sections)), dict(_leaves(acting_sections(config)))
     acting = {
         path for path in varied if path[0] in record.sections and not is_of_initial_state(path)
     }
-    if own.keys() != others.keys() or not acting <= own.keys():
+    if leaves.keys() != others.keys() or not acting <= leaves.keys():
         return None
-    found = []
-    for path, middle in own.items():
+    compared = []
+    for path, middle in leaves.items():
         if not isinstance(middle, float) or not isinstance(others[path], float):
             if middle != others[path]:
                 return None
@@ -116,8 +121,8 @@ def _compared(
         mirrored = (*path[:-2], *sorted(path[-2:])) if is_entry else path
         exact = Fraction(repr(middle))
         values = np.asarray(varied.get(path, others[path]), dtype=float)
-        found.append((values, *box.get(key_of(mirrored), (exact, exact))))
-    return found
+        compared.append((values, *box.get(key_of(mirrored), (exact, exact))))
+    return compared
 
 
 def _leaves(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:

@@ -26,8 +26,8 @@ class StoredTolerance(Entry):
 def bounds_of(tolerances: Iterable[Tolerance]) -> tuple[StoredTolerance, ...]:
     """Return tolerances as plain data."""
     return tuple(
-        StoredTolerance(key=one.entry.key, low=one.bounds[0], high=one.bounds[1])
-        for one in tolerances
+        StoredTolerance(key=tolerance.entry.key, low=tolerance.bounds[0], high=tolerance.bounds[1])
+        for tolerance in tolerances
     )
 
 
@@ -57,8 +57,8 @@ class WithinRecord(Entry):
         Raises:
             StoreError: The disk reports an error; the proof may be whole.
         """
-        found = stored_model(cls.file(folder, identity), cls)
-        return found if found is not None and found.id == identity else None
+        record = stored_model(cls.file(folder, identity), cls)
+        return record if record is not None and record.id == identity else None
 
     def keep(self, folder: Path) -> None:
         """Store the proof in a folder of results.

@@ -72,33 +72,36 @@ def _resting(record: BodiesRecord) -> str:
 
 def _changed_numbers(record: BodiesRecord) -> str:
     """Return the numbers of the named body that differ from those of the config."""
-    middles = {one.key: (Fraction(one.low) + Fraction(one.high)) / 2 for one in record.tolerances}
+    middles = {
+        tolerance.key: (Fraction(tolerance.low) + Fraction(tolerance.high)) / 2
+        for tolerance in record.tolerances
+    }
     body = (record.body or {}).items()
     changed = [f"{key} = {value}" for key, value in body if Fraction(value) != middles[key]]
     return f"{', '.join(changed)}; the rest as in the config" if changed else "that of the config"
 
 
-def largest_sentences(found: Largest, fixed: Sequence[str]) -> list[str]:
+def largest_sentences(largest: Largest, fixed: Sequence[str]) -> list[str]:
     """Return sentences on the largest percentage of a key."""
     beside = f", with {tolerance_names(fixed)}" if fixed else ""
-    by = " found by the time limit" if found.late else ""
-    what = f"Largest tolerance of {found.key}{beside}{by}"
-    if found.percent is None or found.record is None:
-        return [f"{what}: none is proved.{_limit(found)}"]
-    first = f"{what}: ±{decimal_text(found.percent)} %, proved.{_limit(found)}"
-    texts = [*fixed, f"{found.key}=±{decimal_text(found.percent)}%"]
-    return [first, *within_sentences(texts, found.record)]
+    by = " found by the time limit" if largest.late else ""
+    what = f"Largest tolerance of {largest.key}{beside}{by}"
+    if largest.percent is None or largest.record is None:
+        return [f"{what}: none is proved.{_limit(largest)}"]
+    first = f"{what}: ±{decimal_text(largest.percent)} %, proved.{_limit(largest)}"
+    texts = [*fixed, f"{largest.key}=±{decimal_text(largest.percent)}%"]
+    return [first, *within_sentences(texts, largest.record)]
 
 
-def _limit(found: Largest) -> str:
-    if found.not_proved is None:
+def _limit(largest: Largest) -> str:
+    if largest.not_proved is None:
         return ""
-    percent = f"±{decimal_text(found.not_proved)} %"
-    if found.why is None:
+    percent = f"±{decimal_text(largest.not_proved)} %"
+    if largest.why is None:
         return f" At {percent} a bound is not a valid number of a config."
-    if found.why.proved is False:
-        return f" At {percent} it is false: {found.why.outcome}."
-    return f" At {percent} it is not decided{_why_undecided(found.why)}."
+    if largest.why.proved is False:
+        return f" At {percent} it is false: {largest.why.outcome}."
+    return f" At {percent} it is not decided{_why_undecided(largest.why)}."
 
 
 def _why_undecided(record: BodiesRecord) -> str:
@@ -109,14 +112,14 @@ def _why_undecided(record: BodiesRecord) -> str:
 
 def tolerance_names(texts: Sequence[str]) -> str:
     """Return tolerances as words: `controller ±20 %, body.contact_point ±0.01`."""
-    found = []
+    names = []
     for text in texts:
         key, _, size = text.partition("=")
         size = size.strip().lstrip("±+/-")
         percent = " %" if size.endswith("%") else ""
-        found.append(f"{key} ±{size.rstrip('%')}{percent}")
-    return ", ".join(found)
+        names.append(f"{key} ±{size.rstrip('%')}{percent}")
+    return ", ".join(names)
 
 
-def _count(number: int, one: str, many: str = "") -> str:
-    return f"{grouped(number)} {one if number == 1 else many or f'{one}s'}"
+def _count(number: int, singular: str, plural: str = "") -> str:
+    return f"{grouped(number)} {singular if number == 1 else plural or f'{singular}s'}"

@@ -27,7 +27,7 @@ from rbstab.experiment.start_sets.starts_record import (
 )
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.processes.workers import worked
-from rbstab.proof.boxes import Box, one_box
+from rbstab.proof.boxes import Box, as_boxes
 from rbstab.proof.motion.motion import MAX_STEPS, Followed
 from rbstab.store.errors import StoreError
 
@@ -86,7 +86,7 @@ def prove_starts(  # noqa: PLR0913 (options by name)
             if result.decision is not None:
                 parts.append(_proved_part(part, result))
             elif axis is not None and part.hi[axis] - part.lo[axis] > NARROWEST:
-                both = one_box(part).halved(np.array([axis]))
+                both = as_boxes(part).halved(np.array([axis]))
                 halves += map(Box, both.lo.T, both.hi.T)
             else:
                 given_up += 1
@@ -117,14 +117,14 @@ def prove_starts(  # noqa: PLR0913 (options by name)
 
 
 def _proved_part(part: Box, result: Followed) -> ProvedPart:
-    found = result.decision
+    convergence = result.decision
     return ProvedPart(
         low=part.lo,
         high=part.hi,
-        rest_state=found.rest_state,
+        rest_state=convergence.rest_state,
         time=result.time,
-        energy=found.energy,
-        bound=None if found.bound == inf else found.bound,
+        energy=convergence.energy,
+        bound=None if convergence.bound == inf else convergence.bound,
         steps=result.steps,
     )
 
@@ -153,8 +153,8 @@ def _follow(part: Box) -> Followed:
     starts = start_set_of(config, tolerances, part, motions.scale)
     if starts is None:  # they have no bounds
         return Followed(0, 0.0, lost=True)
-    (found,) = motions.follow(starts, rests=False)
-    return found
+    (motion,) = motions.follow(starts, rests=False)
+    return motion
 
 
 def starts_for(  # noqa: PLR0913 (options by name)
@@ -187,12 +187,12 @@ def starts_for(  # noqa: PLR0913 (options by name)
         rest_states = proof_for(folder, config)
     except StoreError as error:
         problem, rest_states = error, prove(config)
-    found = prove_starts(
+    proof = prove_starts(
         config, tolerances, rest_states, processes=processes, progress=progress, is_late=is_late
     )
-    if problem is None and found.why != TIME_LIMIT:
+    if problem is None and proof.why != TIME_LIMIT:
         try:
-            found.keep(folder)
+            proof.keep(folder)
         except StoreError as error:
             problem = error
-    return found, problem
+    return proof, problem

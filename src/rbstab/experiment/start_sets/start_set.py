@@ -56,12 +56,12 @@ def start_set_of(
     Raises:
         ValueError: There is no tolerance, or one is not of the initial state.
     """
-    if not tolerances or any(one.section != "initial" for one in tolerances):
+    if not tolerances or any(tolerance.section != "initial" for tolerance in tolerances):
         raise ValueError("a set of starts needs tolerances of the initial state, and no others")
     ends = zip(part.lo.tolist(), part.hi.tolist(), strict=True)
     numbers = dict[Path, Expr]()
-    for k, (one, (low, high)) in enumerate(zip(tolerances, ends, strict=True)):
+    for k, (tolerance, (low, high)) in enumerate(zip(tolerances, ends, strict=True)):
         middle, radius = (Fraction(high) + Fraction(low)) / 2, (Fraction(high) - Fraction(low)) / 2
-        number = one.middle + (variable(k) * radius + middle) * one.radius
-        numbers |= dict.fromkeys(one.entry.paths, number)
+        number = tolerance.middle + (variable(k) * radius + middle) * tolerance.radius
+        numbers |= dict.fromkeys(tolerance.entry.paths, number)
     return start_set(replaced(config, numbers), monomials_of(len(tolerances)), scale)

@@ -109,8 +109,8 @@ class StartsProof(WithinRecord):
 
     def as_data(self) -> dict[str, Any]:
         """Return the entries of its JSON."""
-        found = self.model_dump(mode="json", exclude={"id", "version", "seconds"})
-        return {"proved": self.proved, "rest_states": list(self.rest_states), **found}
+        entries = self.model_dump(mode="json", exclude={"id", "version", "seconds"})
+        return {"proved": self.proved, "rest_states": list(self.rest_states), **entries}
 
 
 def starts_id(config: Config, tolerances: Sequence[Tolerance]) -> str:
@@ -120,6 +120,6 @@ def starts_id(config: Config, tolerances: Sequence[Tolerance]) -> str:
     method and the equations.
     """
     sections = initial_sections(config)
-    bounds = [one.model_dump() for one in bounds_of(tolerances)]
+    bounds = [tolerance.model_dump() for tolerance in bounds_of(tolerances)]
     equations = equations_of(config)
     return digest_of((VERSION, MAX_PARTS, proof_id(config), *sections, bounds, equations))

@@ -126,7 +126,7 @@ def _not_smooth(proof: ProofData, config: Config, unstable: list[ProvedState]) -
             # Of a ligament, only its damper begins to act with a slope, and that where it is taut.
             first = 1 if isinstance(element, Ligament) else None
             smooth = isinstance(element, Ligament) and not element.damping > 0
-            switches = (may_switch(proof, one, config, element.name, first) for one in unstable)
+            switches = (may_switch(proof, state, config, element.name, first) for state in unstable)
             if not smooth and any(switches):
                 yield f"{element.name} may begin to act just at an unstable rest state"
         elif not _is_smooth(element):

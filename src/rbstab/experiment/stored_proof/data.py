@@ -64,7 +64,7 @@ class ProvedStates(Entry):
         count = len(self.states)
         if (self.unique is not None and self.unique != (count == 1)) or (self.region and not count):
             raise ValueError("the number of states does not fit the other entries")
-        if any(max(one.rest_state, one.pass_state or 1) > count for one in self.regions):
+        if any(max(region.rest_state, region.pass_state or 1) > count for region in self.regions):
             raise ValueError("a region belongs to a state that is not listed")
         return self
 
@@ -88,7 +88,7 @@ class ProvedStates(Entry):
     def claims(self, end: list[Any], *, every_start: bool | None) -> dict[str, Any]:
         """Return what is claimed about a range |Θ| <= end, as the checker reads it."""
         level = None if self.region is None else self.region.energy_bound
-        found: dict[str, Any] = {
+        claimed: dict[str, Any] = {
             "end": end,
             "complete": self.proved,
             "states": [
@@ -104,14 +104,14 @@ class ProvedStates(Entry):
             "every_start": bool(every_start),
             # Below `level`, all of the range is the region of the lowest.
             "regions": [
-                [one.rest_state - 1, one.energy_bound]
-                for one in self.regions
-                if level is None or one.energy_bound > level
+                [region.rest_state - 1, region.energy_bound]
+                for region in self.regions
+                if level is None or region.energy_bound > level
             ],
         }
         if self.undecided:
-            found["undecided"] = [[list(low), list(high)] for low, high in self.undecided]
-        return found if level is None else found | {"level": level}
+            claimed["undecided"] = [[list(low), list(high)] for low, high in self.undecided]
+        return claimed if level is None else claimed | {"level": level}
 
 
 class UnwrappedStates(ProvedStates):
@@ -151,23 +151,23 @@ class ProofData(ProvedStates):
 
         They differ in their starts, for example, and in the pose that is desired.
         """
-        found = self.model_copy()
+        proof = self.model_copy()
         # It is no field: it is not in files, and makes no difference between proofs.
-        vars(found)[CONFIG] = config
-        return found
+        vars(proof)[CONFIG] = config
+        return proof
 
     @property
     def config(self) -> Config | None:
         """The config of which it was asked; None if it was not (see `of`)."""
-        found: Config | None = vars(self).get(CONFIG)
-        return found
+        config: Config | None = vars(self).get(CONFIG)
+        return config
 
     def __repr__(self) -> str:
         """Return one line: the rest states, and how the proof ended."""
         count = len(self.states)
-        found = f"{count} rest state{'' if count == 1 else 's'}"
+        states = f"{count} rest state{'' if count == 1 else 's'}"
         ended = "proved to be all" if self.proved else self.ended
-        return line("Proof", "", [found, ended, f"{self.examined} boxes"])
+        return line("Proof", "", [states, ended, f"{self.examined} boxes"])
 
     __str__ = __repr__
 
@@ -257,8 +257,8 @@ class ProofData(ProvedStates):
         """
         wide = self.unwrapped
         same = wide is not None and wide.proved and len(wide.states) == len(self.states)
-        known = self.proved and not self.needs_lengths and (self.within_barriers or same)
-        return self.kept_by is not None and known
+        complete = self.proved and not self.needs_lengths and (self.within_barriers or same)
+        return self.kept_by is not None and complete
 
     @property
     def within_barriers(self) -> bool:

@@ -30,18 +30,18 @@ def digest_of(parts: Any) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-_KNOWN_EQUATIONS: dict[str, str] = {}
+_FINGERPRINTS: dict[str, str] = {}
 """The fingerprints of the last configs, by the digest of what acts on their bodies."""
 
-MOST_KNOWN = 1024
+MOST_FINGERPRINTS = 1024
 """The largest number of them that is kept."""
 
 
 def equations_of(config: Config) -> str:
     """Return the `fingerprint` of a config; it is computed once for all with equal bodies."""
     key = digest_of([acting_sections(config), config.integration.coordinates])
-    if key not in _KNOWN_EQUATIONS:
-        if len(_KNOWN_EQUATIONS) >= MOST_KNOWN:
-            _KNOWN_EQUATIONS.clear()
-        _KNOWN_EQUATIONS[key] = fingerprint(partial(system_of, without_code(config)))
-    return _KNOWN_EQUATIONS[key]
+    if key not in _FINGERPRINTS:
+        if len(_FINGERPRINTS) >= MOST_FINGERPRINTS:
+            _FINGERPRINTS.clear()
+        _FINGERPRINTS[key] = fingerprint(partial(system_of, without_code(config)))
+    return _FINGERPRINTS[key]

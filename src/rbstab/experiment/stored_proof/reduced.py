@@ -22,24 +22,26 @@ def searched_record(identity: str, states: "list[SearchedState]", outcome: str) 
     """
     from rbstab.proof.rest_points import state_entry
 
-    found = tuple(state_entry(one.state, one.index) for one in states)
-    return no_proof(identity, outcome).model_copy(update={"states": found})
+    entries = tuple(state_entry(searched.state, searched.index) for searched in states)
+    return no_proof(identity, outcome).model_copy(update={"states": entries})
 
 
-class Found(NamedTuple):
+class RangeProof(NamedTuple):
     """What was proved in one range of Θ: its rest states, and the regions of the minima."""
 
     rest: "RestStates"
     regions: "Regions"
 
 
-def proof_record(identity: str, energy: "Energy", found: Found, unwrapped: Found | None) -> Proof:
+def proof_record(
+    identity: str, energy: "Energy", in_range: RangeProof, unwrapped: RangeProof | None
+) -> Proof:
     """Return what was proved as plain data.
 
     Args:
         identity: The id of the proof.
         energy: The energy.
-        found: What was proved in the range of eq. 5.
+        in_range: What was proved in the range of eq. 5.
         unwrapped: The same for all real θ1 and θ3, or None.
     """
     from rbstab.proof.record import energy_record
@@ -53,17 +55,17 @@ def proof_record(identity: str, energy: "Energy", found: Found, unwrapped: Found
             "id": identity,
             "reduced_energy": energy_record(energy),
             "unwrapped": wide,
-            "closed": found.rest.every_start_of_range or None,
-            **_entries(found),
+            "closed": in_range.rest.every_start_of_range or None,
+            **_entries(in_range),
         }
     )
 
 
-def _entries(found: Found) -> dict[str, Any]:
+def _entries(range_proof: RangeProof) -> dict[str, Any]:
     """Return the fields of `ProvedStates`."""
     from rbstab.proof.boxes import hulls
 
-    rest = found.rest
+    rest = range_proof.rest
     undecided = hulls(rest.zeros.undecided)
     return {
         "outcome": rest.outcome.value,
@@ -72,7 +74,7 @@ def _entries(found: Found) -> dict[str, Any]:
         "examined": rest.examined,
         "undecided": list(zip(undecided.lo.T, undecided.hi.T, strict=True)),
         "states": rest.states,
-        "region": found.regions.certified,
-        "regions": found.regions.minima,
+        "region": range_proof.regions.certified,
+        "regions": range_proof.regions.minima,
         "end": rest.end,
     }

@@ -35,7 +35,7 @@ def rotations_record(
     identity: str,
     system: System,
     energy: "RotationEnergy",
-    found: "Rotations",
+    rotations: "Rotations",
     why_not: str,
 ) -> Proof:
     """Return what was proved as plain data.
@@ -44,36 +44,40 @@ def rotations_record(
         identity: The id of the proof.
         system: The system, in doubles.
         energy: Its energy.
-        found: The rest states: all of them, or all that are isolated.
+        rotations: The rest states: all of them, or all that are isolated.
         why_not: Why almost every start is not proved to converge to a stable one; else empty.
     """
-    states = tuple(_state(system, energy, state) for state in found.states)
-    minima = [n for n, state in enumerate(found.states, start=1) if not state.index]
-    depths = {n: _below(found.level - found.states[n - 1].high) for n in minima}
+    states = tuple(_state(system, energy, state) for state in rotations.states)
+    minima = [n for n, state in enumerate(rotations.states, start=1) if not state.index]
+    depths = {n: _below(rotations.level - rotations.states[n - 1].high) for n in minima}
     return Proof(
         id=identity,
-        outcome=COMPLETE if found.proved else FAMILIES,
-        proved=found.proved,
-        unique=(len(states) == 1) if found.proved else None,
-        examined=found.examined,
+        outcome=COMPLETE if rotations.proved else FAMILIES,
+        proved=rotations.proved,
+        unique=(len(states) == 1) if rotations.proved else None,
+        examined=rotations.examined,
         undecided=(),
         states=states,
-        region=_region(found, states),
+        region=_region(rotations, states),
         # Each is a component of {U < c} with one rest state.
         regions=tuple(
             ProvedMinimum(
-                rest_state=n, level=depth, lower_bound=depth, energy_bound=found.level, **NOWHERE
+                rest_state=n,
+                level=depth,
+                lower_bound=depth,
+                energy_bound=rotations.level,
+                **NOWHERE,
             )
             for n, depth in depths.items()
             if depth > 0
         ),
         on_rotations=OnRotations(
-            quaternions=tuple(state.quaternion for state in found.states),
-            radii=tuple(state.radius for state in found.states),
+            quaternions=tuple(state.quaternion for state in rotations.states),
+            radii=tuple(state.radius for state in rotations.states),
             why=why_not,
             families=tuple(
-                ProvedFamily(energy=one.energy, index=one.index, dimension=one.dimension)
-                for one in found.families
+                ProvedFamily(energy=family.energy, index=family.index, dimension=family.dimension)
+                for family in rotations.families
             ),
         ),
     )
@@ -120,16 +124,16 @@ def _enclosure(Theta: Array, radius: float) -> tuple[Array, Array]:
     return Theta - reach, Theta + reach
 
 
-def _region(found: "Rotations", states: tuple[ProvedState, ...]) -> ProvedRegion | None:
+def _region(rotations: "Rotations", states: tuple[ProvedState, ...]) -> ProvedRegion | None:
     """Return the region of the lowest rest state: all motions with less energy than any other."""
-    if not found.states or found.states[0].index:
+    if not rotations.states or rotations.states[0].index:
         return None
-    bounds = [s.low for s in found.states[1:]] + [f.low for f in found.families]
+    bounds = [s.low for s in rotations.states[1:]] + [f.low for f in rotations.families]
     bound = min(bounds, default=-math.inf)
-    level = _below(bound - found.states[0].high)
+    level = _below(bound - rotations.states[0].high)
     if not level > 0:
         return None
-    place = next((k for k, state in enumerate(found.states) if state.low == bound), 0)
+    place = next((k for k, state in enumerate(rotations.states) if state.low == bound), 0)
     return ProvedRegion(
         energy=bound,
         level=level,

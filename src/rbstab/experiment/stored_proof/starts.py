@@ -119,9 +119,9 @@ def reached_states(proof: ProofData, energy: Array, low: Array, high: Array) -> 
         The numbers, 0 where it is not proved, and the bound of the region in which each set is, J:
         above its energy, and infinite where every start converges; both of shape (m,).
     """
-    found, bounds = np.zeros(len(energy), dtype=np.int32), np.full(len(energy), -np.inf)
+    reached, bounds = np.zeros(len(energy), dtype=np.int32), np.full(len(energy), -np.inf)
     for states, end, lowest in _ranges(proof):
-        within = (found == 0) & np.isfinite(energy)
+        within = (reached == 0) & np.isfinite(energy)
         if end is not None:
             within &= np.all((low >= -end) & (low <= high) & (high <= end), axis=1)
         rows = np.flatnonzero(within)
@@ -136,8 +136,8 @@ def reached_states(proof: ProofData, energy: Array, low: Array, high: Array) -> 
         numbers = [1, *(region.rest_state for region in states.regions), 0]
         if states is not proof:
             numbers = [n and (same_state(proof, states.states[n - 1]) or 0) for n in numbers]
-        found[rows], bounds[rows] = np.array(numbers)[place], levels[place]
-    return found, bounds
+        reached[rows], bounds[rows] = np.array(numbers)[place], levels[place]
+    return reached, bounds
 
 
 def region_bounds(proof: ProofData) -> list[float]:
@@ -194,7 +194,7 @@ def start_regions(proof: ProofData, states: ProvedStates) -> "StartRegions | Non
     # It is no field, as `Proof.of` has it.
     kept = vars(states)
     if START_REGIONS not in kept:
-        from rbstab.proof.boxes import Box, joined, one_box
+        from rbstab.proof.boxes import Box, as_boxes, joined
         from rbstab.proof.regions.starts import RegionLevel, StartRegions
         from rbstab.proof.search import Zeros
         from rbstab.proof.zeros import Zero
@@ -204,12 +204,14 @@ def start_regions(proof: ProofData, states: ProvedStates) -> "StartRegions | Non
             box, index = Box(*map(np.array, state.enclosure)), state.index
             at = np.array(state.orientation)
             zeros.append(Zero(at, box, box, index if state.index_proved else None, state.energy))
-        undecided = [one_box(Box(*map(np.array, corners))) for corners in states.undecided]
+        undecided = [as_boxes(Box(*map(np.array, corners))) for corners in states.undecided]
         listed, end = Zeros(tuple(zeros), joined(undecided, 3), 0), np.array(states.end)
-        levels = [RegionLevel(one.rest_state - 1, one.energy_bound) for one in states.regions]
+        levels = [
+            RegionLevel(region.rest_state - 1, region.energy_bound) for region in states.regions
+        ]
         kept[START_REGIONS] = StartRegions(stored.energy, listed, Box(-end, end), levels)
-    found: StartRegions = kept[START_REGIONS]
-    return found
+    regions: StartRegions = kept[START_REGIONS]
+    return regions
 
 
 def same_state(proof: ProofData, state: ProvedState) -> int | None:
@@ -241,8 +243,8 @@ def start_bounds(problem: Problem) -> EnclosedStart | None:
     """Return bounds on the start of a problem; None if there are none."""
     if problem.exact is None:
         return None
-    found: EnclosedStart | None = in_balls(partial(enclosed_start, problem.exact))
-    return found
+    bounds: EnclosedStart | None = in_balls(partial(enclosed_start, problem.exact))
+    return bounds
 
 
 def enclosed_start(
@@ -250,12 +252,14 @@ def enclosed_start(
 ) -> EnclosedStart:
     """Return bounds on the energy at the start, and a box of Θ; call it by `in_balls`."""
     system, start = exact(decimal_balls)
-    energies = [sum(one.observe(start).energy, ball(0.0)) for one in _in_modes(system, start)]
+    energies = [
+        sum(in_mode.observe(start).energy, ball(0.0)) for in_mode in _in_modes(system, start)
+    ]
     Theta = [ball(0.0) + angle for angle in system.motion(start).Theta]
     low, high = [-upper(-angle) for angle in Theta], [upper(angle) for angle in Theta]
     # Unlike those of Python, the extremes of numpy keep what is no number.
-    least = np.min([-upper(-one) for one in energies])
-    most = np.max([upper(one) for one in energies])
+    least = np.min([-upper(-energy) for energy in energies])
+    most = np.max([upper(energy) for energy in energies])
     return EnclosedStart(float(least), float(most), np.array(low), np.array(high))
 
 

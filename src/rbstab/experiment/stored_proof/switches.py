@@ -44,12 +44,14 @@ def may_switch(
     coordinates = smooth_rest_system(problem_of(plain)).coordinates
     exact = configurations(replace(system_of(plain, numbers), coordinates=coordinates))
     motion = exact.motion(np.array([variable(k) for k in range(exact.size)], dtype=object))
-    (element,) = (one for one in exact.system.elements if one.name == name)
+    (element,) = (candidate for candidate in exact.system.elements if candidate.name == name)
     box = np.array(state.enclosure)[:, :, None]
     with np.errstate(all="ignore"):
         events = element.guards(motion, NO_STATE)[:first]
-        found = [_over(proof, box, plain, event) for event in events]
-    return any(one is None or bool(one.lo[0] <= 0 <= one.hi[0]) for one in found)
+        intervals = [_over(proof, box, plain, event) for event in events]
+    return any(
+        interval is None or bool(interval.lo[0] <= 0 <= interval.hi[0]) for interval in intervals
+    )
 
 
 def _over(proof: ProofData, box: Array, plain: Config, event: "Expr") -> "Intervals | None":

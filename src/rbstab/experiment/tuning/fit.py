@@ -100,8 +100,8 @@ def fit(
             x = search.x
             before = motion.scatter
             computed = motion.computed(x)
-            known = determined(search.jac, search.fun, places)
-            squares = np.nansum((measured.values - computed) ** 2, axis=0) / known.freedoms
+            uncertainty = determined(search.jac, search.fun, places)
+            squares = np.nansum((measured.values - computed) ** 2, axis=0) / uncertainty.freedoms
             motion.scatter = np.maximum(np.sqrt(squares), LEAST_SCATTER)
             steady = np.allclose(motion.scatter, before, rtol=SAME_WEIGHT, atol=0.0)
             # Its status is 0 after too many runs.
@@ -112,15 +112,15 @@ def fit(
         if (fallen := motion.fallen(x)).any():
             # Relative changes of a number that is almost 0 change nothing.
             sizes = np.where(fallen, motion.given, sizes)
-            known = determined(motion.jacobian(x, sizes), search.fun, places)._replace(
-                decrement=known.decrement
+            uncertainty = determined(motion.jacobian(x, sizes), search.fun, places)._replace(
+                decrement=uncertainty.decrement
             )
-    errors, half = np.abs(sizes) * [known.errors, known.halves]
+    errors, half = np.abs(sizes) * [uncertainty.errors, uncertainty.halves]
     rows = np.stack([motion.given, values, errors, values - half, values + half]).T.tolist()
     # Over gaps, too: columns may be measured at other times.
     all_residuals = ((measured.values - computed) / motion.scatter).T
     residuals = (row[np.isfinite(row)] for row in all_residuals)
-    rho = [float(one[1:] @ one[:-1]) / len(one) for one in residuals]
+    rho = [float(series[1:] @ series[:-1]) / len(series) for series in residuals]
     columns = zip(measured.columns, counts.tolist(), motion.scatter.tolist(), rho, strict=True)
     return Fitted(
         motion.config_at(x),
@@ -129,11 +129,11 @@ def fit(
             FittedNumber(entry.key, unit_at(config, entry.key), *row)
             for entry, row in zip(entries, rows, strict=True)
         ),
-        tuple(FittedColumn(one.name, one.unit, *row) for one, *row in columns),
+        tuple(FittedColumn(column.name, column.unit, *row) for column, *row in columns),
         computed,
-        known.loose,
+        uncertainty.loose,
         [entry.key for entry, is_fallen in zip(entries, fallen, strict=True) if is_fallen],
-        steady and known.decrement < STATIONARY,
+        steady and uncertainty.decrement < STATIONARY,
     )
 
 
@@ -143,19 +143,19 @@ def _free_entries(config: Config, keys: Iterable[str]) -> list[Entry]:
     Raises:
         TuningError: A key has no number that can be fitted, or one of another key.
     """
-    found: list[Entry] = []
+    entries: list[Entry] = []
     for key in keys:
         path = parse_key(key) or (key,)
         below = [e for e in entries_of(config) if path in [p[: len(path)] for p in e.paths]]
-        if not below or {*below} & {*found}:
+        if not below or {*below} & {*entries}:
             raise TuningError(
                 f"{key}: is no number to fit (expected numbers that `rbstab sensitivities` lists, "
                 "each once)"
             )
-        found += below
-    if not found:
+        entries += below
+    if not entries:
         raise TuningError("no number to fit (expected a key such as controller.K_r)")
-    return found
+    return entries
 
 
 def _keeps_sign(config: Config, entry: Entry) -> bool:

@@ -108,8 +108,10 @@ class Fitted:
         """Return one line: the fitted numbers with their intervals, if they mean anything."""
         if not self.is_minimum:
             return line("Fitted", self.config.title, ["no minimum was found"])
-        found = (f"{one.name} {one.low:.4g} to {one.high:.4g}" for one in self.numbers)
-        return line("Fitted", self.config.title, found)
+        intervals = (
+            f"{number.name} {number.low:.4g} to {number.high:.4g}" for number in self.numbers
+        )
+        return line("Fitted", self.config.title, intervals)
 
     @property
     def residuals(self) -> Array:
@@ -119,45 +121,47 @@ class Fitted:
     @property
     def warnings(self) -> list[str]:
         """What the data do not determine, and which residuals are not only noise: sentences."""
-        found = []
+        sentences = []
         # A number that is 0 has no relative change: its interval says all.
-        relative = [bool(one.given) and one.name not in self.fallen for one in self.numbers]
+        relative = [
+            bool(number.given) and number.name not in self.fallen for number in self.numbers
+        ]
         for changes, reach in self.loose:
             if reach < math.inf and not relative[changes.argmax()]:
                 continue
             shown = [
-                f"{one.name} {change:+.2g} %"
+                f"{number.name} {change:+.2g} %"
                 if in_parts
-                else f"{one.name} {change / 100 * (abs(one.given) or 1.0):+.2g} {one.unit}"
-                for one, change, in_parts in zip(
+                else f"{number.name} {change / 100 * (abs(number.given) or 1.0):+.2g} {number.unit}"
+                for number, change, in_parts in zip(
                     self.numbers, changes.tolist(), relative, strict=True
                 )
                 if abs(change) >= LEAST_SHOWN
             ]
-            how, known = "not", "what was measured stays, to first order"
+            how, extent = "not", "what was measured stays, to first order"
             if reach < math.inf:
-                how, known = "hardly", f"known to ±{100 * reach:.3g} times that"
-            found.append(f"{how} determined: {', '.join(shown)}: {known}")
-        found += [
+                how, extent = "hardly", f"known to ±{100 * reach:.3g} times that"
+            sentences.append(f"{how} determined: {', '.join(shown)}: {extent}")
+        sentences += [
             f"{name}: fell to almost 0, and may not be less: its interval tells only how large it "
             "may be"
             for name in self.fallen
         ]
-        found += [
+        sentences += [
             f"{column.name}: jumps by more than half a turn from one value to the next: angles are "
             "compared without whole turns taken off; if these were, put them back (numpy.unwrap)"
             for column, values in zip(self.measured.columns, self.measured.values.T, strict=True)
             if column.vector == "Theta"
             and (np.abs(np.diff(values[np.isfinite(values)])) > math.pi).any()
         ]
-        found += [
-            f"{one.name}: successive residuals are alike (autocorrelation "
-            f"{one.autocorrelation:.2g}): the model misses something, or the errors of measurement "
-            "are not independent; the intervals are too short"
-            for one in self.columns
-            if one.autocorrelation > RANDOM * one.values**-0.5
+        sentences += [
+            f"{column.name}: successive residuals are alike (autocorrelation "
+            f"{column.autocorrelation:.2g}): the model misses something, or the errors of "
+            "measurement are not independent; the intervals are too short"
+            for column in self.columns
+            if column.autocorrelation > RANDOM * column.values**-0.5
         ]
-        return found
+        return sentences
 
 
 class Determined(NamedTuple):
@@ -203,8 +207,8 @@ def determined(jacobian: Array, residuals: Array, columns: Array) -> Determined:
     def reach(parts: Array) -> Array:
         total = parts.sum(axis=0)
         freedom = total**2 / (parts**2 / freedoms[:, None]).sum(axis=0)
-        found: Array = stdtrit(freedom, BELOW) * np.sqrt(total)
-        return found
+        half_widths: Array = stdtrit(freedom, BELOW) * np.sqrt(total)
+        return half_widths
 
     inverse = U[:, kept] / s[kept]
     parts = place @ (inverse @ Vt[kept]) ** 2

@@ -49,28 +49,30 @@ def gain_scalings(config: Config, keys: Iterable[str]) -> tuple[GainScaling, ...
 def _entries(config: Config, key: str) -> tuple[Entry, ...]:
     read = number_key(key)
     path = read.path if read is not None else ()
-    known = controller_gains(config)
+    gain_paths = controller_gains(config)
     for name, section in config.elements.items():
-        own = declarations_of(section).gains
-        scaled = [gain for gain in own if gain not in (POINT, ANCHOR) and gain.shape != "direction"]
-        known += [parameter_path(name, section, gain.place) for gain in scaled]
-    found = next((gain for gain in known if path[: len(gain)] == gain), None)
-    if found is None:
-        names = [key_of(gain) for gain in known]
+        declared = declarations_of(section).gains
+        scaled = [
+            gain for gain in declared if gain not in (POINT, ANCHOR) and gain.shape != "direction"
+        ]
+        gain_paths += [parameter_path(name, section, gain.place) for gain in scaled]
+    gain_path = next((gain for gain in gain_paths if path[: len(gain)] == gain), None)
+    if gain_path is None:
+        names = [key_of(gain) for gain in gain_paths]
         meant = closest_keys(key.partition("[")[0], names)
         question = f"; {did_you_mean(meant)}" if meant else ""
         expected = f"expected one of {', '.join(names)}{question}"
         raise TuningError(f"{key}: is not a gain of this config ({expected})")
-    value = value_at(config, found)
-    if len(path) > len(found) and isinstance(value, tuple) and isinstance(value[0], tuple):
+    value = value_at(config, gain_path)
+    if len(path) > len(gain_path) and isinstance(value, tuple) and isinstance(value[0], tuple):
         raise TuningError(
             f"{key}: is one entry of a full matrix, which might not stay positive definite "
-            f"(expected {key_of(found)})"
+            f"(expected {key_of(gain_path)})"
         )
     try:
         entries = entries_under(config, path)
     except LookupError:
-        expected = f"expected {key_of(found)} or one of its three entries, from [0]"
+        expected = f"expected {key_of(gain_path)} or one of its three entries, from [0]"
         raise TuningError(f"{key}: does not exist ({expected})") from None
     if not any(entry.value for entry in entries):
         raise TuningError(f"{key}: is 0, so no factor changes it (expected a gain above 0)")

@@ -166,8 +166,8 @@ def _with_least_barrier(
         proof = prove(guarded, brief=True)
         tried[stiffness] = _description(proof)
         # A form of the energy for which nothing is found is the same for all stiffnesses.
-        known = proof.states or (proof.unwrapped and proof.unwrapped.states)
-        hopeless = not known or proof.needs_lengths
+        rest_states = proof.states or (proof.unwrapped and proof.unwrapped.states)
+        hopeless = not rest_states or proof.needs_lengths
         enough = proof.every_start
         if enough:
             runs[stiffness] = simulate(guarded)
@@ -222,7 +222,9 @@ def _outcome(result: Result, config: Config, name: str) -> RunOutcome:
         y[PITCH] = pitch
         with np.errstate(all="ignore"):
             acting = with_modes_at(system, y)
-            element: Any = next(one for one in acting.elements if one.name == name)
+            element: Any = next(
+                candidate for candidate in acting.elements if candidate.name == name
+            )
             couple = float(np.linalg.norm(element.wrench(acting.motion(y), NO_STATE).couple))
     status, settling = RunStatus(result.status), settling_time_of(result)
     return RunOutcome(status, pitch, settling, couple, summary.pitch_resolved)
@@ -232,7 +234,7 @@ def _guards_of(config: Config, method: str) -> list[str]:
     """Return the names of the guards of a config that one of a method replaces."""
     replaced = METHODS if method in METHODS else (method,)
     elements = config.elements.items()
-    return [name for name, one in elements if getattr(one, "method", None) in replaced]
+    return [name for name, section in elements if getattr(section, "method", None) in replaced]
 
 
 def _name_in(config: Config, method: str) -> str:
@@ -249,7 +251,7 @@ def _replaced(config: Config, method: str, gains: dict[str, float] | None) -> Co
     # In quaternions no run would leave the range.
     data = config.in_angles().plain()
     names = _guards_of(config, method)
-    elements = {k: one for k, one in data.get("elements", {}).items() if k not in names}
+    elements = {k: section for k, section in data.get("elements", {}).items() if k not in names}
     if gains is not None:
         guard = {"kind": "guard", "method": method, **gains}
         elements[_name_in(config, method)] = guard

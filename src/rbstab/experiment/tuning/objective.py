@@ -29,8 +29,8 @@ class Objective(NamedTuple):
 
 
 OBJECTIVES = {
-    one.name: one
-    for one in (
+    objective.name: objective
+    for objective in (
         Objective(
             "settling_time",
             "t_s",

@@ -225,7 +225,7 @@ def _quantities(base: "Baseline", outcome: "Outcome") -> tuple[tuple[OutcomeQuan
     vectors = [("settling_time", "s", 1), ("peak_contact_displacement", "m", 3)]
     vectors += [("peak_time", "s", 3)]
     vectors += [(f"final.{name}", BY_NAME[name].unit, 3) for name in BODY_STATES]
-    vectors += [(f"final.{one.name}", one.unit, one.size) for one in system.declared_states]
+    vectors += [(f"final.{state.name}", state.unit, state.size) for state in system.declared_states]
     values = np.concatenate(
         [[outcome.settling_time], outcome.peaks, outcome.peak_times, outcome.final]
     )

@@ -51,12 +51,12 @@ class Tuned:
     def __repr__(self) -> str:
         """Return one line: the objective before and after, and the factors."""
         name, unit = self.objective.name, self.objective.unit
-        found = f"{name} {self.given:.4g} {unit} -> {self.value:.4g} {unit}"
+        change = f"{name} {self.given:.4g} {unit} -> {self.value:.4g} {unit}"
         factors = [
             f"{scaling.key} times {factor:.4g}"
             for scaling, factor in zip(self.scalings, self.factors, strict=True)
         ]
-        return line("Tuned", self.config.title, [found, *factors, f"{self.runs} runs"])
+        return line("Tuned", self.config.title, [change, *factors, f"{self.runs} runs"])
 
     @property
     def better(self) -> bool:

@@ -63,7 +63,7 @@ class Verification(NamedTuple):
             return "verified"
         if any(finding.claim == NO_CHECKER for finding in self.findings):
             return "not decided: there is no checker of rest states among all rotations"
-        if self.takes_too_long and any(one.claim == UNDECIDED for one in self.findings):
+        if self.takes_too_long and any(finding.claim == UNDECIDED for finding in self.findings):
             return "not decided: codac does not decide every claim"
         if self.takes_too_long and self.findings[-1].claim == CONVEXITY:
             return "not decided: no rule shows that U is convex in what is not Θ"
@@ -101,9 +101,9 @@ def verify(
         findings = [*_config_findings(proof, config), *findings]
     unchecked = list(_unchecked(proof, config))
     if second and config is not None:
-        for found in second_opinion(proof, config):
-            findings.append(found)
-            progress(found)
+        for finding in second_opinion(proof, config):
+            findings.append(finding)
+            progress(finding)
         unchecked.append(NOT_ASKED)
     return Verification(findings, unchecked)
 

@@ -45,10 +45,10 @@ def course_of(problem: Problem, tolerance: float) -> Course:
         return run.result()
 
     with np.errstate(all="ignore"):
-        found = integrate_trusted(replace(problem, rtol=tolerance), integrate, None, deadline)
-    if found.status is not RunStatus.COMPLETED:
-        raise UnfinishedRunError(found.status, found.detail)
-    _check_trusted(found, deadline)
+        trajectory = integrate_trusted(replace(problem, rtol=tolerance), integrate, None, deadline)
+    if trajectory.status is not RunStatus.COMPLETED:
+        raise UnfinishedRunError(trajectory.status, trajectory.detail)
+    _check_trusted(trajectory, deadline)
     # A second run only shows how far the first one is trusted.
     driver = runs[0].driver
     assert driver.transitions is not None
@@ -79,9 +79,9 @@ def _check_stop(problem: Problem) -> None:
         )
 
 
-def _check_trusted(found: Trajectory, deadline: Deadline) -> None:
+def _check_trusted(trajectory: Trajectory, deadline: Deadline) -> None:
     """Reject a chaotic motion: its derivatives grow exponentially, and predict nothing."""
-    trusted, end = found.trusted_until, float(found.times[-1])
+    trusted, end = trajectory.trusted_until, float(trajectory.times[-1])
     if trusted is None or trusted >= end:
         return
     if np.isnan(trusted):

@@ -49,7 +49,7 @@ class CacheSize(NamedTuple):
     limit: int
 
 
-def use_own_folder() -> None:
+def set_cache_folder() -> None:
     """Set the folder and the limit of heyoka's cache for this process.
 
     If the folder cannot be used, nothing is cached; otherwise heyoka would print two warnings for

@@ -25,10 +25,10 @@ def integrate(
         if given.switching is not None and given.switching.step:
             return ImplicitRun(given, told, deadline).result()
         scale = energy_scale(given)
-        found = HeyokaRun(given, told, deadline, scale=scale).result()
-        fitting = fitting_scale(given, found, scale)
+        trajectory = HeyokaRun(given, told, deadline, scale=scale).result()
+        fitting = fitting_scale(given, trajectory, scale)
         if fitting == scale:
-            return found
+            return trajectory
         return HeyokaRun(given, told, deadline, scale=fitting).result()
 
     with np.errstate(all="ignore"):

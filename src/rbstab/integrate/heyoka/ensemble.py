@@ -189,9 +189,9 @@ class Ensemble:
             for k, ends in enumerate(run.ends):
                 of_states = samples[: self.size, k], run.times
                 of_ends = ends[1 : 1 + self.size], ends[0]
-                found, turn = self.q.angles_along(*of_states, Theta[:, k], *of_ends)
-                samples[THETA, k] = found[:, :count]
-                angles.append(found[:, count:])
+                Theta_along, turn = self.q.angles_along(*of_states, Theta[:, k], *of_ends)
+                samples[THETA, k] = Theta_along[:, :count]
+                angles.append(Theta_along[:, count:])
                 run.done[k] &= turn <= LONGEST_TURN
             samples = np.delete(samples, w, axis=0)
         boundary = samples[..., [0, -1]]

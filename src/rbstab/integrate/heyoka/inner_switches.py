@@ -80,7 +80,7 @@ class InnerSwitches:
         if phase.signs[mode] == direction:
             return True  # heyoka has found the last switch of this mode again
         margins = phase.margin_list(self._state, t)
-        own, margins[mode] = margins[mode], np.inf
+        margin, margins[mode] = margins[mode], np.inf
         if self._is_near(margins, t):
             # Another mode switches now as well, or the step has missed its switch.
             self.missed = self.is_missed(margins)
@@ -95,7 +95,7 @@ class InnerSwitches:
             flight = abs(self._state[phase.rate_places[mode]]) * (t - self._crossed_at)
             offset = EVENT_OFFSET * flight if flight < np.inf else 0.0
             pars[compiled.offsets + mode] = direction * offset
-            self.floors[mode] = min(-own, 0.0) - 2.0 * offset
+            self.floors[mode] = min(-margin, 0.0) - 2.0 * offset
         self._crossed_at, self.least_margin = t, np.inf
         return True
 

@@ -68,15 +68,15 @@ class Observed:
         """
         _, m, n = states.shape
         flat = states.reshape(-1, m * n), np.tile(times, m), np.repeat(np.arange(m), n)
-        found = {}
+        values = {}
         for compiled, group in self._groups:
             rows = iter(compiled.at(parameters, *flat).reshape(-1, m, n))
             for name, quantity in group.items():
-                sizes = [self._lengths[one] for one in quantity.dimensions[1:]]
+                sizes = [self._lengths[dimension] for dimension in quantity.dimensions[1:]]
                 if sizes:
                     # Each component stays contiguous along the samples.
                     part = np.array([next(rows) for _ in range(sizes[0])])
-                    found[name] = np.moveaxis(part, 0, 2)
+                    values[name] = np.moveaxis(part, 0, 2)
                 else:
-                    found[name] = next(rows)
-        return found
+                    values[name] = next(rows)
+        return values

@@ -106,7 +106,7 @@ class HeyokaRun(DrivenRun):
         if not len(self.offsets):
             event = self._smooth_steps_to(stop)
         elif self.muted or self.phase.rests or self.max_step < stop - self.integrator.time:
-            event = self._one_step_to(stop)
+            event = self._single_step_to(stop)
         else:
             event = self._steps_to(stop)
         if self.lacks_before(min(self.integrator.time, stop)):
@@ -146,13 +146,13 @@ class HeyokaRun(DrivenRun):
         """Make steps to a time, s, of equations without modes."""
         integrator, begin = self.integrator, len(self.samples)
         wanted = self.times[begin : bisect_left(self.times, stop, begin)]
-        outcome, _, _, steps, _, found = integrator.propagate_grid(
+        outcome, _, _, steps, _, states = integrator.propagate_grid(
             [integrator.time, *wanted, stop],
             max_steps=self.problem.step_limit - self.steps,
             callback=self._after_smooth_step,
         )
         self.steps += steps
-        self.add_samples(wanted, found[1:])
+        self.add_samples(wanted, states[1:])
         if outcome == NOT_FINITE:
             raise StopRun(RunStatus.DIVERGED, "the state stopped being finite")
         return self._event_of(outcome, integrator.last_h)
@@ -218,7 +218,7 @@ class HeyokaRun(DrivenRun):
         set_motion(self.integrator, t, state)
         self.t, self.y = t, state
 
-    def _one_step_to(self, stop: float) -> int | None:
+    def _single_step_to(self, stop: float) -> int | None:
         """Make one step, at most to a time, s, and store its samples; see `_steps_to`."""
         event = self._step(stop)
         self._add_samples_of_step()
@@ -280,21 +280,21 @@ class HeyokaRun(DrivenRun):
             return shorter
 
         def path(t: Any) -> Array:
-            columns = [integrator.update_d_output(one).copy() for one in np.atleast_1d(t)]
+            columns = [integrator.update_d_output(time).copy() for time in np.atleast_1d(t)]
             return np.array(columns).T if np.ndim(t) else columns[0]
 
         ends, states = (begin, end), (state, integrator.state.copy())
         slopes = tuple(phase.margin_rates(y, t) for y, t in zip(states, ends, strict=True))
-        found = first_event(phase.margins, path, ends, states, slopes)
-        if found is None or not self.offsets[found.number] or found.time >= end:
+        event = first_event(phase.margins, path, ends, states, slopes)
+        if event is None or not self.offsets[event.number] or event.time >= end:
             return shorter
-        if found.time <= begin:
+        if event.time <= begin:
             # The switch may end the run: then it ends where the step began.
             self._go_back(begin, state)
-            self.go_on(self.driver.cross([found.number], begin, state.copy()))
+            self.go_on(self.driver.cross([event.number], begin, state.copy()))
             state[:] = self._state
             return end - begin
-        return found.time - begin
+        return event.time - begin
 
     def _event_of(self, outcome: Any, made: float) -> int | None:
         """Return the index of the event at which steps have ended; None if there is none.
@@ -306,12 +306,12 @@ class HeyokaRun(DrivenRun):
             made: The length of the last step, s.
         """
         index, modes = -1 - outcome.value, self.compiled.event_modes
-        found = 0 <= index <= len(modes) + len(self.owners)
+        is_event = 0 <= index <= len(modes) + len(self.owners)
         if 0 < index <= len(modes) and made == 0.0:
             # The step began on a zero of the event function, as after a switch. If it is a double
             # zero, heyoka would find it for ever.
             self.offsets[modes[index - 1]], self.muted = MUTED, True
-        return index if found else None
+        return index if is_event else None
 
     def _check_end(self, event: int | None) -> None:
         """Stop the run if an event is none of a switch."""

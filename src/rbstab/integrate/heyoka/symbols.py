@@ -60,7 +60,7 @@ def compiled_zeros(system: System) -> tuple[int, ...]:
     """
     names = {element.name for element in system.elements if "name" in vars(element)}
     modes = mode_parameters(system)
-    found: list[int] = []
+    indices: list[int] = []
     count = 0
     for name, value in parameters(system).items():
         of_config = name.partition(".")[0] in names
@@ -69,9 +69,9 @@ def compiled_zeros(system: System) -> tuple[int, ...]:
             if not of_config:
                 # A zero on a diagonal is a zero of this system, and not of its structure.
                 np.fill_diagonal(zeros, val=False)
-            found += (count + np.flatnonzero(zeros)).tolist()
+            indices += (count + np.flatnonzero(zeros)).tolist()
         count += value.size
-    return tuple(found)
+    return tuple(indices)
 
 
 def state_symbols(size: int) -> Array:
@@ -128,19 +128,19 @@ LARGEST_MISFIT = 100.0
 """The largest ratio of an energy scale to the energies of a run that needs no other scale."""
 
 
-def fitting_scale(problem: Problem, found: Trajectory, scale: float) -> float:
+def fitting_scale(problem: Problem, trajectory: Trajectory, scale: float) -> float:
     """Return the energy scale that fits a run, J; the given one if that fits.
 
     The energies at the start do not tell how much the elements will supply.
 
     Args:
         problem: The problem.
-        found: The run with the given scale.
+        trajectory: The run with the given scale.
         scale: The given scale, J.
     """
-    if found.supplied_energy is None:
+    if trajectory.supplied_energy is None:
         return scale
-    audits = np.abs([found.supplied_energy, found.lyapunov_change])
+    audits = np.abs([trajectory.supplied_energy, trajectory.lyapunov_change])
     return float(fitting_scales(_initial_energy(problem) + audits.max(), scale))
 
 

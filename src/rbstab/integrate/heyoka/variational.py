@@ -241,7 +241,9 @@ class _Run:
             # A limit reached in the last step does not count.
             status, detail = RunStatus.COMPLETED, ""
         values, derivative = np.split(samples, 2, axis=1)
-        crossings, *turning_times, power_zeros = (np.unique(found) for found in self.compiled.zeros)
+        crossings, *turning_times, power_zeros = (
+            np.unique(zero_times) for zero_times in self.compiled.zeros
+        )
         return VariationalTrajectory(
             times[: len(samples)],
             values[:, :-1],
@@ -271,8 +273,14 @@ class _Run:
 
     def _follow(self, times: Array) -> None:
         """Integrate from transition to transition. A sample at one belongs to what begins there."""
-        transitions = [one for one in self.course.transitions if one.time < times[-1]]
-        edges = [float(times[0]), *(one.time for one in transitions), float(times[-1])]
+        transitions = [
+            transition for transition in self.course.transitions if transition.time < times[-1]
+        ]
+        edges = [
+            float(times[0]),
+            *(transition.time for transition in transitions),
+            float(times[-1]),
+        ]
         firsts = [*times.searchsorted(edges[:-1]).tolist(), len(times)]
         shifted = self.course.first
         for number, (low, high) in enumerate(pairwise(edges)):
@@ -292,11 +300,11 @@ class _Run:
             # heyoka takes a limit of zero for none.
             raise too_long
         grid = np.unique([self.integrator.time, *wanted, end])
-        outcome, _, _, steps, _, found = self.integrator.propagate_grid(
+        outcome, _, _, steps, _, states = self.integrator.propagate_grid(
             grid, max_steps=limit - self.steps, callback=lambda _: not self.deadline.expired()
         )
         self.steps, self.reached = self.steps + steps, self.integrator.time
-        self.rows.append(found[np.isin(grid[: len(found)], wanted)])
+        self.rows.append(states[np.isin(grid[: len(states)], wanted)])
         if outcome == hy.taylor_outcome.step_limit:
             raise too_long
         if outcome == hy.taylor_outcome.err_nf_state:
@@ -326,8 +334,8 @@ class _Run:
         values, derivatives = states[: self.size + 1], states[self.size + 1 :]
         y, z = values[:-1].copy(), derivatives[:-1].copy()
         if transition.modes:
-            found = through_transition(transition, shifted, y, z)
-            values[:-1], derivatives[:-1], delay = found
+            passed = through_transition(transition, shifted, y, z)
+            values[:-1], derivatives[:-1], delay = passed
         else:
             delays = {} if self.tangent is None else self.tangent.delays_at(time)
             derivatives[:-1] = after_breakpoint(transition, delays, y, z)

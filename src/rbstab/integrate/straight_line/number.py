@@ -45,7 +45,7 @@ class Trace:
 
     def __init__(self) -> None:
         self.operations: list[Operation] = []
-        self._known: dict[tuple[str, tuple[Any, ...]], int] = {}
+        self._indices: dict[tuple[str, tuple[Any, ...]], int] = {}
 
     def input(self, *, varies: bool) -> "TracedNumber":
         """Add an input, and return it.
@@ -79,9 +79,9 @@ class Trace:
     def _recorded(self, kind: str, operands: tuple[Any, ...], *, varies: bool) -> int:
         # A float is a key with its sign: 0.0 and -0.0 are equal.
         key = kind, tuple(map(repr, operands)) if kind == CONSTANT else operands
-        index = self._known.get(key)
+        index = self._indices.get(key)
         if index is None:
-            index = self._known[key] = self._append(Operation(kind, operands, varies))
+            index = self._indices[key] = self._append(Operation(kind, operands, varies))
         return index
 
     def _append(self, operation: Operation) -> int:
@@ -142,10 +142,10 @@ class TracedNumber:
             return self
         if _is(other, -1.0):
             return -self
-        for one, two in ((self, other), (other, self)):
-            negated = _negated(one)
+        for factor, cofactor in ((self, other), (other, self)):
+            negated = _negated(factor)
             if negated is not None:
-                return -(negated * two)
+                return -(negated * cofactor)
         return self.trace.record(MULTIPLY, self, other)
 
     __rmul__ = __mul__

@@ -91,22 +91,22 @@ class ConnectorSwitches:
         axes, was_held = self._axes(modes), _held(before)
         if not axes or any(was_held[axis] for axis in axes) or not self.may_stick(y):
             return now, y
-        found = self.test_sticking(now, t, y)
-        if found is None:
+        stick = self.test_sticking(now, t, y)
+        if stick is None:
             return now, y
-        self.record.discarded += found.discarded
-        for axis in found.axes:
+        self.record.discarded += stick.discarded
+        for axis in stick.axes:
             self.record.add_switch(t, axis)
             self.record.add_transition(t, axis, held=True)
         self._schedule_stick_test()
-        return found.system, found.state
+        return stick.system, stick.state
 
     def test_sticking(self, system: System, t: float, y: Array) -> Any:
         """Return the axes that stick in a system at a time, s, and a state; None if none does."""
-        found = most_axes_stick(system, y, t)
-        if found is None:
+        stick = most_axes_stick(system, y, t)
+        if stick is None:
             self._schedule_stick_test()
-        return found
+        return stick
 
     def _schedule_stick_test(self) -> None:
         total = self.record.total

@@ -42,5 +42,5 @@ class Course(NamedTuple):
 
     def system_at(self, time: float) -> System:
         """Return the system at a time, s; that after a transition at its time."""
-        number = bisect_right(self.transitions, time, key=lambda one: one.time)
+        number = bisect_right(self.transitions, time, key=lambda transition: transition.time)
         return self.transitions[number - 1].after if number else self.first

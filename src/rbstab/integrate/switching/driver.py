@@ -158,13 +158,13 @@ class Driver:
         if self.connector is None or not self.connector.may_stick(y, ahead=1):
             return True
         # A test that finds no axis to stick must not change the motion, not even its last digits.
-        after = self._phases.after_one(self.phase, mode).system
+        after = self._phases.after_switch_of(self.phase, mode).system
         return self.connector.test_sticking(after, t, y) is None
 
     def cross_alone(self, mode: int, t: float) -> None:
         """Switch a mode at a time, s; nothing else follows (`crosses`)."""
         self._last[mode], before = t, self.phase
-        self.phase = self._phases.after_one(before, mode)
+        self.phase = self._phases.after_switch_of(before, mode)
         if self.connector is not None:
             self.connector.add_switches([mode], t)
         self.count += 1
@@ -248,12 +248,12 @@ class Driver:
         assert record is not None
         if t == record.last_time:
             raise StopRun(RunStatus.SOLVER_FAILURE, "the hops at the stop became too short")
-        found = impact(self.phase.system, y)
+        collision = impact(self.phase.system, y)
         if record.count >= IMPACT_LIMIT:
             raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {IMPACT_LIMIT} impacts")
         # After it, modes may switch again at the same time.
         self._last.clear()
-        y = found.state
+        y = collision.state
         others = self._others(t, y)
         if others:
             self._switch(others, t)
@@ -269,7 +269,7 @@ class Driver:
         if rest is not None:
             self.phase, y = self._phases.of(modes_of(rest[0])), rest[1]
         # Nothing is recorded if the run ends here, before the impact.
-        record.add(t, float(found.rate), float(found.lost) + energy - self._energy(t, y))
+        record.add(t, float(collision.rate), float(collision.lost) + energy - self._energy(t, y))
         record.follow(t, 0, self.resting)
         return y
 
@@ -283,8 +283,8 @@ class Driver:
         jump, and so does s = F + κE of a tie with a boundary layer.
         """
         passed = np.flatnonzero(self.phase.margins(y, t) < -PASSED)
-        found = {*self.phase.coinciding(y, t).tolist(), *passed.tolist()}
-        return sorted(found - self._sides.keys() - self._of_axes)
+        modes = {*self.phase.coinciding(y, t).tolist(), *passed.tolist()}
+        return sorted(modes - self._sides.keys() - self._of_axes)
 
     def so_far(self) -> SoFar:
         """Return what samples store of the switches so far."""

@@ -100,8 +100,8 @@ class Phase:
         """Return the margins as Python numbers, inf for those that are NaN; see `margins`."""
         guards = self._guards.finite_entries(y, t)
         if guards is None:
-            found = self.margins(y, t)
-            return np.where(np.isnan(found), math.inf, found).tolist()
+            margins = self.margins(y, t)
+            return np.where(np.isnan(margins), math.inf, margins).tolist()
         return list(map(operator.mul, self._float_signs, guards))
 
     def floors(self, y: Array, t: float) -> list[float]:
@@ -172,7 +172,7 @@ class Phases:
         self._guards = event_functions(self._system) if same else None
         self._rates: StraightLine | None = None
         self.of = lru_cache(MAX_PHASES)(self._made)
-        self.after_one = lru_cache(MAX_PHASES)(self._after_one)
+        self.after_switch_of = lru_cache(MAX_PHASES)(self._after_switch_of)
         self.first = self.of(modes_of(self._system))
 
     def _made(self, modes: Modes) -> Phase:
@@ -194,8 +194,8 @@ class Phases:
         signs[switched] *= -1.0
         return self.of(tuple((0.5 * (signs + 1.0)).tolist()))
 
-    def _after_one(self, phase: Phase, mode: int) -> Phase:
-        """Return the phase after a switch of one mode; `after_one` keeps it."""
+    def _after_switch_of(self, phase: Phase, mode: int) -> Phase:
+        """Return the phase after a switch of one mode; `after_switch_of` keeps it."""
         return self.after(phase, [mode])
 
     def with_leg(self, phase: Phase, t: float) -> Phase:
@@ -203,7 +203,7 @@ class Phases:
         self._system = self._schedule.system_at(self._system, t)
         self._rates = None
         self.of.cache_clear()
-        self.after_one.cache_clear()
+        self.after_switch_of.cache_clear()
         return self.of(modes_of(phase.system))
 
     def owner(self, mode: int) -> str:

@@ -196,12 +196,12 @@ def _on_surfaces(shifted: System, y: Array, time: float) -> Array:
         time: The time, s.
     """
     axes = np.flatnonzero(held_axes(shifted))
-    _, found = with_held(shifted, y, axes, time)
+    _, surfaces = with_held(shifted, y, axes, time)
     away = residuals(shifted, y)
     # The impulses must not move a body away from the stop at which it rests: the last row.
     rows = np.append(axes, len(away) - 1) if resting(shifted) else axes
     away = away[rows]
-    return pushed(shifted, y, rows, -np.linalg.solve(found.mobility[np.ix_(rows, rows)], away))
+    return pushed(shifted, y, rows, -np.linalg.solve(surfaces.mobility[np.ix_(rows, rows)], away))
 
 
 def _check_borders(system: System, shifted: System, y: Array, z: Array, time: float) -> None:

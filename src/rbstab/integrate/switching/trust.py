@@ -157,8 +157,8 @@ def _compared_states(run: Trajectory, second: Trajectory) -> Array:
         return second.states
     count = min(len(run.times), len(second.times))
     differ = run.impacts.counts[:count] != second.impacts.counts[:count]
-    theirs, ours = second.states[:count, THETA], run.states[:count, THETA]
-    near = (np.abs(theirs - ours) <= TRUST_TOLERANCE * np.abs(ours).max()).all(axis=1)
+    second_Theta, Theta = second.states[:count, THETA], run.states[:count, THETA]
+    near = (np.abs(second_Theta - Theta) <= TRUST_TOLERANCE * np.abs(Theta).max()).all(axis=1)
     beside = differ & ~np.append(differ[1:], False) & near
     states = second.states.copy()
     states[:count][beside] = run.states[:count][beside]

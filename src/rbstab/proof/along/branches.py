@@ -100,8 +100,8 @@ class Branches:
             x = np.append(zero.point, p)
             # At its end a curve has no point below.
             near = self.states(max(value, self.low + ARRIVED * self.width))
-            known = (self._on_plane(np.append(one, p), ACROSS) for one, _ in near)
-            if not any(one is not None and np.abs(one - x).max() < SAME for one in known):
+            points = (self._on_plane(np.append(point, p), ACROSS) for point, _ in near)
+            if not any(point is not None and np.abs(point - x).max() < SAME for point in points):
                 back = self._way(x, -1.0)
                 ahead = [] if back and back[-1] is x else self._way(x, 1.0)
                 self._add([*back[::-1], x, *ahead])

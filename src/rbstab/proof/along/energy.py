@@ -62,11 +62,11 @@ class AlongEnergy(BoundedEnergy):
         free, parts = set(energy.free), quadratic_in(energy.U, energy.free)
         left = {m for m in parts.rest.terms if any(a.variables & free for a, _ in m)}
         q, z = variable(FIRST), [variable(k) for k in free]
-        known = left <= {m for i in z for j in z for m in (q * i * j).terms}
-        known &= not any(one.variables & free for one in parts.b)
+        is_quadratic = left <= {m for i in z for j in z for m in (q * i * j).terms}
+        is_quadratic &= not any(b.variables & free for b in parts.b)
         self.low, self.high, self.middle = low, high, 0.5 * low + 0.5 * high
         ends = (quadratic_in(_at(energy.U, q), energy.free).H for q in self.about(low, high))
-        if not known or any(inverse_of_definite(H) is None for H in ends):
+        if not is_quadratic or any(inverse_of_definite(H) is None for H in ends):
             raise NoReducedEnergy(NoEnergyReason.NOT_QUADRATIC)
         super().__init__(energy.U, (*THETA, FIRST), energy.free, energy.least)
 

@@ -55,30 +55,30 @@ def intervals_of(branches: Branches, is_late: IsLate) -> list[Interval]:
         is_late: Returns whether no further interval is to be tried.
     """
     proved = _merged(_proved(branches, is_late))
-    ends = [branches.low, *(end for one in proved for end in one[:2]), branches.high]
+    ends = [branches.low, *(end for interval in proved for end in interval[:2]), branches.high]
     for low, high in pairwise(ends):
         branches.search(0.5 * low + 0.5 * high)
     gaps = zip(ends[::2], ends[1::2], strict=True)
-    return sorted([*proved, *(one for gap in gaps for one in _seen(branches, *gap))])
+    return sorted([*proved, *(interval for gap in gaps for interval in _seen(branches, *gap))])
 
 
 def _proved(branches: Branches, is_late: IsLate) -> list[Interval]:
     low, high = branches.low, branches.high
-    pending, found = deque([(low, high)]), list[Interval]()
+    pending, intervals = deque([(low, high)]), list[Interval]()
     while pending and not is_late():
         start, end = pending.popleft()
         middle = 0.5 * start + 0.5 * end
-        known = [Theta for Theta, _ in branches.states(middle)]
-        one = proved_over(branches.energy, start, end, known)
-        if one is not None:
-            found.append(one)
+        guesses = [Theta for Theta, _ in branches.states(middle)]
+        interval = proved_over(branches.energy, start, end, guesses)
+        if interval is not None:
+            intervals.append(interval)
         elif end - start > FINEST * (high - low):
             pending += [(start, middle), (middle, end)]
-    return sorted(found)
+    return sorted(intervals)
 
 
 def proved_over(
-    energy: AlongEnergy, low: float, high: float, known: Sequence[Array]
+    energy: AlongEnergy, low: float, high: float, guesses: Sequence[Array]
 ) -> Interval | None:
     """Prove the number of rest states for all p from `low` to `high`; None if that fails.
 
@@ -86,13 +86,13 @@ def proved_over(
         energy: V(Θ, p).
         low: The lower end.
         high: The upper end.
-        known: Θ near rest states in the middle, each of shape (3,): tried first, as most intervals
+        guesses: Θ near rest states in the middle, of shape (3,): tried first, as most intervals
             fail at one of them.
     """
     search = Search(OverInterval(energy, low, high), RANGE)
-    if known:
-        search.with_zeros_near(np.array(known).T)
-        if len(search.zeros) < len(known):
+    if guesses:
+        search.with_zeros_near(np.array(guesses).T)
+        if len(search.zeros) < len(guesses):
             return None
     zeros = search.run(MOST_BOXES)
     index = [zero.index for zero in zeros.zeros]
@@ -105,21 +105,21 @@ def _seen(branches: Branches, low: float, high: float) -> list[Interval]:
     """Return what the branches show between two values; they are cut where branches turn or end."""
     ends = [turn.value for turn in branches.turns.values()]
     ends += [float(curve.values[k]) for curve in branches.curves for k in (0, -1)]
-    thin, cuts, found = THIN * (branches.high - branches.low), [low], list[Interval]()
+    thin, cuts, intervals = THIN * (branches.high - branches.low), [low], list[Interval]()
     for end in sorted(ends):
         if cuts[-1] + thin < end < high - thin:
             cuts.append(end)
     for a, b in pairwise([*cuts, high]):
         if a < b:
-            index = [one for _, one in branches.states(0.5 * a + 0.5 * b)]
-            found.append(Interval(a, b, len(index), index.count(0), proved=False))
-    return _merged(found)
+            index = [i for _, i in branches.states(0.5 * a + 0.5 * b)]
+            intervals.append(Interval(a, b, len(index), index.count(0), proved=False))
+    return _merged(intervals)
 
 
-def _merged(found: Iterable[Interval]) -> list[Interval]:
+def _merged(intervals: Iterable[Interval]) -> list[Interval]:
     """Return intervals without ends between which nothing changes."""
     merged = list[Interval]()
-    for one in found:
-        joins = merged and merged[-1].high == one.low and merged[-1][2:] == one[2:]
-        merged.append(one._replace(low=merged.pop().low) if joins else one)
+    for interval in intervals:
+        joins = merged and merged[-1].high == interval.low and merged[-1][2:] == interval[2:]
+        merged.append(interval._replace(low=merged.pop().low) if joins else interval)
     return merged

@@ -51,7 +51,7 @@ def clear_of_barrier(
             part = (begin, box[axis][1]) if side > 0 else (box[axis][0], -begin)
             slab = (*box[:axis], part, *box[axis + 1 :])
             covers[f"θ{axis + 1} near {side * float(end.mid()):.6g}"] = cover(slab, rises, LIMIT)
-        if all(found.open is None for found in covers.values()):
+        if all(side_cover.open is None for side_cover in covers.values()):
             return begin, covers
     return None, {}
 

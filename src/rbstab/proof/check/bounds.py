@@ -137,12 +137,12 @@ class Bounds:
     def _leaves(self, way: Mapping[int, Ball]) -> dict[int, Series]:
         """Return the series of all variables in δ and ζ; a way that is not given is 0."""
         zero = arb(0)
-        found = {i: leaf(i, m + way.get(i, zero)) for i, m in self.middle.items()}
+        leaves = {i: leaf(i, m + way.get(i, zero)) for i, m in self.middle.items()}
         for z in self.U.free:
             C = self._C.get(z, {})
             value = self._zhat[z] + sum((c * way.get(i, zero) for i, c in C.items()), zero)
-            found[z] = leaf(z, value + way.get(z, zero)) | {(i,): c for i, c in C.items()}
-        return found
+            leaves[z] = leaf(z, value + way.get(z, zero)) | {(i,): c for i, c in C.items()}
+        return leaves
 
     def _evaluate_at(self, order: int) -> None:
         """Evaluate U at the middle."""
@@ -254,21 +254,21 @@ class Bounds:
     # -- a state at rest --------------------------------------------------------------------------
 
     @property
-    def _own(self) -> list[int]:
+    def _rows(self) -> list[int]:
         """The rows of `axes` and `jumps`."""
         return [k for k, i in enumerate(self.along) if self.face is None or i != self.face.axis]
 
     @cached_property
     def _system(self) -> tuple[Matrix, Matrix, Matrix]:
         """F(m), ∂F over the box, and the ways: F is ∇U, and where a force jumps h of its step."""
-        own = self._own
-        F, J = part(self.gradient, own), part(self.H, own, own)
+        rows = self._rows
+        F, J = part(self.gradient, rows), part(self.H, rows, rows)
         for row, k in enumerate(self.jumps, start=len(self.axes)):
             h_at, h = self._argument_of(k)
             F[row, 0] = constant(h_at)
-            for j, i in enumerate(own):
+            for j, i in enumerate(rows):
                 J[row, j] = derivative(h, self.along[i])
-        return F, J, part(self.step, own)
+        return F, J, part(self.step, rows)
 
     def side(self, share: int) -> int:
         """Return the sign of h over the box, of the step for which a variable stands, or 0."""
@@ -280,7 +280,7 @@ class Bounds:
         k = share_of(share)
         return self._all_at[k], self._all_over[k]
 
-    def one_to_one(self) -> bool:
+    def is_injective(self) -> bool:
         """Return whether F takes each value once in the box: |I - Y∂F| < 1 in some norm."""
         _, J, step = self._system
         d = column([x.abs_upper() for x in step.entries()])
@@ -301,8 +301,8 @@ class Bounds:
 
         Each λ adds one: along the surface where a force jumps there is one less.
         """
-        found = negative(part(self.H, self._own, self._own))
-        return None if found is None else found - len(self.jumps)
+        negatives = negative(part(self.H, self._rows, self._rows))
+        return None if negatives is None else negatives - len(self.jumps)
 
     def share_at_rest(self, *, ridge: bool) -> tuple[float, float] | None:
         """Return between which λ the slope of U across a surface is zero, where a force jumps.
@@ -345,13 +345,13 @@ def least_of(a: Sequence[Ball], A: Sequence[Sequence[Ball]], reach: Sequence[Bal
     if not a:
         return arb(0)
     (q, *others), (p, *row), h, n = a, A[0], reach[0], range(len(a) - 1)
-    inner = [one[1:] for one in A[1:]]
+    inner = [entries[1:] for entries in A[1:]]
     most = sum((abs(c) * r for c, r in zip(row, reach[1:], strict=True)), abs(q))
     if p > 0:
-        own = -most * h + p * h * h / 2 if most >= p * h else -most * most / (2 * p)
+        of_first = -most * h + p * h * h / 2 if most >= p * h else -most * most / (2 * p)
     else:
-        own = -most * h + p * arb(h * h / 4, h * h / 4)
-    by_range = own + least_of(others, inner, reach[1:])
+        of_first = -most * h + p * arb(h * h / 4, h * h / 4)
+    by_range = of_first + least_of(others, inner, reach[1:])
     if not p > 0:
         return by_range
     share = [c / p for c in row]

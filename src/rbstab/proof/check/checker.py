@@ -72,7 +72,7 @@ def _findings(record: Mapping[str, Any]) -> Iterator[Finding]:
         but = ", but for its springs" if parts_of(U).lines else ""
         text = f"U is convex in the variables besides Θ{but}."
         about.append((CONVEXITY, text, why_not_convex(U)))
-    if any(one[0] == "step" for one in U.operations):
+    if any(operation[0] == "step" for operation in U.operations):
         text = "U is as smooth at each switch as it is said to be."
         about.append(("switches", text, why_not_smooth(U)))
     for claim, text, why in about:
@@ -88,32 +88,32 @@ def _findings(record: Mapping[str, Any]) -> Iterator[Finding]:
 def _of_range(U: Energy, energy: Mapping[str, Any], claims: Mapping[str, Any]) -> Iterator[Finding]:
     """Check the claims on one range; the first one that is not verified ends it."""
     range_, about_ends = range_of(U, energy, claims)
-    listed, found = Listed(U, claims, range_), list[Finding]()
-    ends = (confinement(U, one) for one in [range_] if one.name == EVERYWHERE)
-    keeps = (kept(U, range_, float(one)) for one in [claims.get("kept")] if one is not None)
+    listed, findings = Listed(U, claims, range_), list[Finding]()
+    ends = (confinement(U, whole) for whole in [range_] if whole.name == EVERYWHERE)
+    keeps = (kept(U, range_, float(level)) for level in [claims.get("kept")] if level is not None)
     for finding in chain(about_ends, ends, keeps, listed.findings()):
-        found.append(finding)
+        findings.append(finding)
         yield finding
         if not finding.verified:
             break
     else:
         for finding in region_findings(listed, claims):
-            found.append(finding)
+            findings.append(finding)
             yield finding
     if claims.get("every_start"):
-        yield _every_start(U, range_, claims, found)
+        yield _every_start(U, range_, claims, findings)
 
 
 def _every_start(
-    U: Energy, range_: Range, claims: Mapping[str, Any], found: Sequence[Finding]
+    U: Energy, range_: Range, claims: Mapping[str, Any], findings: Sequence[Finding]
 ) -> Finding:
     """Check theorem 10: barriers or a stop close the range, with one rest state, a minimum."""
     wide = range_.name == EVERYWHERE
-    single = claims["complete"] is True and [one["index"] for one in claims["states"]] == [0]
+    single = claims["complete"] is True and [state["index"] for state in claims["states"]] == [0]
     # On its way a spring may lose its length.
     single = single and not (U.free and parts_of(U).lines)
     closed = 1 in range_.closed and (wide or {0, 2} <= range_.closed)
-    verified = single and closed and all(one.verified for one in found)
+    verified = single and closed and all(finding.verified for finding in findings)
     inside = "within the stop" if range_.stop is not None else "with |θ2| < π/2"
     inside = inside if wide else "in the range of eq. 5"
     text = f"Every motion that starts {inside} converges to the rest state"

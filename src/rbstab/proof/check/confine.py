@@ -47,16 +47,16 @@ def _stiffness(U: Energy) -> arb_mat | None:
 
 def _periodic(U: Energy) -> list[bool]:
     """Return whether θ1 and θ3 stand in sines and cosines alone, for each operation."""
-    found = list[bool]()
-    for one in U.operations:
-        match one:
+    periodic = list[bool]()
+    for operation in U.operations:
+        match operation:
             case "var", number:
-                found.append(number not in OUTER)
+                periodic.append(number not in OUTER)
             case "sin" | "cos", j if U.operations[j][0] == "var":
-                found.append(True)
+                periodic.append(True)
             case _:
-                found.append(all(found[j] for j in operands(one)))
-    return found
+                periodic.append(all(periodic[j] for j in operands(operation)))
+    return periodic
 
 
 def _confined(U: Energy, range_: Range, per_turn: arb_mat) -> Cover:

@@ -64,9 +64,9 @@ def _ends(U: Energy, k: int) -> tuple[int, ...] | None:
     match U.operations[k]:
         case "sqrt", j if U.operations[j][:2] == ("sum", 0):
             squares = _squares(U, j)
-    found = {_moved(U, x): x for c, x in squares if c == 1}
-    each_once = len(squares) == len(U.free) and set(found) == set(U.free)
-    return tuple(found[i] for i in U.free) if each_once else None
+    ends = {_moved(U, x): x for c, x in squares if c == 1}
+    each_once = len(squares) == len(U.free) and set(ends) == set(U.free)
+    return tuple(ends[i] for i in U.free) if each_once else None
 
 
 def _squares(U: Energy, k: int) -> list[tuple[Any, int]]:
@@ -82,10 +82,10 @@ def _moved(U: Energy, k: int) -> int | None:
     kind, *rest = U.operations[k]
     if kind == "var":
         return rest[0] if rest[0] in U.free else None
-    mine = [(c, j) for c, j in rest[1] if U.depends[j] & set(U.free)] if kind == "sum" else []
-    if len(mine) != 1 or mine[0][0] != 1:
+    free_terms = [(c, j) for c, j in rest[1] if U.depends[j] & set(U.free)] if kind == "sum" else []
+    if len(free_terms) != 1 or free_terms[0][0] != 1:
         return None
-    inner = U.operations[mine[0][1]]
+    inner = U.operations[free_terms[0][1]]
     return inner[1] if inner[0] == "var" else None
 
 
@@ -135,7 +135,9 @@ class WithoutLength(Energy):
     """
 
     def __init__(self, U: Energy, line: Line) -> None:
-        super().__init__(U.with_terms([one for one in U.terms if one[1] != line.length]).operations)
+        super().__init__(
+            U.with_terms([term for term in U.terms if term[1] != line.length]).operations
+        )
         self._places = dict(zip(U.free, line.ends, strict=True))
 
     def __call__(
@@ -159,29 +161,29 @@ def why_not_convex(U: Energy) -> str | None:
 
 def _shapes(U: Energy) -> list[int]:
     """Return for each operation how it depends on z."""
-    found, positive, z = list[int](), list[bool](), frozenset(U.free)
-    for k, one in enumerate(U.operations):
+    shapes, positive, z = list[int](), list[bool](), frozenset(U.free)
+    for k, operation in enumerate(U.operations):
         shape, not_negative = OTHER, False
-        match one:
+        match operation:
             case "var", _:
                 shape = AFFINE
             case "sum", c0, terms:
-                shapes = [found[j] if found[j] < CONVEX or c > 0 else OTHER for c, j in terms]
-                shape = max(shapes, default=CONSTANT)
+                of_terms = [shapes[j] if shapes[j] < CONVEX or c > 0 else OTHER for c, j in terms]
+                shape = max(of_terms, default=CONSTANT)
                 not_negative = c0 >= 0 and all(c > 0 and positive[j] for c, j in terms)
-            case "times", i, j if {found[i], found[j]} == {CONSTANT, AFFINE}:
+            case "times", i, j if {shapes[i], shapes[j]} == {CONSTANT, AFFINE}:
                 shape = AFFINE
             case "pow", n, j if n > 0:
                 not_negative = n % 2 == 0 or positive[j]
-                even = found[j] == AFFINE and n % 2 == 0
-                shape = CONVEX if even or (found[j] == CONVEX and positive[j]) else OTHER
+                even = shapes[j] == AFFINE and n % 2 == 0
+                shape = CONVEX if even or (shapes[j] == CONVEX and positive[j]) else OTHER
             case "sqrt", j:  # the length of a vector that is affine in z
                 squares = _squares(U, j)
-                is_length = all(c > 0 and found[x] <= AFFINE for c, x in squares)
+                is_length = all(c > 0 and shapes[x] <= AFFINE for c, x in squares)
                 is_length = is_length and bool(squares) and U.operations[j][1] >= 0
                 shape, not_negative = CONVEX if is_length else OTHER, True
             case "exp", j:
-                shape, not_negative = CONVEX if found[j] < OTHER else OTHER, True
-        found.append(shape if U.depends[k] & z else CONSTANT)
+                shape, not_negative = CONVEX if shapes[j] < OTHER else OTHER, True
+        shapes.append(shape if U.depends[k] & z else CONSTANT)
         positive.append(not_negative)
-    return found
+    return shapes

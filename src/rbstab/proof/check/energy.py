@@ -49,9 +49,9 @@ class Energy:
         self.last: Mapping[int, Ball] = {}  # where a minimiser was found
         self.count = 0
         self._sums = {
-            k: (arb(one[1]), [(arb(c), j) for c, j in one[2]])
-            for k, one in enumerate(self.operations)
-            if one[0] == "sum"
+            k: (arb(operation[1]), [(arb(c), j) for c, j in operation[2]])
+            for k, operation in enumerate(self.operations)
+            if operation[0] == "sum"
         }
 
     def __call__(
@@ -70,32 +70,32 @@ class Energy:
         self.count += 1
         if self.count > EVALUATIONS:
             raise TooLongError("the check takes too long")
-        found = list[Series]()
+        series = list[Series]()
         for number, (kind, *rest) in enumerate(self.operations):
             match kind:
                 case "var":
                     x = leaves[rest[0]]
                 case "sum":
                     c0, terms = self._sums[number]
-                    x = summed((c, found[k]) for c, k in terms)
+                    x = summed((c, series[k]) for c, k in terms)
                     if c0 != 0:
                         x[()] = constant(x) + c0
                 case "times":
-                    x = times(found[rest[0]], found[rest[1]], order)
+                    x = times(series[rest[0]], series[rest[1]], order)
                 case "step":
-                    x = leaves.get(share_of(rest[1])) or _step(found[rest[1]])
+                    x = leaves.get(share_of(rest[1])) or _step(series[rest[1]])
                 case "positive":
-                    of = found[rest[0]]
+                    of = series[rest[0]]
                     # Beyond a surface too, all terms beside its step are those of its one side.
                     x = of if share_of(rest[0]) in leaves else _positive(of)
                 case _:
-                    of = found[rest[-1]]
+                    of = series[rest[-1]]
                     g = coefficients(kind, constant(of), rest[0] if kind == "pow" else 0)
                     x = through(g, of, order)
             if about is not None and number in self.arguments:
                 x = {**x, (): narrower(constant(x), over_box(x, about[0][number], about[1]))}
-            found.append(x)
-        return found
+            series.append(x)
+        return series
 
     # -- what its operations are about ----------------------------------------------------------
 
@@ -130,42 +130,46 @@ class Energy:
     def arguments(self) -> frozenset[int]:
         """The arguments of functions, but for what depends on one angle alone, or on steps."""
         kinds = FUNCTIONS | {"step", "pow"}
-        found = {one[-1] for one in self.operations if one[0] in kinds}
-        return frozenset(k for k in found if len(self.depends[k]) > 1 and min(self.depends[k]) >= 0)
+        candidates = {operation[-1] for operation in self.operations if operation[0] in kinds}
+        return frozenset(
+            k for k in candidates if len(self.depends[k]) > 1 and min(self.depends[k]) >= 0
+        )
 
     @cached_property
     def depends(self) -> list[frozenset[int]]:
         """The numbers of the variables on which each operation depends, and of its steps."""
-        found = list[frozenset[int]]()
-        for one in self.operations:
-            match one:
+        variables = list[frozenset[int]]()
+        for operation in self.operations:
+            match operation:
                 case "var", number:
-                    own = {number}
+                    direct = {number}
                 case ("step", _, k) | ("positive", k):
-                    own = {share_of(k)}
+                    direct = {share_of(k)}
                 case _:
-                    own = set()
-            found.append(frozenset(own).union(*(found[k] for k in operands(one))))
-        return found
+                    direct = set()
+            variables.append(frozenset(direct).union(*(variables[k] for k in operands(operation))))
+        return variables
 
     @cached_property
     def jumps(self) -> frozenset[int]:
         """The arguments of steps at which forces jump."""
-        return frozenset(one[2] for one in self.operations if one[:2] == ("step", 1))
+        return frozenset(
+            operation[2] for operation in self.operations if operation[:2] == ("step", 1)
+        )
 
     @cached_property
     def products(self) -> list[tuple[int, ...]]:
         """For each operation the one or two variables whose product it is; none if it is none."""
-        found = list[tuple[int, ...]]()
-        for one in self.operations:
+        variables = list[tuple[int, ...]]()
+        for operation in self.operations:
             factors: tuple[int, ...] = ()
-            match one:
+            match operation:
                 case "var", number:
                     factors = (number,)
-                case ("times", i, j) | ("pow", 2, i as j) if found[i] and found[j]:
-                    factors = found[i] + found[j]
-            found.append(factors if len(factors) < 3 else ())
-        return found
+                case ("times", i, j) | ("pow", 2, i as j) if variables[i] and variables[j]:
+                    factors = variables[i] + variables[j]
+            variables.append(factors if len(factors) < 3 else ())
+        return variables
 
 
 def share_of(argument: int) -> int:
@@ -212,30 +216,32 @@ def read_energy(operations: Sequence[Any], free: Sequence[Any] = ()) -> Energy:
     if not 0 < len(operations) <= MOST_OPERATIONS:
         raise RefusedError("the energy has no operations, or too many")
     variables = (*ANGLES, *free)
-    return Energy([_checked(k, one, variables) for k, one in enumerate(operations)], free)
+    return Energy(
+        [_checked(k, operation, variables) for k, operation in enumerate(operations)], free
+    )
 
 
 def _checked(number: int, operation: Any, variables: Sequence[int]) -> Operation:
     """Return an operation with exact numbers; refuse what is none."""
-    found: Operation = ()
+    exact: Operation = ()
     try:
         match operation:
             case "sum", c0, *rest:
                 terms = zip(map(rational, rest[::2]), rest[1::2], strict=True)
-                found = ("sum", rational(c0), tuple(terms))
+                exact = ("sum", rational(c0), tuple(terms))
             case ("var", int(n)) if n in variables:
-                found = ("var", n)
+                exact = ("var", n)
             case ("times", int(), int()) | ("step", 1 | 2 | 3, int()):
-                found = tuple(operation)
+                exact = tuple(operation)
             case ("pow", int(n), int()) if abs(n) <= MOST_POWER:
-                found = tuple(operation)
+                exact = tuple(operation)
             case (str(kind), int()) if kind in FUNCTIONS | {"positive"}:
-                found = tuple(operation)
-        if not (found and all(type(k) is int and 0 <= k < number for k in operands(found))):
+                exact = tuple(operation)
+        if not (exact and all(type(k) is int and 0 <= k < number for k in operands(exact))):
             raise ValueError
     except (TypeError, ValueError, ZeroDivisionError) as error:
         raise RefusedError(f"operation {number + 1} of the energy cannot be read") from error
-    return found
+    return exact
 
 
 def rational(text: Any) -> Any:

@@ -57,7 +57,7 @@ class Finding(NamedTuple):
     @property
     def boxes(self) -> int:
         """The number of boxes that were examined."""
-        return sum(found.boxes for found in self.covers.values())
+        return sum(cover.boxes for cover in self.covers.values())
 
 
 def shown(box: Box) -> str:
@@ -69,7 +69,7 @@ def confirmed(
     about: str, claim: str, text: str, covers: Mapping[str, Cover], *, verified: bool = True
 ) -> Finding:
     """Return a finding that is verified if its covers have no open box, and in words if not."""
-    verified = verified and all(one.open is None for one in covers.values())
+    verified = verified and all(cover.open is None for cover in covers.values())
     text = f"{text}." if verified else f"{text}: this could not be confirmed."
     return Finding(about, claim, verified, text, covers)
 

@@ -73,7 +73,7 @@ def range_of(U: Energy, energy: Any, claims: Any) -> tuple[Range, list[Finding]]
     """
     everywhere = bool(claims.get("everywhere"))
     name = EVERYWHERE if everywhere else IN_RANGE
-    ends = [_end(one) for one in claims["end"]]
+    ends = [_end(end) for end in claims["end"]]
     stop = None if energy["stop"] is None else arb(rational(energy["stop"]))
     most = [arb.pi(), arb.pi() / 2 if stop is None else stop, arb.pi()]
     if len(ends) != 3 or not (stop is None or stop < arb.pi() / 2):
@@ -92,14 +92,14 @@ def range_of(U: Energy, energy: Any, claims: Any) -> tuple[Range, list[Finding]]
     for axis in sorted(set(energy["closed"]) - closed):
         if everywhere and axis != 1:
             raise RefusedError("barriers on θ1 and θ3 divide the range")
-        last, found = clear_of_barrier(U, axis, box, most[axis])
+        last, covers = clear_of_barrier(U, axis, box, most[axis])
         angle = f"|θ{axis + 1}|"
         text = f"That U rises with {angle} near the end of the range could not be confirmed."
         if last is not None:
             text = f"U rises with {angle} from {last:.6g} rad on: no rest state is there."
             closed.add(axis)
             box = (*box[:axis], (-last, last), *box[axis + 1 :])
-        findings.append(Finding(name, "barrier", last is not None, text, found))
+        findings.append(Finding(name, "barrier", last is not None, text, covers))
     return Range(name, (*ends,), box, frozenset(closed), stop), findings
 
 

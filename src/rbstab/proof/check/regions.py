@@ -90,8 +90,8 @@ class Region(Level):
         covers = places | self.lengths() | self.border()
         wrong = [
             f"The energy at {place} is not shown to be at least {self.shown}."
-            for place, found in covers.items()
-            if found.open is not None
+            for place, c in covers.items()
+            if c.open is not None
         ]
         text = f"Every motion with an energy below {self.shown} converges to {self.state.name}."
         return self._finding("certified region", text, " ".join(wrong), covers)
@@ -109,7 +109,7 @@ class Region(Level):
         walls_of = {True: ridges, False: dict[int, int]()}
 
         @cache
-        def known(walled: bool, box: Box) -> str | None:
+        def reason_by_bounds(walled: bool, box: Box) -> str | None:
             over = self._on_this_side(walls_of[walled], box)
             if over is None:
                 return BEYOND
@@ -120,7 +120,7 @@ class Region(Level):
         def reason_for(share: float, walled: bool, box: Box) -> str | None:
             distance = min((gap(box, place) + width(place) for place in high), default=FAR)
             small = width(box) <= share * min(distance, FAR)
-            return known(walled, box) or (WET if small else None)
+            return reason_by_bounds(walled, box) or (WET if small else None)
 
         def obstacle_of(walled: bool, box: Box) -> str | None:
             for name, place in low.items():
@@ -128,16 +128,16 @@ class Region(Level):
                     return name
             for face in self.range.border:
                 if self.range.reaches(face, box):
-                    found = self.cover(box, face)
-                    border[f"{face.name}, part {len(border) + 1}"] = found
-                    if found.open is not None:
+                    face_cover = self.cover(box, face)
+                    border[f"{face.name}, part {len(border) + 1}"] = face_cover
+                    if face_cover.open is not None:
                         return face.name
             return None if self._closed_by(walls_of[walled], box) else WALL
 
         for walled, share in product([True, False] if ridges else [False], SHARES):
             border.clear()
             reason, obstacle = partial(reason_for, share, walled), partial(obstacle_of, walled)
-            found, stopped = flood(self.range.box, self.state.enclosure, reason, obstacle)
+            flooded, stopped = flood(self.range.box, self.state.enclosure, reason, obstacle)
             if stopped in (None, TOO_MANY):  # smaller boxes would be more
                 break
         lengths = self.lengths()
@@ -147,8 +147,8 @@ class Region(Level):
             f"Every motion with an energy below {self.shown} and Θ in the component of "
             f"{{U < {self.shown}}} about {self.state.name} converges to it."
         )
-        found = found._replace(places={"start": self.state.enclosure})
-        covers = {"range": found, **border, **lengths}
+        flooded = flooded._replace(places={"start": self.state.enclosure})
+        covers = {"range": flooded, **border, **lengths}
         return self._finding(f"region of {self.state.name}", text, wrong if stopped else "", covers)
 
     def _on_this_side(self, walls: dict[int, int], box: Box) -> Bounds | None:
@@ -180,8 +180,8 @@ class Region(Level):
                 return None
             low, high = over.share_at_rest(ridge=True) or (0.0, 0.0)
             step = (low + high) / 2
-            found = Bounds(self.U, part, share=(step, step))
-            return ABOVE if found.at_least(self.bound) else None
+            bounds = Bounds(self.U, part, share=(step, step))
+            return ABOVE if bounds.at_least(self.bound) else None
 
         return not walls or cover(box, reason, LIMIT).open is None
 
@@ -193,9 +193,9 @@ class Region(Level):
 
 def kept(U: Energy, range_: Range, level: float) -> Finding:
     """Check theorem 11: motions below a level do not reach the ends of the range."""
-    found = Level(U, range_, level)
-    text = f"Every motion with an energy below {found.shown} keeps the range"
-    return confirmed(range_.name, "range", text, found.border())
+    energy_level = Level(U, range_, level)
+    text = f"Every motion with an energy below {energy_level.shown} keeps the range"
+    return confirmed(range_.name, "range", text, energy_level.border())
 
 
 def region_findings(listed: Listed, claims: Any) -> Iterator[Finding]:
@@ -204,7 +204,7 @@ def region_findings(listed: Listed, claims: Any) -> Iterator[Finding]:
     Raises:
         IndexError: One is of no rest state.
     """
-    regions = [(*one, Region.component) for one in claims.get("regions", [])]
+    regions = [(*region, Region.component) for region in claims.get("regions", [])]
     if claims.get("level") is not None:
         regions.insert(0, (0, claims["level"], Region.everywhere))
     for place, level, check in regions:

@@ -81,7 +81,7 @@ class State:
 
     def _has_no_other(self, box: Box) -> bool:
         over = self._bounds(box)
-        return over is not None and over.one_to_one()
+        return over is not None and over.is_injective()
 
     @cached_property
     def domain(self) -> Box:
@@ -99,15 +99,15 @@ def states_of(U: Energy, claims: Any, range_: Range) -> list[State]:
     listed: Sequence[Any] = claims["states"]
     if len(listed) + len(claims.get("undecided", [])) > MOST_PLACES:
         raise RefusedError(f"there are more than {MOST_PLACES} rest states and undecided boxes")
-    found = list[State]()
-    for number, one in enumerate(listed, start=1):
-        box, index, held = box_of(one["enclosure"]), one["index"], bool(one.get("held"))
+    states = list[State]()
+    for number, claim in enumerate(listed, start=1):
+        box, index, held = box_of(claim["enclosure"]), claim["index"], bool(claim.get("held"))
         if not (index is None or (type(index) is int and 0 <= index <= 3)):
             raise RefusedError("an index is no number from 0 to 3")
-        face = next((one for one in range_.held_at if held and one.meets(box)), None)
+        face = next((face for face in range_.held_at if held and face.meets(box)), None)
         at_jump = held and face is None
-        found.append(State(U, number, box, index, at_jump, bool(one.get("ridge")), face))
-    return found
+        states.append(State(U, number, box, index, at_jump, bool(claim.get("ridge")), face))
+    return states
 
 
 class Listed:
@@ -122,7 +122,7 @@ class Listed:
     def __init__(self, U: Energy, claims: Any, range_: Range) -> None:
         self.U, self.range = U, range_
         self.states = states_of(U, claims, range_)
-        undecided = [box_of(one) for one in claims.get("undecided", [])]
+        undecided = [box_of(corners) for corners in claims.get("undecided", [])]
         self.undecided = {
             f"u{k}": wider(box, AROUND_UNDECIDED) for k, box in enumerate(undecided, start=1)
         }
@@ -131,8 +131,8 @@ class Listed:
     def findings(self) -> Iterator[Finding]:
         """Check that each is isolated, and that there is no other."""
         name, left = self.range.name, len(self.undecided)
-        wrong = [fault for one in self.states if (fault := one.fault(self.range)) is not None]
-        if not disjoint(one.enclosure for one in self.states):
+        wrong = [fault for state in self.states if (fault := state.fault(self.range)) is not None]
+        if not disjoint(state.enclosure for state in self.states):
             wrong.append("Two enclosures have a point in common.")
         if self.complete and left:
             wrong.append("The rest states are said to be all, but some boxes are undecided.")
@@ -140,7 +140,7 @@ class Listed:
         yield Finding(name, "rest states", not wrong, " ".join(wrong) or text)
         covers = {"range": self._cover()}
         covers |= {face.name: self._cover(face) for face in self.range.held_at}
-        opened = next((one.open for one in covers.values() if one.open is not None), None)
+        opened = next((c.open for c in covers.values() if c.open is not None), None)
         text = f"There is no other{f' outside of {left} undecided boxes' if left else ''}."
         if opened is not None:
             text = f"The box {shown(opened)} may contain one that is not listed."
@@ -148,13 +148,15 @@ class Listed:
 
     def _cover(self, face: Face | None = None) -> Cover:
         """Cover the range, or a stop: there U may rise outwards."""
-        places = {f"s{one.number}": one.domain for one in self.states if one.face is face}
+        places = {f"s{state.number}": state.domain for state in self.states if state.face is face}
         places |= self.undecided
         box = self.range.box
         if face is not None:
             box = flattened(box, face.axis)
             places = {
-                name: flattened(one, face.axis) for name, one in places.items() if face.meets(one)
+                name: flattened(place, face.axis)
+                for name, place in places.items()
+                if face.meets(place)
             }
 
         def reason(part: Box) -> str | None:
@@ -170,5 +172,5 @@ class Listed:
 
     def places_but(self, state: State) -> dict[str, Box]:
         """Return boxes with all rest states but one, by name."""
-        others = {one.name: one.enclosure for one in self.states if one is not state}
+        others = {other.name: other.enclosure for other in self.states if other is not state}
         return others | {f"undecided box {name[1:]}": b for name, b in self.undecided.items()}

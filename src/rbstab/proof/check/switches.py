@@ -25,7 +25,7 @@ class _NoFormError(Exception):
 
 def why_not_smooth(U: Energy) -> str | None:
     """Return what is not shown about the steps of an energy; None if all is."""
-    steps = {k: one[2] for k, one in enumerate(U.operations) if one[0] == "step"}
+    steps = {k: operation[2] for k, operation in enumerate(U.operations) if operation[0] == "step"}
     for k in steps:
         try:
             smooth = _Switch(U, k).is_smooth
@@ -33,7 +33,10 @@ def why_not_smooth(U: Energy) -> str | None:
             return f"That step {k + 1} is as smooth as it says could not be confirmed: {error}"
         if not smooth:
             return f"Step {k + 1} is not as smooth as it says"
-    if any(one[0] == "positive" and one[1] not in steps.values() for one in U.operations):
+    if any(
+        operation[0] == "positive" and operation[1] not in steps.values()
+        for operation in U.operations
+    ):
         return "A positive part has no step of its own"
     return None
 
@@ -44,7 +47,9 @@ class _Switch:
     def __init__(self, U: Energy, step: int) -> None:
         self.U, self.step = U, step
         _, self.order, self.inner = U.operations[step]
-        named = [k for k, one in enumerate(U.operations) if one[0] not in ("sum", "times")]
+        named = [
+            k for k, operation in enumerate(U.operations) if operation[0] not in ("sum", "times")
+        ]
         self.ring = fmpq_mpoly_ctx.get([*(f"x{k}" for k in named), "p"])
         *symbols, self.p = self.ring.gens()
         self.symbols = dict(zip(named, symbols, strict=True))
@@ -56,8 +61,8 @@ class _Switch:
     @property
     def is_smooth(self) -> bool:
         """Whether U1 - U0 has no power of h below the order."""
-        one, zero = (self._values(on)[-1] for on in (True, False))
-        return not self._reduced(one - zero)
+        U1, U0 = (self._values(on)[-1] for on in (True, False))
+        return not self._reduced(U1 - U0)
 
     def _values(self, on: bool | None) -> list[Poly]:
         """Return all operations where the step is on, or off, as polynomials of symbols.
@@ -65,7 +70,7 @@ class _Switch:
         With None for `on`, all functions are symbols. So is a positive part where the step is off:
         it has another form there.
         """
-        found, touched = list[Poly](), list[bool]()
+        values, touched = list[Poly](), list[bool]()
         for k, (kind, *rest) in enumerate(self.U.operations):
             positive = kind == "positive" and rest[0] == self.inner
             touched.append(
@@ -74,13 +79,13 @@ class _Switch:
             if kind == "sum":
                 x = self.ring.constant(rest[0])
                 for c, j in rest[1]:
-                    x += found[j] * c
+                    x += values[j] * c
             elif kind == "times":
-                x = _times(found[rest[0]], found[rest[1]])
+                x = _times(values[rest[0]], values[rest[1]])
             elif kind == "pow" and rest[0] > 0:
-                x = found[rest[1]]
+                x = values[rest[1]]
                 for _ in range(rest[0] - 1):
-                    x = _times(x, found[rest[1]])
+                    x = _times(x, values[rest[1]])
             elif on is not None and k == self.step:
                 x = self.ring.constant(int(on))
             elif on and positive:
@@ -88,9 +93,9 @@ class _Switch:
             elif on is None or kind == "var":
                 x = self.symbols[k]
             else:
-                x = self._function(k, kind, rest, found[rest[-1]], must=on and touched[k])
-            found.append(x)
-        return found
+                x = self._function(k, kind, rest, values[rest[-1]], must=on and touched[k])
+            values.append(x)
+        return values
 
     def _function(self, k: int, kind: str, rest: list[Any], x: Poly, *, must: bool) -> Poly:
         """Return a function of a series in p with numbers, near h = 0.

@@ -39,8 +39,8 @@ def constant(x: Series) -> Ball:
 
 def derivative(x: Series, *axes: int) -> Ball:
     """Return the derivative of a series by one or two variables."""
-    found = x.get(tuple(sorted(axes)), arb(0))
-    return 2 * found if len(axes) == 2 and axes[0] == axes[1] else found
+    coefficient = x.get(tuple(sorted(axes)), arb(0))
+    return 2 * coefficient if len(axes) == 2 and axes[0] == axes[1] else coefficient
 
 
 def summed(terms: Iterable[tuple[Ball, Series]]) -> Series:
@@ -54,15 +54,15 @@ def summed(terms: Iterable[tuple[Ball, Series]]) -> Series:
 
 def times(x: Series, y: Series, order: int) -> Series:
     """Return the product of two series up to an order."""
-    found: Series = {}
+    product: Series = {}
     for i, v in x.items():
         room = order - len(i)
         for j, w in y.items():
             if len(j) <= room:
                 k = i + j if i <= j else j + i
                 p = v * w
-                found[k] = found[k] + p if k in found else p
-    return found
+                product[k] = product[k] + p if k in product else p
+    return product
 
 
 def through(g: Sequence[Ball], x: Series, order: int) -> Series:

@@ -110,13 +110,13 @@ class Samples:
             return Candidate(0.0)
         starts = np.log(list(product(most * CROSS, RATES))).cumsum(axis=1)
         first = max(starts, key=lambda x: self.best(x).factor)
-        found = minimize(
+        optimum = minimize(
             lambda x: -self.best(x).factor,
             first,
             method="Nelder-Mead",
             options={"maxiter": STEPS},
         )
-        return self.best(found.x)
+        return self.best(optimum.x)
 
     def best(self, x: Array) -> Candidate:
         """Return the largest factor for ln ε and ln α."""

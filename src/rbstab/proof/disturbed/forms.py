@@ -208,19 +208,19 @@ def _matrix(e: Expr, numbers: Sequence[int]) -> Rows:
     """Return the M(Θ) with e = z'Mz, z = (1, the variables with some numbers)."""
     place = {k: i for i, k in enumerate(numbers, start=1)}
     size = len(place) + 1
-    found: list[list[dict[Monomial, Fraction]]] = [[{} for _ in range(size)] for _ in range(size)]
+    entries: list[list[dict[Monomial, Fraction]]] = [[{} for _ in range(size)] for _ in range(size)]
     for m, c in e.terms.items():
-        mine = [place[a.argument] for a, p in m if _is_one(a, place) for _ in range(p)]
-        rest = monomial((a, p) for a, p in m if not _is_one(a, place))
+        indices = [place[a.argument] for a, p in m if _is_placed(a, place) for _ in range(p)]
+        rest = monomial((a, p) for a, p in m if not _is_placed(a, place))
         inside = any(not a.variables.isdisjoint(place) for a, _ in rest)
-        if inside or len(mine) > 2 or any(p < 0 for a, p in m if _is_one(a, place)):
+        if inside or len(indices) > 2 or any(p < 0 for a, p in m if _is_placed(a, place)):
             raise NoFormsError(NOT_QUADRATIC)
-        i, j = [*mine, 0, 0][:2]
+        i, j = [*indices, 0, 0][:2]
         for row, column in ((i, j), (j, i)):
-            entry = found[row][column]
+            entry = entries[row][column]
             entry[rest] = entry.get(rest, Fraction(0)) + c / 2
-    return [[Expr(entry) for entry in row] for row in found]
+    return [[Expr(entry) for entry in row] for row in entries]
 
 
-def _is_one(a: Atom, place: dict[int, int]) -> bool:
+def _is_placed(a: Atom, place: dict[int, int]) -> bool:
     return a.kind == VAR and a.argument in place

@@ -18,7 +18,7 @@ from fractions import Fraction
 import numpy as np
 
 from rbstab.mechanics.attitude import rotation
-from rbstab.proof.boxes import Box, Boxes, joined, one_box
+from rbstab.proof.boxes import Box, Boxes, as_boxes, joined
 from rbstab.proof.disturbed.forms import Forms, Rows
 from rbstab.proof.disturbed.matrices import Matrices
 from rbstab.proof.enclosures.intervals import constant
@@ -88,7 +88,7 @@ def prove(forms: Forms, claim: Claim, limit: int = LIMIT) -> Outcome:
         raise ValueError(f"no claim: {claim}")
     matrices = Matrices([*_matrices(forms, claim), _within(claim.tilt)])
     end = np.full(3, constant(claim.tilt)[1, 0])
-    pending, examined = one_box(Box(-end, end)), 0
+    pending, examined = as_boxes(Box(-end, end)), 0
     while pending.count:
         boxes, pending = pending[slice(BATCH)], pending[slice(BATCH, None)]
         left = boxes[~_settled(matrices, boxes)]

@@ -17,7 +17,7 @@ from rbstab.proof.disturbed.forms import Rows
 from rbstab.proof.enclosures.bounds import ROUND_OFF, UP, inverses
 from rbstab.proof.enclosures.compiled import Compiled, exponents
 from rbstab.proof.enclosures.intervals import TINY, Intervals
-from rbstab.proof.enclosures.taylor import Values, slopes_of_one
+from rbstab.proof.enclosures.taylor import Values, unit_slopes
 
 ANGLES = (0, 1, 2)
 
@@ -57,12 +57,12 @@ class Family:
 
     def definite(self) -> Array:
         """Return which families are proved positive definite, shape (boxes,)."""
-        lost, found = self._lost, np.ones(self.error.shape[2], dtype=bool)
+        lost, proved = self._lost, np.ones(self.error.shape[2], dtype=bool)
         for corner in CORNERS:
-            left = np.flatnonzero(found)
+            left = np.flatnonzero(proved)
             at = np.tensordot(corner, self.slopes[..., left], 1)
-            found[left] = definite(self.middle[..., left] + at, lost[:, left])
-        return found
+            proved[left] = definite(self.middle[..., left] + at, lost[:, left])
+        return proved
 
     @property
     def _lost(self) -> Array:
@@ -93,17 +93,17 @@ def definite(M: Array, lost: Array) -> Array:
     n = len(M)
     with np.errstate(all="ignore"):
         d = np.sqrt(np.einsum("iim->im", M))
-        found = np.all(np.isfinite(d) & (d > 0), axis=0)
-        scale = np.where(found, d, 1.0)
+        proved = np.all(np.isfinite(d) & (d > 0), axis=0)
+        scale = np.where(proved, d, 1.0)
         L = M / scale[:, None] / scale
         rounding = 4 * UNIT * (np.abs(L).sum(axis=1) + n * (n + 2)) + TINY
         L[range(n), range(n)] -= lost / scale / scale * UP + rounding
         for k in range(n):
-            found &= L[k, k] > 0
-            L[k + 1 :, k] /= np.sqrt(np.where(found, L[k, k], 1.0))
+            proved &= L[k, k] > 0
+            L[k + 1 :, k] /= np.sqrt(np.where(proved, L[k, k], 1.0))
             for j in range(k + 1, n):
                 L[j:, j] -= L[j:, k] * L[j, k]
-    return found
+    return proved
 
 
 class Matrices:
@@ -122,8 +122,8 @@ class Matrices:
     def at(self, points: Array) -> list[Array]:
         """Return the matrices at points, shape (3, points), to round-off: (n, n, points) each."""
         values = Values(self._values, dict(zip(ANGLES, points[:, None, None], strict=True)))
-        found = np.array([values.coefficients(k)[0, 0] for k in range(self._count)])
-        return [self._symmetric(found, k) for k in range(len(self._sizes))]
+        entries = np.array([values.coefficients(k)[0, 0] for k in range(self._count)])
+        return [self._symmetric(entries, k) for k in range(len(self._sizes))]
 
     @np.errstate(all="ignore")  # what has no bound is not definite
     def over(self, boxes: Boxes) -> list[Family]:
@@ -131,8 +131,8 @@ class Matrices:
         lo, hi = boxes
         centre = 0.5 * lo + 0.5 * hi
         radius = np.nextafter(np.maximum(hi - centre, centre - lo), np.inf)
-        at = Values(self._points, slopes_of_one(ANGLES, np.stack([centre, centre], 1)))
-        over = Values(self._boxes, slopes_of_one(ANGLES, np.stack([lo, hi], 1)))
+        at = Values(self._points, unit_slopes(ANGLES, np.stack([centre, centre], 1)))
+        over = Values(self._boxes, unit_slopes(ANGLES, np.stack([lo, hi], 1)))
         parts = [self._entry(at, over, k, radius) for k in range(self._count)]
         middle, slopes, error = (np.stack(part, -2) for part in zip(*parts, strict=True))
         return [

@@ -20,7 +20,7 @@ import numpy as np
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.compiled import Compiled, derivatives
 from rbstab.proof.enclosures.intervals import SIGNS, Intervals, outward
-from rbstab.proof.enclosures.taylor import Values, slopes_of_one
+from rbstab.proof.enclosures.taylor import Values, unit_slopes
 from rbstab.proof.exact.atoms import Atom
 from rbstab.proof.exact.expr import Expr
 
@@ -136,16 +136,16 @@ class BoundedEnergy:
         reach: Array | None = None,
     ) -> Values:
         """Return values where Θ is x, (n, 2 or 1, boxes), and z with the slopes C, likewise."""
-        given = slopes_of_one(self.variables, x)
-        for v, own, slopes in zip(self.free, z, C, strict=True):
+        given = unit_slopes(self.variables, x)
+        for v, value, slopes in zip(self.free, z, C, strict=True):
             by_theta = np.broadcast_to(slopes[:, None], x.shape)
-            given[v] = np.concatenate([own[None], by_theta, np.ones_like(x[:1])])
+            given[v] = np.concatenate([value[None], by_theta, np.ones_like(x[:1])])
         return Values(compiled, given, about, reach)
 
     def _at(self, centre: Array, least: Minimiser) -> tuple[Intervals, Values | None]:
         """Return the derivatives at points, and all values there if bounds over boxes use them."""
         compiled = self.boxes if self.boxes.tightened else self.points
-        x, z = (np.stack([one, one], 1) for one in (centre, least.z))
+        x, z = (np.stack([point, point], 1) for point in (centre, least.z))
         values = self._values(compiled, x, outward(z), least.C)
         return Intervals.of(values.derivatives(0)), values if self.boxes.tightened else None
 
@@ -164,7 +164,7 @@ class BoundedEnergy:
         places = derivatives(self.k, 2)
         with np.errstate(all="ignore"):
             for _ in range(NEWTON_STEPS):
-                moved = fixed | slopes_of_one(self.free, z[:, None])
+                moved = fixed | unit_slopes(self.free, z[:, None])
                 f = Values(self._by_free, moved).derivatives(0)[:, 0]
                 step = times(inverses(f[places.second]), f[places.first])
                 step = np.where(np.isfinite(step), step, 0.0)
@@ -278,13 +278,13 @@ class BoundedEnergy:
         a, b = self.theta, self.z
         wide = over.mag[self.second][b, a]
         centre = at.mag[self.first][b]
-        found = centre + times(wide, radius)
+        slope = centre + times(wide, radius)
         if self.order >= 3:
             T = over.mag[self.third][b, a, a]
             by_third = centre + times(at.mag[self.second][b, a], radius)
             by_third = by_third + 0.5 * np.einsum("ijkm,jm,km->im", T, radius, radius)
-            found = np.fmin(found, by_third)
-        return np.asarray(found * UP)
+            slope = np.fmin(slope, by_third)
+        return np.asarray(slope * UP)
 
     def at(self, points: Array) -> tuple[Array, Array, Array]:
         """Return V, ∇V and ∇²V at points of shape (n, points), to round-off."""
@@ -294,8 +294,8 @@ class BoundedEnergy:
 
     def curvatures(self, x: Array) -> Array:
         """Return the eigenvalues of ∇²V at one point of shape (n,), to round-off."""
-        found: Array = np.linalg.eigvalsh(self.at(x[:, None])[2][:, :, 0])
-        return found
+        eigenvalues: Array = np.linalg.eigvalsh(self.at(x[:, None])[2][:, :, 0])
+        return eigenvalues
 
 
 def times(M: Array, x: Array) -> Array:
@@ -309,8 +309,8 @@ def inverses(M: Array) -> Array:
     with np.errstate(all="ignore"):
         size = np.linalg.det(stacked)[:, None, None]
         good = np.isfinite(size) & (size != 0)
-        found = np.linalg.inv(np.where(good, stacked, np.eye(len(M))))
-    return np.moveaxis(np.where(good, found, np.nan), 0, 2)
+        inverse = np.linalg.inv(np.where(good, stacked, np.eye(len(M))))
+    return np.moveaxis(np.where(good, inverse, np.nan), 0, 2)
 
 
 def _residual(Y: Array, M: Matrices) -> Array:

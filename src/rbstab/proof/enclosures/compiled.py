@@ -63,8 +63,8 @@ def derivatives(n: int, order: int) -> Derivatives:
 
     def places(a: Array) -> Array:
         shape = a.shape[:-1]
-        found = [place[tuple(row)] for row in a.reshape(prod(shape), n).tolist()]
-        return np.array(found, dtype=int).reshape(shape)
+        indices = [place[tuple(row)] for row in a.reshape(prod(shape), n).tolist()]
+        return np.array(indices, dtype=int).reshape(shape)
 
     third = unit[:, None, None] + second if order > 2 else np.zeros((0, 0, 0, n), dtype=int)
     factors = np.array([float(prod(map(factorial, row))) for row in rows])[:, None, None]
@@ -152,7 +152,7 @@ class Compiled:
         self.exponents, self.place = exponents(n, order)
         self.orders = np.array([sum(row) for row in self.exponents])
         self.operations: list[Operation] = []
-        self._known: dict[Any, int] = {}
+        self._nodes: dict[Any, int] = {}
         self._expansions: dict[int, list[list[Term]]] = {}
         self.results = [self._expression(e) for e in results]
         self.tightened = self._arguments()
@@ -160,20 +160,28 @@ class Compiled:
     def _arguments(self) -> frozenset[int]:
         """Return the arguments of functions but sines, which Taylor's theorem makes sharper."""
         kinds = {STEP, POSITIVE, "function"}
-        of = (one for one in self.operations if one.kind in kinds and not _is_sine(one))
-        found = {one.places[0]: self.operations[one.places[0]] for one in of}
+        of = (
+            operation
+            for operation in self.operations
+            if operation.kind in kinds and not _is_sine(operation)
+        )
+        arguments = {operation.places[0]: self.operations[operation.places[0]] for operation in of}
         # 1/cos θ and the like need no more.
         plain = {"variable", "number"}
-        return frozenset(k for k, one in found.items() if not (one.kind in plain or _is_sine(one)))
+        return frozenset(
+            k
+            for k, operation in arguments.items()
+            if not (operation.kind in plain or _is_sine(operation))
+        )
 
     def _add(
         self, key: Any, kind: str, places: Sequence[int], support: Sequence[int], detail: Any
     ) -> int:
-        if key not in self._known:
-            self._known[key] = len(self.operations)
+        if key not in self._nodes:
+            self._nodes[key] = len(self.operations)
             entries = np.array(support, dtype=int)
             self.operations.append(Operation(kind, tuple(places), entries, detail))
-        return self._known[key]
+        return self._nodes[key]
 
     def _support(self, k: int) -> list[int]:
         return [int(row) for row in self.operations[k].support]
@@ -181,8 +189,8 @@ class Compiled:
     def _expression(self, e: Expr) -> int:
         """Add an expression by Horner's scheme: take out the atom that most monomials share."""
         key = ("expression", e.digest)
-        if key in self._known:
-            return self._known[key]
+        if key in self._nodes:
+            return self._nodes[key]
         parts, left = list[tuple[Fraction, int]](), dict(e.terms)
         c0 = left.pop((), Fraction(0))
         while (shared := _shared(left)) is not None:
@@ -196,13 +204,13 @@ class Compiled:
             parts.append((Fraction(1), self._product(factor, self._expression(Expr(inner)))))
         for m, c in left.items():
             places = [self._power(a, p) for a, p in m]
-            found = places[0]
+            term = places[0]
             for other in places[1:]:
-                found = self._product(found, other)
+                term = self._product(term, other)
             # As a double, a smaller number may be far from c.
             small = abs(c) < SMALLEST
             parts.append(
-                (Fraction(1), self._product(found, self._number(c))) if small else (c, found)
+                (Fraction(1), self._product(term, self._number(c))) if small else (c, term)
             )
         if not parts:
             node = self._number(c0)
@@ -210,7 +218,7 @@ class Compiled:
             node = parts[0][1]
         else:
             node = self._sum(e, c0, parts)
-        self._known[key] = node
+        self._nodes[key] = node
         return node
 
     def _number(self, c: Fraction) -> int:
@@ -232,8 +240,8 @@ class Compiled:
 
     def _atom(self, a: Atom) -> int:
         key = ("atom", a)
-        if key in self._known:
-            return self._known[key]
+        if key in self._nodes:
+            return self._nodes[key]
         if a.kind == VAR:
             assert isinstance(a.argument, int)
             slopes = [1 + i for i in self.leaves.get(a.argument, ())]  # these come first
@@ -247,7 +255,7 @@ class Compiled:
             node = self._step(key, a, x)
         else:
             node = self._function(a.kind, a.extra, a, x)
-        self._known[key] = node
+        self._nodes[key] = node
         return node
 
     def _step(self, key: Any, a: Atom, x: int) -> int:
@@ -275,32 +283,32 @@ class Compiled:
             powers.append(table.rows)
         ordered = sorted({0}.union(*powers))
         index = {row: i for i, row in enumerate(ordered)}
-        rows = tuple(np.array([index[row] for row in one], dtype=int) for one in powers)
+        rows = tuple(np.array([index[row] for row in power], dtype=int) for power in powers)
         least = None if a is None else self.least.get(a)
         detail = Function(kind, extra, least, rows, tuple(tables))
         return self._add(key, "function", [x], ordered, detail)
 
     def _table(self, left: Sequence[int], right: Sequence[int]) -> Table:
-        found: dict[int, list[tuple[int, int]]] = {}
+        by_row: dict[int, list[tuple[int, int]]] = {}
         for i, a in enumerate(left):
             for j, b in enumerate(right):
                 row = tuple(
                     x + y for x, y in zip(self.exponents[a], self.exponents[b], strict=True)
                 )
                 if sum(row) <= self.order:
-                    found.setdefault(self.place[row], []).append((i, j))
-        rows = sorted(found)
-        pairs = [pair for row in rows for pair in found[row]]
-        begins = np.cumsum([0, *(len(found[row]) for row in rows)])[:-1]
-        one, two = np.array(pairs, dtype=int).reshape(-1, 2).T
-        return Table(rows, one, two, begins.astype(int))
+                    by_row.setdefault(self.place[row], []).append((i, j))
+        rows = sorted(by_row)
+        pairs = [pair for row in rows for pair in by_row[row]]
+        begins = np.cumsum([0, *(len(by_row[row]) for row in rows)])[:-1]
+        first, second = np.array(pairs, dtype=int).reshape(-1, 2).T
+        return Table(rows, first, second, begins.astype(int))
 
-    def _product(self, one: int, two: int) -> int:
-        if one == two:
-            return self._function("power", 2, None, one)
-        one, two = sorted((one, two))
-        table = self._table(self._support(one), self._support(two))
-        return self._add(("product", one, two), "product", [one, two], table.rows, table)
+    def _product(self, first: int, second: int) -> int:
+        if first == second:
+            return self._function("power", 2, None, first)
+        first, second = sorted((first, second))
+        table = self._table(self._support(first), self._support(second))
+        return self._add(("product", first, second), "product", [first, second], table.rows, table)
 
     def expanded(self, k: int) -> list[list[Term]]:
         """Return for each coefficient of an operation which others give it, and how."""
@@ -325,16 +333,16 @@ def _shared(terms: Mapping[Any, Fraction]) -> tuple[Atom, int] | None:
     Steps come last: where they are known, A³(step - step·step') is then exactly zero.
     """
     counts = Counter((a, 1 if p > 0 else -1) for m in terms for a, p in m)
-    found = [one for one, count in counts.items() if count > 1]
+    shared = [factor for factor, count in counts.items() if count > 1]
     return min(
-        found,
-        key=lambda one: (one[0].kind == STEP, -counts[one], one[0].order, one[1]),
+        shared,
+        key=lambda factor: (factor[0].kind == STEP, -counts[factor], factor[0].order, factor[1]),
         default=None,
     )
 
 
-def _is_sine(one: Operation) -> bool:
-    return one.kind == "function" and one.detail.kind in {SIN, COS}
+def _is_sine(operation: Operation) -> bool:
+    return operation.kind == "function" and operation.detail.kind in {SIN, COS}
 
 
 def _rows(places: list[int], count: int) -> Array | slice:

@@ -25,7 +25,8 @@ def proved_index(matrix: Array, error: Array) -> int | None:
     if not np.isfinite([matrix, error]).all():
         return None
     M, errors = (
-        np.array([[Fraction(x) for x in row] for row in one.tolist()]) for one in (matrix, error)
+        np.array([[Fraction(x) for x in row] for row in entries.tolist()])
+        for entries in (matrix, error)
     )
     # The norm of a symmetric matrix is at most its largest sum of a row of magnitudes. The
     # symmetric part of an error has the mean of both errors.

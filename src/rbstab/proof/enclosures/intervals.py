@@ -83,25 +83,25 @@ def outward(x: Array, slack: float = SLACK) -> Array:
     """Move ends outwards by a share of their magnitude; what is no number becomes no bound."""
     if x.shape[-2] == 1:
         return x
-    found = np.abs(x)
-    found *= slack
-    found += TINY
-    found *= SIGNS
-    found += x
-    if np.isnan(found.sum()):  # also where infinite numbers of both signs are summed
-        found = np.where(np.isnan(found), UNBOUNDED, found)
-    return found
+    moved = np.abs(x)
+    moved *= slack
+    moved += TINY
+    moved *= SIGNS
+    moved += x
+    if np.isnan(moved.sum()):  # also where infinite numbers of both signs are summed
+        moved = np.where(np.isnan(moved), UNBOUNDED, moved)
+    return moved
 
 
 def product(a: Array, b: Array) -> Array:
     """Return ab. 0·inf counts as 0: an infinite end stands for arbitrarily large finite numbers."""
     if a.shape[-2] == 1:
         return np.asarray(a * b)
-    one, two = a[..., :1, :] * b, a[..., 1:, :] * b
-    low, high = np.fmin(one, two), np.fmax(one, two, out=one)
-    np.fmin(low[..., 0, :], low[..., 1, :], out=two[..., 0, :])
-    np.fmax(high[..., 0, :], high[..., 1, :], out=two[..., 1, :])
-    return outward(two)
+    first, second = a[..., :1, :] * b, a[..., 1:, :] * b
+    low, high = np.fmin(first, second), np.fmax(first, second, out=first)
+    np.fmin(low[..., 0, :], low[..., 1, :], out=second[..., 0, :])
+    np.fmax(high[..., 0, :], high[..., 1, :], out=second[..., 1, :])
+    return outward(second)
 
 
 def negative(x: Array) -> Array:
@@ -146,8 +146,8 @@ def values_of(name: str, x: Array) -> Array:
             if value not in kept:
                 ball = getattr(arb(value), name)()
                 kept[value] = float(ball) if ball.is_finite() else np.nan
-    found = np.array([kept[value] for value in values])
-    return np.asarray(found[places].reshape(x.shape))
+    function_values = np.array([kept[value] for value in values])
+    return np.asarray(function_values[places].reshape(x.shape))
 
 
 _KEPT: dict[str, dict[float, float]] = {}
@@ -169,9 +169,9 @@ def _turned(f: Array, g: Array, r: Array) -> Array:
     """Bound f cos δ + g sin δ for |δ| <= r, where f² + g² = 1: its extremes, or its ends."""
     e = 2.0**-50
     small = np.minimum(r, np.pi)
-    one = f * np.cos(small) + g * np.sin(small)
-    two = f * np.cos(small) - g * np.sin(small)
-    low, high = np.minimum(np.minimum(one, two), f), np.maximum(np.maximum(one, two), f)
+    right = f * np.cos(small) + g * np.sin(small)
+    left = f * np.cos(small) - g * np.sin(small)
+    low, high = np.minimum(np.minimum(right, left), f), np.maximum(np.maximum(right, left), f)
     # The largest value 1 lies inside if the angle of (f, g) is within r, the least one likewise.
     angle = np.abs(np.arctan2(g, f))
     high = np.where(angle <= r + e, 1.0, high)
@@ -183,25 +183,25 @@ def power(x: Array, n: int) -> Array:
     """Return x^n for a whole number n, also a negative one."""
     if x.shape[-2] == 1:
         return np.asarray(x**n)
-    found = _positive_power(x, abs(n))
-    return found if n >= 0 else _reciprocal(found)
+    raised = _positive_power(x, abs(n))
+    return raised if n >= 0 else _reciprocal(raised)
 
 
 def _positive_power(x: Array, n: int) -> Array:
-    found, even = np.ones_like(x), n % 2 == 0
+    raised, even = np.ones_like(x), n % 2 == 0
     for _ in range(n):  # each product is correctly rounded
-        found = found * x
+        raised = raised * x
     if n == 0:
-        return found
+        return raised
     if even:
-        found.sort(axis=-2)
-        found[..., 0, :][(x[..., 0, :] <= 0) & (x[..., 1, :] >= 0)] = 0.0
-    found = outward(found, 4 * n * 2.0**-53)
+        raised.sort(axis=-2)
+        raised[..., 0, :][(x[..., 0, :] <= 0) & (x[..., 1, :] >= 0)] = 0.0
+    raised = outward(raised, 4 * n * 2.0**-53)
     # The sign is known exactly, so that 1/x has a bound on one side where an end is zero.
-    low, high = found[..., 0, :], found[..., 1, :]
+    low, high = raised[..., 0, :], raised[..., 1, :]
     np.maximum(low, 0.0, out=low, where=(x[..., 0, :] >= 0) | even)
     np.minimum(high, 0.0, out=high, where=(x[..., 1, :] <= 0) & (not even))
-    return found
+    return raised
 
 
 def _reciprocal(x: Array) -> Array:

@@ -104,16 +104,16 @@ def _taylor(b: Bounds) -> tuple[Intervals, Array]:
         # The products above are rounded too.
         spread = spread + ROUND_OFF * (np.abs(a).sum(axis=0) + np.abs(S).sum(axis=(0, 1)))
         good = np.isfinite(spread)
-        found = quadratic_range(np.where(good, a, 0.0), np.where(good, S, 0.0))
+        quadratic = quadratic_range(np.where(good, a, 0.0), np.where(good, S, 0.0))
         first = (b.slopes.mag * r).sum(axis=0) * UP
-        fall = np.fmin(first, np.where(good, spread - found.low, np.inf))
-        rise = np.fmin(first, np.where(good, spread + found.high, np.inf))
+        fall = np.fmin(first, np.where(good, spread - quadratic.low, np.inf))
+        rise = np.fmin(first, np.where(good, spread + quadratic.high, np.inf))
         low, high = b.value.lo - fall, b.value.hi + rise
         low = low - ROUND_OFF * (np.abs(b.value.lo) + np.abs(fall))
         high = high + ROUND_OFF * (np.abs(b.value.hi) + np.abs(rise))
     low, high = np.fmax(b.value_over.lo, low), np.fmin(b.value_over.hi, high)
     low, high = np.where(np.isnan(low), -np.inf, low), np.where(np.isnan(high), np.inf, high)
-    return Intervals(low, high), b.centre + np.where(good, found.u, 0.0) * r
+    return Intervals(low, high), b.centre + np.where(good, quadratic.u, 0.0) * r
 
 
 class Ranges:
@@ -139,23 +139,23 @@ class Ranges:
             return cls(V)
         sides = []
         for choice in product((0, 1), repeat=len(steps)) if steps else ():
-            known = {step: expr(one) for step, one in zip(steps, choice, strict=True)}
-            sides.append(bounds_of(replace(energy, U=substituted(energy.U, known))))
+            fixed = {step: expr(on) for step, on in zip(steps, choice, strict=True)}
+            sides.append(bounds_of(replace(energy, U=substituted(energy.U, fixed))))
         return cls(V, sides)
 
     def over(self, boxes: Boxes) -> tuple[Bounds, Intervals, Array]:
         """Return the bounds over boxes, on V with what they imply, and points where V is low."""
         b = self.V.over(boxes.lo, boxes.hi)
-        found, near = _taylor(b)
+        range_, near = _taylor(b)
         rough = ~np.all(np.isfinite(b.slope.rad), axis=(0, 1)) & bool(self.sides)
         if rough.any():
             some = boxes[rough]
             ranges = [range_of(side.over(some.lo, some.hi)) for side in self.sides]
-            low = np.min([one.lo for one in ranges], axis=0)
-            high = np.max([one.hi for one in ranges], axis=0)
-            found.lo[rough] = np.fmax(found.lo[rough], low)
-            found.hi[rough] = np.fmin(found.hi[rough], high)
-        return b, found, near
+            low = np.min([side_range.lo for side_range in ranges], axis=0)
+            high = np.max([side_range.hi for side_range in ranges], axis=0)
+            range_.lo[rough] = np.fmax(range_.lo[rough], low)
+            range_.hi[rough] = np.fmin(range_.hi[rough], high)
+        return b, range_, near
 
     def values(self, boxes: Boxes) -> Intervals:
         """Return bounds on V over boxes, J, in batches."""
@@ -199,10 +199,10 @@ def least_values(
     at = 0.5 * boxes.lo + 0.5 * boxes.hi
     near, n = at.copy(), boxes.count
     best, settled, scale, noise = np.full(n, np.inf), np.full(n, np.inf), np.zeros(n), np.zeros(n)
-    parts, mine, examined = boxes, np.arange(n), 0
+    parts, owners, examined = boxes, np.arange(n), 0
     while parts.count and examined < limit:
-        some, owner = parts[slice(BATCH)], mine[:BATCH]
-        parts, mine = parts[slice(BATCH, None)], mine[BATCH:]
+        some, owner = parts[slice(BATCH)], owners[:BATCH]
+        parts, owners = parts[slice(BATCH, None)], owners[BATCH:]
         examined += some.count
         b, over, lowest = ranges.over(some)
         value = np.where(np.isfinite(b.value.hi), b.value.hi, np.inf)
@@ -219,9 +219,9 @@ def least_values(
         done = over.lo >= aim
         np.fmin.at(settled, owner[done], over.lo[done])
         parts = joined([some[~done].halved(), parts], ranges.n)
-        mine = np.concatenate([owner[~done], owner[~done], mine])
+        owners = np.concatenate([owner[~done], owner[~done], owners])
     if parts.count:
-        np.fmin.at(settled, mine, ranges.values(parts).lo)
+        np.fmin.at(settled, owners, ranges.values(parts).lo)
     # Of the smallest box about the lowest point, the quadratic model knows this point better.
     near = np.clip(near, boxes.lo, boxes.hi)
     value = ranges.values(Boxes(near, near)).hi

@@ -56,14 +56,16 @@ class Values:
         self.shape = next(iter(variables.values())).shape[1:]
         powers: dict[Exponents, Array] = {}
         with np.errstate(all="ignore"):
-            for k, one in enumerate(compiled.operations):
-                if one.kind == "variable":
-                    found = variables[one.detail]
+            for k, operation in enumerate(compiled.operations):
+                if operation.kind == "variable":
+                    value = variables[operation.detail]
                 else:
-                    found = _DO[one.kind](self, one, *(self.values[p] for p in one.places))
+                    value = _DO[operation.kind](
+                        self, operation, *(self.values[p] for p in operation.places)
+                    )
                 if about is not None and reach is not None and k in compiled.tightened:
-                    found = self._tighter(k, found, about, reach, powers)
-                self.values.append(found)
+                    value = self._tighter(k, value, about, reach, powers)
+                self.values.append(value)
 
     def _tighter(
         self, k: int, over: Array, about: "Values", reach: Array, powers: dict[Exponents, Array]
@@ -85,24 +87,24 @@ class Values:
         spread[:, ~about.smooth] = np.inf  # there are no derivatives at the centre of some
         # Of the highest order only `over` says more.
         spread[compiled.orders[compiled.operations[k].support] == compiled.order] = np.inf
-        found = outward(at + SIGNS * spread[:, None])
-        found[:, 0] = np.fmax(found[:, 0], over[:, 0])
-        found[:, 1] = np.fmin(found[:, 1], over[:, 1])
-        return found
+        tighter = outward(at + SIGNS * spread[:, None])
+        tighter[:, 0] = np.fmax(tighter[:, 0], over[:, 0])
+        tighter[:, 1] = np.fmin(tighter[:, 1], over[:, 1])
+        return tighter
 
     @cached_property
     def smooth(self) -> Array:
         """Whether each expression of the kind `POSITIVE` is above zero, shape (boxes,)."""
         both = zip(self.compiled.operations, self.values, strict=True)
-        above = [value[0, 0] > 0 for one, value in both if one.kind == POSITIVE]
+        above = [value[0, 0] > 0 for operation, value in both if operation.kind == POSITIVE]
         return np.asarray(np.all(above or np.ones((1, self.shape[1]), dtype=bool), axis=0))
 
     def coefficients(self, number: int) -> Array:
         """Return all coefficients of a result, shape (coefficients, 2 or 1, boxes)."""
         k = self.compiled.results[number]
-        found = np.zeros((len(self.compiled.exponents), *self.shape))
-        found[self.compiled.operations[k].support] = self.values[k]
-        return found
+        full = np.zeros((len(self.compiled.exponents), *self.shape))
+        full[self.compiled.operations[k].support] = self.values[k]
+        return full
 
     def derivatives(self, number: int) -> Array:
         """Return the derivatives α! f_α; third ones are rounded by an ulp that does not count."""
@@ -110,10 +112,10 @@ class Values:
         return np.asarray(self.coefficients(number) * factors)
 
 
-def slopes_of_one(numbers: Sequence[int], x: Array) -> dict[int, Array]:
+def unit_slopes(numbers: Sequence[int], x: Array) -> dict[int, Array]:
     """Return variables over boxes or at points x, (variables, 2 or 1, boxes), with slopes of 1."""
-    one = np.ones(x.shape[1:])
-    return {v: np.stack([row, one]) for v, row in zip(numbers, x, strict=True)}
+    unity = np.ones(x.shape[1:])
+    return {v: np.stack([row, unity]) for v, row in zip(numbers, x, strict=True)}
 
 
 def values_at(e: Expr, q: Array) -> Array:
@@ -127,25 +129,25 @@ def value_at(e: Expr, q: Array) -> float:
     return float(values_at(e, q[:, None])[0])
 
 
-def _number(values: Values, one: Operation) -> Array:
-    found: Array = one.detail[None, : values.shape[0]]
-    return found
+def _number(values: Values, operation: Operation) -> Array:
+    number: Array = operation.detail[None, : values.shape[0]]
+    return number
 
 
-def _sum(values: Values, one: Operation, *given: Array) -> Array:
+def _sum(values: Values, operation: Operation, *given: Array) -> Array:
     """Return c0 + Σ c x; the error of a sum of n numbers is at most n ulps of Σ |c x|."""
-    detail: Sum = one.detail
-    found = np.zeros((len(one.support), values.shape[0], max(x.shape[2] for x in given)))
-    size = np.zeros_like(found)
+    detail: Sum = operation.detail
+    total = np.zeros((len(operation.support), values.shape[0], max(x.shape[2] for x in given)))
+    size = np.zeros_like(total)
     for c, x, rows in zip(detail.factors, given, detail.rows, strict=True):
         term = x if c is None else c * x if c > 0 else c * x[:, ::-1]
-        found[rows] += term
+        total[rows] += term
         size[rows] += np.abs(term)
     if values.shape[0] == 2:  # the numbers c, their products, and Σ |c x| are rounded
-        found += SIGNS * (size * ((len(given) + 4) * ROUNDING))
+        total += SIGNS * (size * ((len(given) + 4) * ROUNDING))
     if detail.c0 is not None:
-        found[0] += detail.c0[: values.shape[0]]
-    return outward(found, 2 * ROUNDING)
+        total[0] += detail.c0[: values.shape[0]]
+    return outward(total, 2 * ROUNDING)
 
 
 def _times(table: Table, x: Array, y: Array, *, squares: bool = False) -> Array:
@@ -159,8 +161,8 @@ def _times(table: Table, x: Array, y: Array, *, squares: bool = False) -> Array:
     return outward(np.add.reduceat(p, table.begins, axis=0), ROUNDING)
 
 
-def _product(_: Values, one: Operation, x: Array, y: Array) -> Array:
-    return _times(one.detail, x, y)
+def _product(_: Values, operation: Operation, x: Array, y: Array) -> Array:
+    return _times(operation.detail, x, y)
 
 
 def _positive(_: Values, __: Operation, x: Array) -> Array:
@@ -168,26 +170,26 @@ def _positive(_: Values, __: Operation, x: Array) -> Array:
     return np.concatenate([np.maximum(x[:1], 0.0), x[1:]])
 
 
-def _step(_: Values, one: Operation, x: Array) -> Array:
+def _step(_: Values, operation: Operation, x: Array) -> Array:
     """Return 1, 0, or [0, 1] where it is not known: then there is no bound on its rows."""
     value = (x[:1] > 0).astype(float)
     unknown = np.where(value[:, :1] < value[:, -1:], UNBOUNDED[: len(x[0])], 0.0)
-    return np.concatenate([value, *[unknown] * (len(one.support) - 1)])
+    return np.concatenate([value, *[unknown] * (len(operation.support) - 1)])
 
 
-def _function(values: Values, one: Operation, x: Array) -> Array:
+def _function(values: Values, operation: Operation, x: Array) -> Array:
     """Return Σ g_k u^k, where u is x without its value, and g_k is the k-th coefficient of g."""
-    detail: Function = one.detail
+    detail: Function = operation.detail
     g = _coefficients(detail, x[0], values.compiled.order)
-    found = np.zeros((len(one.support), *x.shape[1:]))
+    composed = np.zeros((len(operation.support), *x.shape[1:]))
     u = p = x[1:]
     for k, rows in enumerate(detail.rows, start=1):
         if k > 1:
             p = _times(detail.tables[k - 2], p, u, squares=k == 2)
-        found[rows] += product(g[k], p)
-    found = outward(found, 2 * ROUNDING)
-    found[0] = g[0]  # exactly: 1/cos θ then has a bound at its pole
-    return found
+        composed[rows] += product(g[k], p)
+    composed = outward(composed, 2 * ROUNDING)
+    composed[0] = g[0]  # exactly: 1/cos θ then has a bound at its pole
+    return composed
 
 
 def _coefficients(function: Function, x: Array, order: int) -> list[Array]:
@@ -201,17 +203,17 @@ def _coefficients(function: Function, x: Array, order: int) -> list[Array]:
 def _outlined(compiled: Compiled, x: Array) -> Array:
     """Bound F^(k)(x)/k! of an expression of the variable `INNER`, over pieces of intervals."""
     if len(x) == 1 or np.array_equal(*x):
-        return Values(compiled, slopes_of_one((INNER,), x[None])).coefficients(0)
+        return Values(compiled, unit_slopes((INNER,), x[None])).coefficients(0)
     edges = x[0] + (x[1] - x[0]) * np.linspace(0.0, 1.0, PIECES + 1)[:, None]
     edges[0], edges[-1] = x
     edges = np.maximum.accumulate(np.minimum(edges, x[1]))
     lo, hi = edges[:-1].reshape(1, -1), edges[1:].reshape(1, -1)
     middle = 0.5 * lo + 0.5 * hi
-    at = Values(compiled, slopes_of_one((INNER,), np.stack([middle, middle], 1)))
+    at = Values(compiled, unit_slopes((INNER,), np.stack([middle, middle], 1)))
     reach = np.nextafter(np.maximum(hi - middle, middle - lo), np.inf)
-    over = Values(compiled, slopes_of_one((INNER,), np.stack([lo, hi], 1)), at, reach)
-    found = over.coefficients(0).reshape(-1, 2, PIECES, x.shape[1])
-    return np.stack([found[:, 0].min(axis=1), found[:, 1].max(axis=1)], 1)
+    over = Values(compiled, unit_slopes((INNER,), np.stack([lo, hi], 1)), at, reach)
+    by_piece = over.coefficients(0).reshape(-1, 2, PIECES, x.shape[1])
+    return np.stack([by_piece[:, 0].min(axis=1), by_piece[:, 1].max(axis=1)], 1)
 
 
 _DO: dict[str, Callable[..., Array]] = {

@@ -81,6 +81,6 @@ def without_lengths(energy: Energy) -> list[BoundedEnergy]:
     if not energy.free:
         return []
     return [
-        BoundedEnergy(one, least=energy.least)
-        for one in springs_of(energy.U, energy.free).collapsed(energy.U, energy.free)
+        BoundedEnergy(W, least=energy.least)
+        for W in springs_of(energy.U, energy.free).collapsed(energy.U, energy.free)
     ]

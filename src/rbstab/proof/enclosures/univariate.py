@@ -59,11 +59,11 @@ def _times(x: Array, c: Fraction | int) -> Array:
 
 
 def _powers(n: int, x: Array, order: int) -> list[Array]:
-    found, c = list[Array](), 1
+    powers, c = list[Array](), 1
     for k in range(order + 1):
-        found.append(_times(power(x, n - k), c) if c else np.zeros_like(x))
+        powers.append(_times(power(x, n - k), c) if c else np.zeros_like(x))
         c = c * (n - k) // (k + 1)  # exactly
-    return found
+    return powers
 
 
 def _exp(x: Array) -> list[Array]:
@@ -77,14 +77,17 @@ def _sqrt(x: Array) -> list[Array]:
     factors = (Fraction(1, 2), Fraction(-1, 8), Fraction(1, 16))
     below = [_times(power(r, -n), c) for n, c in zip((1, 3, 5), factors, strict=True)]
     # It has no derivative at 0.
-    return [r, *(np.where(x[0] <= 0, UNBOUNDED[: len(x)], one) for one in below)]
+    return [r, *(np.where(x[0] <= 0, UNBOUNDED[: len(x)], coefficient) for coefficient in below)]
 
 
 def _log(x: Array) -> list[Array]:
     bad = x[0] <= 0
     inside = np.where(bad, 1.0, x)
     powers = [_times(power(inside, -k), Fraction((-1) ** (k + 1), k)) for k in range(1, 4)]
-    return [np.where(bad, UNBOUNDED[: len(x)], one) for one in (monotone("log", inside), *powers)]
+    return [
+        np.where(bad, UNBOUNDED[: len(x)], coefficient)
+        for coefficient in (monotone("log", inside), *powers)
+    ]
 
 
 def _atan(x: Array) -> list[Array]:

@@ -53,13 +53,13 @@ class Atom:
 
 def monomial(factors: Iterable[tuple[Atom, int]]) -> Monomial:
     """Return a product of powers of different atoms, in order."""
-    return tuple(sorted(((a, p) for a, p in factors if p), key=lambda one: one[0].order))
+    return tuple(sorted(((a, p) for a, p in factors if p), key=lambda factor: factor[0].order))
 
 
-def times(one: Monomial, two: Monomial) -> Monomial:
+def times(first: Monomial, second: Monomial) -> Monomial:
     """Return the product of two monomials."""
-    powers = dict(one)
-    for a, p in two:
+    powers = dict(first)
+    for a, p in second:
         powers[a] = powers.get(a, 0) + p
     return monomial(powers.items())
 

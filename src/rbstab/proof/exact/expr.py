@@ -60,20 +60,20 @@ def atom(kind: str, argument: Union[int, "Expr"], extra: Union[int, "Expr", None
     """Return the atom of a kind and an argument."""
     name = argument.digest if isinstance(argument, Expr) else argument
     more = extra.digest if isinstance(extra, Expr) else extra
-    found = _atoms.get((kind, name, more))
-    if found is None:
-        found = Atom()
-        found.kind, found.argument, found.extra = kind, argument, extra
+    a = _atoms.get((kind, name, more))
+    if a is None:
+        a = Atom()
+        a.kind, a.argument, a.extra = kind, argument, extra
         if isinstance(argument, Expr):
-            found.variables = argument.variables
+            a.variables = argument.variables
             number = variable_of(argument)
         else:
-            found.variables, number = frozenset({argument}), argument
+            a.variables, number = frozenset({argument}), argument
         # Variables and their sines and cosines come first.
         plain = number is not None and kind in {VAR, SIN, COS}
-        found.order = (0, f"{number:04d} {kind}") if plain else (1, f"{name} {kind} {more}")
-        _atoms[kind, name, more] = found
-    return found
+        a.order = (0, f"{number:04d} {kind}") if plain else (1, f"{name} {kind} {more}")
+        _atoms[kind, name, more] = a
+    return a
 
 
 def variable_of(e: "Expr") -> int | None:
@@ -81,9 +81,9 @@ def variable_of(e: "Expr") -> int | None:
     if len(e.terms) == 1:
         ((m, c),) = e.terms.items()
         if c == 1 and len(m) == 1 and m[0][1] == 1 and m[0][0].kind == VAR:
-            found = m[0][0].argument
-            assert isinstance(found, int)
-            return found
+            number = m[0][0].argument
+            assert isinstance(number, int)
+            return number
     return None
 
 
@@ -96,18 +96,18 @@ def _with_expr(operation: Callable[["Expr", "Expr"], "Expr"]) -> Callable[["Expr
     return of_both
 
 
-def _multiplied(one: "Expr", two: "Expr") -> "Expr":
+def _multiplied(first: "Expr", second: "Expr") -> "Expr":
     """Return a product; sums with other functions stay as factors."""
-    for factor, left in ((one, two), (two, one)):
+    for factor, left in ((first, second), (second, first)):
         if factor.constant is not None:
             return left.scaled(factor.constant)
-    if one.digest == two.digest:
-        return one**2
-    plain = one.is_polynomial and two.is_polynomial
-    plain = plain and len(one.terms) * len(two.terms) <= _most_products.get()
-    if not (plain or one.is_switch or two.is_switch):
-        one, two = as_factor(one), as_factor(two)
-    return product(one, two)
+    if first.digest == second.digest:
+        return first**2
+    plain = first.is_polynomial and second.is_polynomial
+    plain = plain and len(first.terms) * len(second.terms) <= _most_products.get()
+    if not (plain or first.is_switch or second.is_switch):
+        first, second = as_factor(first), as_factor(second)
+    return product(first, second)
 
 
 def _named(kind: str) -> Callable[["Expr"], "Expr"]:
@@ -158,13 +158,13 @@ class Expr:
     @property
     def all_atoms(self) -> set[Atom]:
         """Its atoms, with those inside functions."""
-        found, pending = set[Atom](), list(self.atoms)
+        atoms, pending = set[Atom](), list(self.atoms)
         while pending:
-            one = pending.pop()
-            if one not in found:
-                found.add(one)
-                pending += [] if one.kind == VAR else one.inner.atoms
-        return found
+            a = pending.pop()
+            if a not in atoms:
+                atoms.add(a)
+                pending += [] if a.kind == VAR else a.inner.atoms
+        return atoms
 
     @property
     def variables(self) -> frozenset[int]:
@@ -222,10 +222,10 @@ class Expr:
         if n < 0 or not self.is_polynomial or len(self.terms) ** 2 > _most_products.get():
             ((m, c),) = as_factor(self).terms.items()
             return _reduced(Expr({tuple((a, p * n) for a, p in m): c**n}))
-        found = self
+        raised = self
         for _ in range(n - 1):
-            found = product(found, self)
-        return found
+            raised = product(raised, self)
+        return raised
 
     # -- a number may be compared, an expression of variables may not ---------------------------
 
@@ -351,10 +351,10 @@ def _whole(power: Any) -> int:
 
 def collected(terms: Iterable[tuple[Monomial, Fraction]]) -> Expr:
     """Return the sum of some terms."""
-    found: dict[Monomial, Fraction] = {}
+    coefficients: dict[Monomial, Fraction] = {}
     for m, c in terms:
-        found[m] = found[m] + c if m in found else c
-    return Expr(found)
+        coefficients[m] = coefficients[m] + c if m in coefficients else c
+    return Expr(coefficients)
 
 
 def summed(parts: Iterable[Expr]) -> Expr:
@@ -376,9 +376,9 @@ def same_function(a: Atom, inner: Expr) -> Expr:
     return as_factor(inner) if a.kind == LET else inner.function(a.kind, a.extra)
 
 
-def product(one: Expr, two: Expr) -> Expr:
+def product(first: Expr, second: Expr) -> Expr:
     """Return the product of two sums, multiplied out."""
-    pairs = ((m, n) for m in one.terms.items() for n in two.terms.items())
+    pairs = ((m, n) for m in first.terms.items() for n in second.terms.items())
     return _reduced(collected((times(m, n), c * d) for (m, c), (n, d) in pairs))
 
 

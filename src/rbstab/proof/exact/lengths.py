@@ -70,11 +70,11 @@ def with_squares(U: Expr, free: Sequence[int]) -> Expr:
 
 def _squares_of(q: Expr, free: Sequence[int]) -> Expr | None:
     """Return q = |z|² + 2 r'z + |r|² + c with a number c >= 0 as a sum of squares, else None."""
-    found = _offset_of(q, free)
-    if found is None:
+    offset = _offset_of(q, free)
+    if offset is None:
         return None
-    r, c = found
-    squares = (as_factor(variable(k) + one) ** 2 for k, one in zip(free, r, strict=True))
+    r, c = offset
+    squares = (as_factor(variable(k) + shift) ** 2 for k, shift in zip(free, r, strict=True))
     return sum(squares, expr(c))
 
 
@@ -84,8 +84,8 @@ def _offset_of(q: Expr, free: Sequence[int]) -> tuple[tuple[Expr, ...], Fraction
         return None
     parts = quadratic_in(q, free)
     r = tuple(b.scaled(Fraction(1, 2)) for b in parts.b)
-    c = (parts.rest - summed(one**2 for one in r)).constant
-    if c is None or c < 0 or any(one.variables & set(free) for one in r):
+    c = (parts.rest - summed(component**2 for component in r)).constant
+    if c is None or c < 0 or any(component.variables & set(free) for component in r):
         return None
     return (r, c) if [[2 * Fraction(i == j) for j in free] for i in free] == parts.H else None
 
@@ -121,12 +121,12 @@ class Springs:
 
     def collapsed(self, U: Expr, free: Sequence[int]) -> list[Expr]:
         """Return the energy U where a line has no length, for each line: a function of Θ."""
-        found = []
+        energies = []
         for line in self.lines:
             rest = Expr({m: c for m, c in U.terms.items() if m != line.monomial})
             places = zip(free, line.offset, strict=True)
-            found.append(substituted(rest, {atom(VAR, k): -r for k, r in places}))
-        return found
+            energies.append(substituted(rest, {atom(VAR, k): -r for k, r in places}))
+        return energies
 
 
 class NotSingleError(ValueError):
@@ -143,9 +143,9 @@ def springs_of(U: Expr, free: Sequence[int]) -> Springs:
     lines, others, z = list[Line](), dict[Monomial, Fraction](), frozenset(free)
     for m, c in parts.rest.terms.items():
         if c < 0 and len(m) == 1 and m[0][0].kind == ROOT and m[0][1] == 1:
-            found = _offset_of(spread(m[0][0].inner), free)
-            if found is not None and found[1] == 0:
-                lines.append(Line(-c, m, found[0]))
+            offset = _offset_of(spread(m[0][0].inner), free)
+            if offset is not None and offset[1] == 0:
+                lines.append(Line(-c, m, offset[0]))
                 continue
         if any(a.variables & z for a, _ in m):
             others[m] = c

@@ -25,7 +25,7 @@ def negative_eigenvalues(rows: Rows) -> int | None:
     if coefficients[0] == 0:
         return None
     signs = [(c > 0) == (k % 2 == 0) for k, c in enumerate(coefficients) if c != 0]
-    return sum(one != other for one, other in pairwise(signs))
+    return sum(sign != other for sign, other in pairwise(signs))
 
 
 def inverse_of_definite(rows: Rows) -> list[list[Fraction]] | None:

@@ -51,7 +51,7 @@ def substituted(e: Expr, given: Mapping[Atom, Expr]) -> Expr:
     return mapped(e, change)
 
 
-def with_known_steps(e: Expr) -> Expr:
+def with_unit_steps(e: Expr) -> Expr:
     """Put 1 for step(g) in each term with this factor: step·F(step) = step·F(1).
 
     Arguments of functions there that are affine in g count only where g > 0: they become
@@ -69,9 +69,9 @@ def _where_positive(e: Expr, g: Expr) -> Expr:
     def change(a: Atom, p: int) -> Expr:
         if a.kind in PLAIN:
             return only(a) ** p
-        new, found = _where_positive(a.inner, g), _affine_in(a.inner, g)
-        if found is not None and found[0] > 0:
-            new = only(atom(POSITIVE, g)).scaled(found[0]) + found[1]
+        new, affine = _where_positive(a.inner, g), _affine_in(a.inner, g)
+        if affine is not None and affine[0] > 0:
+            new = only(atom(POSITIVE, g)).scaled(affine[0]) + affine[1]
         return same_function(a, new) ** p
 
     return mapped(e, change)
@@ -101,10 +101,10 @@ def with_outlined_steps(e: Expr) -> Expr:
         inner = expr(0)
         for m, c in e.terms.items():
             if any(a.kind == STEP and _in_terms_of(a.inner, g) is not None for a, _ in m):
-                found = _in_terms_of(Expr({m: c}), g)
-                if found is not None:
+                in_g = _in_terms_of(Expr({m: c}), g)
+                if in_g is not None:
                     outlined[m] = c
-                    inner = inner + found
+                    inner = inner + in_g
         if outlined:
             rest = Expr({m: c for m, c in e.terms.items() if m not in outlined})
             e = rest + only(atom(OF, g, inner))
@@ -115,14 +115,14 @@ def _in_terms_of(e: Expr, g: Expr) -> Expr | None:
     """Return an expression as one of g, in the variable `INNER`; None if it is none."""
     if e.constant is not None:
         return e
-    found = _affine_in(e, g)
-    if found is not None:
-        return variable(INNER).scaled(found[0]) + found[1]
+    affine = _affine_in(e, g)
+    if affine is not None:
+        return variable(INNER).scaled(affine[0]) + affine[1]
     inner = {a: None if a.kind in {VAR, OF} else _in_terms_of(a.inner, g) for a in e.atoms}
-    known = {a: x for a, x in inner.items() if x is not None}
-    if len(known) < len(inner):
+    inner_of_g = {a: x for a, x in inner.items() if x is not None}
+    if len(inner_of_g) < len(inner):
         return None
-    return mapped(e, lambda a, p: same_function(a, known[a]) ** p)
+    return mapped(e, lambda a, p: same_function(a, inner_of_g[a]) ** p)
 
 
 def spread(e: Expr) -> Expr:
@@ -166,15 +166,15 @@ def quadratic_in(
     H = [[Fraction(0)] * n for _ in range(n)]
     b, rest = [expr(0)] * n, dict[Monomial, Fraction]()
     for m, c in e.terms.items():
-        mine = [(places[a], p) for a, p in m if a in places]
+        powers = [(places[a], p) for a, p in m if a in places]
         others = [(a, p) for a, p in m if a not in places]
-        degree = sum(p for _, p in mine) if all(p > 0 for _, p in mine) else 0
+        degree = sum(p for _, p in powers) if all(p > 0 for _, p in powers) else 0
         fits = kinds is None or all(a.kind in kinds for a, _ in others)
         if degree == 1 and fits:
-            k = mine[0][0]
+            k = powers[0][0]
             b[k] = b[k] + Expr({monomial(others): c})
         elif degree == 2 and not others:
-            i, j = mine[0][0], mine[-1][0]
+            i, j = powers[0][0], powers[-1][0]
             H[i][j] += c
             H[j][i] += c
         else:
@@ -182,7 +182,9 @@ def quadratic_in(
     return Quadratic(H, b, Expr(rest))
 
 
-def derivative(e: Expr, rates: Mapping[int, Expr], known: dict[Atom, Expr] | None = None) -> Expr:
+def derivative(
+    e: Expr, rates: Mapping[int, Expr], atom_rates: dict[Atom, Expr] | None = None
+) -> Expr:
     """Return the rate of an expression where its variables have rates; steps have none.
 
     The derivative by one variable has the rate 1 of it.
@@ -190,25 +192,25 @@ def derivative(e: Expr, rates: Mapping[int, Expr], known: dict[Atom, Expr] | Non
     Args:
         e: The expression.
         rates: The rates of some variables; those of the others are zero.
-        known: The rates of atoms that are known for these rates; others are put into it.
+        atom_rates: The rates of atoms that were computed from these rates; others are put into it.
     """
-    known, parts = {} if known is None else known, list[Expr]()
+    atom_rates, parts = {} if atom_rates is None else atom_rates, list[Expr]()
     for m, c in e.terms.items():
         for a, p in m:
             if a.kind == STEP or a.variables.isdisjoint(rates):
                 continue
-            if a not in known:
-                known[a] = _rate(a, rates, known)
+            if a not in atom_rates:
+                atom_rates[a] = _rate(a, rates, atom_rates)
             rest = Expr({monomial((b, n - (b is a)) for b, n in m): c * p})
-            parts.append(rest * known[a])
+            parts.append(rest * atom_rates[a])
     return summed(parts)
 
 
-def _rate(a: Atom, rates: Mapping[int, Expr], known: dict[Atom, Expr]) -> Expr:
+def _rate(a: Atom, rates: Mapping[int, Expr], atom_rates: dict[Atom, Expr]) -> Expr:
     if a.kind == VAR:
         assert isinstance(a.argument, int)
         return rates[a.argument]
-    return slope(a) * derivative(a.inner, rates, known)
+    return slope(a) * derivative(a.inner, rates, atom_rates)
 
 
 def slope(a: Atom) -> Expr:

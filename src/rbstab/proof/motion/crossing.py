@@ -54,7 +54,7 @@ def switching_step(
         the set has not left; empty if there is none.
     """
     possible = equations.possible(states.models)
-    if all(len(one) == 1 for one in possible):
+    if all(len(choices) == 1 for choices in possible):
         (modes,) = product(*possible)
         field = equations.field(modes)
         step = set_steps(field, states, scale, longest)
@@ -105,8 +105,8 @@ def _least(g: Models, begin: float, end: float) -> float:
     low = (powers * coefficients).min(axis=0).sum(axis=0)
     aside = np.abs(g.polynomial[..., 0, 1:]).sum(axis=0).sum(axis=-1)
     rounding = (4 * terms + 8) * UNIT * g.size[:, 0]
-    found = np.min(low - rounded_up(aside + rounding + g.remainder[:, 0]))
-    return float(np.nextafter(found, -np.inf))
+    least = np.min(low - rounded_up(aside + rounding + g.remainder[:, 0]))
+    return float(np.nextafter(least, -np.inf))
 
 
 def _across(
@@ -128,11 +128,11 @@ def _across(
         return step, np.zeros(1), switch
     at_end = equations.possible(step.end.models)
     in_tube = equations.possible(step.tube(states.space))
-    alone = all(len(one) == 1 for k, one in enumerate(in_tube) if k != which)
+    alone = all(len(choices) == 1 for k, choices in enumerate(in_tube) if k != which)
     crossed = possible[which] == (now[which],) and at_end[which] == (after[which],)
     if alone and crossed and now != after:
         step = _cut_down(equations, (now, after, which), states, step, scale)
-    return step, longest, "" if all(len(one) == 1 for one in at_end) else switch
+    return step, longest, "" if all(len(choices) == 1 for choices in at_end) else switch
 
 
 def _next_switch(
@@ -146,7 +146,8 @@ def _next_switch(
     low, high = (side[:, 0] for side in g.range())
     middle, wide = (low + high) / 2, (high - low) / 2
     now = tuple(
-        one[0] if len(one) == 1 else float(m > 0) for one, m in zip(possible, middle, strict=True)
+        choices[0] if len(choices) == 1 else float(m > 0)
+        for choices, m in zip(possible, middle, strict=True)
     )
     best, which, rising = longest, int(np.argmin(np.abs(middle))), bool(middle.max() > 0)
     for k in range(len(now)):
@@ -163,11 +164,11 @@ def _next_switch(
 
 def _disturbance(equations: Equations, modes: Modes, tube: Models) -> Array:
     """Bound |f_σ - f| for all modes σ that are possible in a tube, shape (1, n)."""
-    found = np.zeros((1, equations.size))
+    bound = np.zeros((1, equations.size))
     for other in product(*equations.possible(tube)):
         if other != modes:
-            found = np.maximum(found, evaluated(equations.difference(other, modes), tube).bound.T)
-    return found
+            bound = np.maximum(bound, evaluated(equations.difference(other, modes), tube).bound.T)
+    return bound
 
 
 def _cut_down(
@@ -230,14 +231,14 @@ def _moved_start(
     along = np.outer(jump, normal) / G
     matrix, size = np.eye(n) - along, np.eye(n) + np.abs(along)
     radii = (states.radius, apart[np.newaxis])
-    found = turned_frames(
+    turned = turned_frames(
         matrix[np.newaxis],
         error_of_products(size)[np.newaxis],
         frames_of(states.frame),
         radii,
         scale,
     )
-    return MotionSet(states.space, states.polynomial + shift[np.newaxis], *found)
+    return MotionSet(states.space, states.polynomial + shift[np.newaxis], *turned)
 
 
 def _on_grid(h: float) -> float:

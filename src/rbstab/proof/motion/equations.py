@@ -54,7 +54,7 @@ class Equations:
             self._system = exact_system(numbers)
         self.switches, self.size = mode_owners(self._system), self._system.size
         self._variables = variables(range(self.size))
-        self._known: list[dict[Atom, Expr]] = [{} for _ in range(self.size)]
+        self._atom_rates: list[dict[Atom, Expr]] = [{} for _ in range(self.size)]
         for name in ("field", "difference", "_rates", "_energy"):
             setattr(self, name, cache(getattr(self, name)))
 
@@ -118,8 +118,8 @@ class Equations:
             The least and the largest values, each of shape (sets,); NaN is no bound.
         """
         combinations = product(*self.possible(states.models)) if self.switches else [()]
-        found = [evaluated(self._energy(modes), states.models).range() for modes in combinations]
-        lows, highs = (np.array([one[side][0] for one in found]) for side in (0, 1))
+        ranges = [evaluated(self._energy(modes), states.models).range() for modes in combinations]
+        lows, highs = (np.array([ends[side][0] for ends in ranges]) for side in (0, 1))
         return lows.min(axis=0), highs.max(axis=0)
 
     def _energy(self, modes: Modes) -> Program:
@@ -133,7 +133,10 @@ class Equations:
 
     def _slopes(self, e: Expr) -> list[Expr]:
         with factored():
-            return [derivative(e, {j: expr(1)}, known) for j, known in enumerate(self._known)]
+            return [
+                derivative(e, {j: expr(1)}, atom_rates)
+                for j, atom_rates in enumerate(self._atom_rates)
+            ]
 
     def _program(self, results: Sequence[Expr]) -> Program:
         return programs(self.size, results)[0]

@@ -51,8 +51,8 @@ class LinearFlow:
     def last_term(self, scale: Array) -> Array:
         """Return the norm of the last term of Φ, in scaled states; NaN if it is not finite."""
         term = self.forward[..., -1, :, :] / scale[..., np.newaxis] * scale
-        found: Array = np.sqrt((term * term).sum(axis=(-2, -1)))
-        return found
+        norm: Array = np.sqrt((term * term).sum(axis=(-2, -1)))
+        return norm
 
 
 def linear_flow(J: Array) -> LinearFlow:
@@ -127,10 +127,10 @@ def _powers(count: int) -> Array:
 def _product(first: Array, second: Array) -> Array:
     """Multiply two polynomials whose coefficients are matrices."""
     terms, more = first.shape[-3], second.shape[-3]
-    found = np.zeros((*first.shape[:-3], terms + more - 1, *first.shape[-2:]))
+    product = np.zeros((*first.shape[:-3], terms + more - 1, *first.shape[-2:]))
     for k in range(terms):
-        found[..., k : k + more, :, :] += first[..., k : k + 1, :, :] @ second
-    return found
+        product[..., k : k + more, :, :] += first[..., k : k + 1, :, :] @ second
+    return product
 
 
 def turned_frames(

@@ -79,14 +79,14 @@ class Models:
     @cached_property
     def variation(self) -> Array:
         """A bound on the functions without the constants of their polynomials, (models, sets)."""
-        found: Array = rounded_up(self.spread + self.remainder)
-        return found
+        total: Array = rounded_up(self.spread + self.remainder)
+        return total
 
     @cached_property
     def bound(self) -> Array:
         """A bound on the functions, shape (models, sets)."""
-        found: Array = rounded_up(self.size + self.remainder)
-        return found
+        total: Array = rounded_up(self.size + self.remainder)
+        return total
 
     def range(self) -> tuple[Array, Array]:
         """Return the least and the largest values, rounded outwards, each (models, sets)."""
@@ -152,10 +152,10 @@ class Proved:
         operations = len(target) + space.most_pairs + 6
         missed = _total(apart.sum(axis=-1))
         missed += operations * UNIT * (a.size * b.size + _exact(space, target).size)
-        for one, two in ((a.by_power, b.by_power), (a.by_degree, b.by_degree)):
+        for of_a, of_b in ((a.by_power, b.by_power), (a.by_degree, b.by_degree)):
             # What has a higher degree: each degree of one factor with the high ones of the other.
-            high = np.asarray(_total(one[1:] * np.cumsum(two[::-1], axis=0)[:-1]) + 0.0 * missed)
-            high[by_slope] /= len(one)
+            high = np.asarray(_total(of_a[1:] * np.cumsum(of_b[::-1], axis=0)[:-1]) + 0.0 * missed)
+            high[by_slope] /= len(of_a)
             missed += high
         for kind in BY_SLOPE:
             k = program.of_kinds(kind) - n
@@ -179,10 +179,12 @@ class Proved:
         remainder = np.zeros_like(self.nodes.remainder)
         remainder[:n] = apart
         with np.errstate(all="ignore"):
-            for one in program.operations:
-                errors = self._error_of(one.operands, remainder).reshape(2, -1, apart.shape[-1])
-                k = slice(one.nodes.start - n, one.nodes.stop - n)
-                remainder[one.nodes] = rounded_up(self._error(one.kind, k, *errors))
+            for operation in program.operations:
+                errors = self._error_of(operation.operands, remainder).reshape(
+                    2, -1, apart.shape[-1]
+                )
+                k = slice(operation.nodes.start - n, operation.nodes.stop - n)
+                remainder[operation.nodes] = rounded_up(self._error(operation.kind, k, *errors))
             polynomial = summed(program.results, self.nodes.polynomial)
             error = self._error_of(program.results, remainder)
         return Models(self.nodes.space, polynomial, error)
@@ -196,8 +198,8 @@ class Proved:
             self.nodes.size, sums.places, axis=0
         )
         error = np.add.reduceat(terms, sums.begins, axis=0) + radius + rounding * np.abs(constants)
-        found: Array = rounded_up(error)
-        return found
+        bound: Array = rounded_up(error)
+        return bound
 
     def _error(self, kind: str, k: slice, ra: Array, rb: Array) -> Any:
         """Bound what some nodes miss whose operands miss at most ra and rb."""
@@ -228,12 +230,12 @@ def _product(space: Monomials, a: Array, b: Array) -> Array:
     first, second, begins = space.pairs
     if len(first) > 1:
         a, b = np.take(a, first, axis=-1), np.take(b, second, axis=-1)
-    found = a[0] * b
+    product = a[0] * b
     for k in range(1, len(a)):
-        found[k:] += a[k] * b[: len(a) - k]
+        product[k:] += a[k] * b[: len(a) - k]
     if len(first) == 1:
-        return found
-    reduced: Array = np.add.reduceat(found, begins, axis=-1)
+        return product
+    reduced: Array = np.add.reduceat(product, begins, axis=-1)
     return reduced
 
 
@@ -245,5 +247,5 @@ def _total(terms: Array) -> Any:
 def _quotient(above: Any, below: Array) -> Array:
     """Return an upper bound on a quotient; infinite where `below` may not be positive."""
     least = np.nextafter(below, -np.inf)
-    found: Array = np.where(least > 0.0, rounded_up(above / least), np.inf)
-    return found
+    quotient: Array = np.where(least > 0.0, rounded_up(above / least), np.inf)
+    return quotient

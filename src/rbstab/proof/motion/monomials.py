@@ -37,7 +37,7 @@ class Monomials:
     @cached_property
     def degrees(self) -> Array:
         """The degree of each monomial."""
-        return np.array([sum(one) for one in self.exponents])
+        return np.array([sum(powers) for powers in self.exponents])
 
     @cached_property
     def first_of_degree(self) -> Array:
@@ -55,13 +55,13 @@ class Monomials:
             The places of the first factors and of the second ones, and where the pairs of each
             product begin.
         """
-        found = []
+        rows = []
         for i, first in enumerate(self.exponents):
             for j, second in enumerate(self.exponents):
                 total = tuple(a + b for a, b in zip(first, second, strict=True))
                 if sum(total) <= self.degree:
-                    found.append((self.place[total], i, j))
-        table = np.array(sorted(found))
+                    rows.append((self.place[total], i, j))
+        table = np.array(sorted(rows))
         begins = np.searchsorted(table[:, 0], np.arange(len(self)))
         return table[:, 1], table[:, 2], begins
 

@@ -105,8 +105,8 @@ class _Running:
 
     def most_nonlinear(self, k: int, scale: Array) -> int | None:
         """Return along which z to halve the k-th set; None for a single start."""
-        found = self.states[k : k + 1].nonlinearity(scale)[0]
-        return int(found.argmax()) if len(found) else None
+        nonlinearity = self.states[k : k + 1].nonlinearity(scale)[0]
+        return int(nonlinearity.argmax()) if len(nonlinearity) else None
 
 
 @np.errstate(all="ignore")  # numbers that are not finite fail every test
@@ -134,7 +134,7 @@ def followed(  # noqa: PLR0913, PLR0917 (two of them are options)
     all_sets = _Running(np.arange(count), starts, zero.astype(int), zero, zero + FIRST_STEP, zero)
     # Sets of a system that switches are in different modes, and are followed one by one.
     groups = [all_sets[k : k + 1] for k in range(count)] if equations.switches else [all_sets]
-    found: dict[int, Followed] = {}
+    by_number: dict[int, Followed] = {}
     for group in groups:
         running = group
         while len(running.number):
@@ -142,7 +142,7 @@ def followed(  # noqa: PLR0913, PLR0917 (two of them are options)
             left = running.steps < max_steps
             left &= [decision is None for decision in decisions]
             for k in np.flatnonzero(~left).tolist():
-                found[int(running.number[k])] = running.ended(k, decisions[k])
+                by_number[int(running.number[k])] = running.ended(k, decisions[k])
             running = running[left]
             if not len(running.number):
                 break
@@ -152,9 +152,9 @@ def followed(  # noqa: PLR0913, PLR0917 (two of them are options)
             moved, lost = running.moved(step, longest, scale)
             for k in np.flatnonzero(lost).tolist():
                 variable = running.most_nonlinear(k, scale)
-                found[int(running.number[k])] = running.ended(k, None, variable, True, switch)
+                by_number[int(running.number[k])] = running.ended(k, None, variable, True, switch)
             running = moved[~lost]
-    return [found[number] for number in range(count)]
+    return [by_number[number] for number in range(count)]
 
 
 def _next(equations: Equations, running: _Running, scale: Array) -> tuple[SetSteps, Array, str]:

@@ -83,8 +83,8 @@ class MotionSet:
         size = (np.abs(self.polynomial) / scale[:, np.newaxis]).sum(axis=-2)
         curved = np.where(self.space.degrees < 2, 0.0, size)
         chosen = np.where(curved.any(axis=-1, keepdims=True), curved, size)
-        found: Array = chosen @ np.array(self.space.exponents).reshape(len(self.space), -1)
-        return found
+        by_variable: Array = chosen @ np.array(self.space.exponents).reshape(len(self.space), -1)
+        return by_variable
 
     def angle_bounds(self) -> tuple[Array, Array]:
         """Return the smallest and the largest Θ, each of shape (sets, 3), rounded outwards, rad."""
@@ -106,11 +106,11 @@ def set_of(states: Sequence[Expr], space: Monomials, scale: Array) -> MotionSet 
     variables = np.zeros((1, max(space.variables, 1), 1, len(space)))
     variables[0, : space.variables, 0, 1 : space.variables + 1] = np.eye(space.variables)
     (of_z,) = programs(variables.shape[1], states)
-    found = evaluated(of_z, Models(space, variables, np.zeros(variables.shape[1:3])))
+    models = evaluated(of_z, Models(space, variables, np.zeros(variables.shape[1:3])))
     frame = np.diag(scale)[np.newaxis]
     with np.errstate(all="ignore"):
-        radius = rounded_up(found.remainder.T / scale)
-        states_of_z = MotionSet(space, found.polynomial[0].swapaxes(0, 1), frame, radius)
+        radius = rounded_up(models.remainder.T / scale)
+        states_of_z = MotionSet(space, models.polynomial[0].swapaxes(0, 1), frame, radius)
         usable = np.isfinite(frames_of(frame).error).all() and np.isfinite(states_of_z.error).all()
     return states_of_z if usable else None
 

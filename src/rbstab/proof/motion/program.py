@@ -105,7 +105,7 @@ def programs(variables: int, *groups: Iterable[Expr]) -> list[Program]:
         groups: The results of the first program, and what each further one has beside those of the
             one before. The first nodes of a program are those of the one before.
     """
-    graph, forms, found = _Graph(variables), list[Form](), list[Program]()
+    graph, forms, stages = _Graph(variables), list[Form](), list[Program]()
     order, place = list[int](), {-1 - k: k for k in range(variables)}
     operations, places = list[Operation](), dict[str, list[int]]()
 
@@ -125,8 +125,8 @@ def programs(variables: int, *groups: Iterable[Expr]) -> list[Program]:
             operations.append(Operation(kind, slice(first, first + len(nodes)), operands(nodes)))
         by_kind = {kind: np.array(some) for kind, some in places.items()}
         results = _sums(forms, place)
-        found.append(Program(variables, tuple(operations), operands(order), by_kind, results))
-    return found
+        stages.append(Program(variables, tuple(operations), operands(order), by_kind, results))
+    return stages
 
 
 class _Graph:
@@ -135,7 +135,7 @@ class _Graph:
     def __init__(self, variables: int) -> None:
         self.nodes: list[tuple[int, str, Atom | None]] = []
         self.operands: list[list[Form]] = []
-        self._known: dict[tuple[str, tuple[Form, ...]], Form] = {}
+        self._by_operands: dict[tuple[str, tuple[Form, ...]], Form] = {}
         self._forms: dict[str, Form] = {}
         self._variables = range(variables)
 
@@ -181,11 +181,11 @@ class _Graph:
 
     def _node(self, kind: str, operands: list[Form], a: Atom | None = None) -> Form:
         key = kind, tuple(operands)
-        if key not in self._known:
-            self._known[key] = Fraction(0), ((len(self.nodes), Fraction(1)),)
+        if key not in self._by_operands:
+            self._by_operands[key] = Fraction(0), ((len(self.nodes), Fraction(1)),)
             self.nodes.append((1 + max(map(self._depth, operands)), kind, a))
             self.operands.append(operands)
-        return self._known[key]
+        return self._by_operands[key]
 
     def _depth(self, form: Form) -> int:
         return max((self.nodes[node][0] for node, _ in form[1] if node >= 0), default=0)
@@ -196,16 +196,16 @@ class _Graph:
             if len(self.operands[k]) == 1:
                 if a is None:
                     y: Form = Fraction(0), ((k, Fraction(1)),)
-                    zero, ((square, one),) = self._node(PRODUCT, [y, y])
-                    found: Form = zero, ((square, -one),)
+                    zero, ((square, unity),) = self._node(PRODUCT, [y, y])
+                    slope_form: Form = zero, ((square, -unity),)
                 else:
-                    found = self.form(slope(a))
-                self.operands[k] = [*self.operands[k], found]
+                    slope_form = self.form(slope(a))
+                self.operands[k] = [*self.operands[k], slope_form]
 
 
 def _sums(forms: Sequence[Form], place: dict[int, int]) -> Sums:
     terms = [[(place[k], c) for k, c in some] or [(0, Fraction(0))] for _, some in forms]
-    flat = [one for some in terms for one in some]
+    flat = [term for some in terms for term in some]
     begins = np.cumsum([0, *map(len, terms)])[:-1]
     factors, constants = _doubles([c for _, c in flat]), _doubles([c for c, _ in forms])
     return Sums(np.array([k for k, _ in flat], dtype=int), factors, begins, constants)

@@ -25,53 +25,57 @@ _OF_DOUBLES: dict[str, Callable[[Array], Array]] = {
 
 
 def node_series(
-    program: Program, space: Monomials, known: Array, longest: Array | None = None, order: int = 0
+    program: Program, space: Monomials, given: Array, longest: Array | None = None, order: int = 0
 ) -> Array:
     """Return the coefficients of all nodes, shape (order + 1, nodes, sets, monomials).
 
     Args:
         program: The program. With `longest`, its first results are the rates of the variables.
         space: The monomials in z.
-        known: Coefficients of the variables, or of them and some of the next nodes, shape (terms,
+        given: Coefficients of the variables, or of them and some of the next nodes, shape (terms,
             nodes, sets, monomials).
         longest: If given, only the first coefficients of the variables are known, and the others
             follow from the rates: these are motions, τ = t/longest, in s, shape (sets,).
-        order: The highest power of τ; without `longest` that of `known`.
+        order: The highest power of τ; without `longest` that of
     """
-    n, terms = program.variables, len(known) if longest is None else order + 1
-    values = np.zeros((terms, len(program), *known.shape[2:]))
-    values[: len(known), : known.shape[1]] = known
-    operations = [one for one in program.operations if one.nodes.start >= known.shape[1]]
+    n, terms = program.variables, len(given) if longest is None else order + 1
+    values = np.zeros((terms, len(program), *given.shape[2:]))
+    values[: len(given), : given.shape[1]] = given
+    operations = [
+        operation for operation in program.operations if operation.nodes.start >= given.shape[1]
+    ]
     if not operations:
         return values
     # The argument x and the slope m of a function y: of its rates by log τ, y' = m x', and by the
     # degree in z for τ = 0. For products both factors.
-    both = np.zeros((terms, 2, len(program), *known.shape[2:]))
+    both = np.zeros((terms, 2, len(program), *given.shape[2:]))
     is_product = np.isin(np.arange(len(program)), program.of_kinds(PRODUCT))
     with np.errstate(all="ignore"):
         for _ in range(space.degree + 1):  # each time, one more degree in z is right
-            for one in operations:
-                both[0, :, one.nodes] = _pairs(one.operands, values[0], 0)
-                x, m = both[0, 0, one.nodes], both[0, 1, one.nodes]
-                if one.kind == PRODUCT:
-                    values[0, one.nodes] = _last(space, x[np.newaxis], m[np.newaxis])
+            for operation in operations:
+                both[0, :, operation.nodes] = _pairs(operation.operands, values[0], 0)
+                x, m = both[0, 0, operation.nodes], both[0, 1, operation.nodes]
+                if operation.kind == PRODUCT:
+                    values[0, operation.nodes] = _last(space, x[np.newaxis], m[np.newaxis])
                 else:
                     rates = _last(space, (x * space.degrees)[np.newaxis], m[np.newaxis])
-                    values[0, one.nodes, ..., 1:] = rates[..., 1:] / space.degrees[1:]
-                    values[0, one.nodes, ..., 0] = _OF_DOUBLES[one.kind](x[..., 0])
+                    values[0, operation.nodes, ..., 1:] = rates[..., 1:] / space.degrees[1:]
+                    values[0, operation.nodes, ..., 0] = _OF_DOUBLES[operation.kind](x[..., 0])
         both[0, 0] *= is_product[:, np.newaxis, np.newaxis]  # a constant has no rate
         both[0, 1, n:] = _pairs(program.operands, values[0], 0)[1]
         for k in range(1, terms):
             if longest is not None:
                 rates = summed(program.results, values[k - 1], k - 1)[:n]
                 values[k, :n] = longest[:, np.newaxis] * rates / k
-            for one in operations:
-                weight = 1 if one.kind == PRODUCT else k
-                pairs = _pairs(one.operands, values[k], k)
-                both[k, 0, one.nodes] = weight * pairs[0]
-                both[k, 1, one.nodes] = pairs[1]  # a slope may need later nodes, and is zero so far
-                found = _last(space, both[: k + 1, 0, one.nodes], both[: k + 1, 1, one.nodes])
-                values[k, one.nodes] = found / weight
+            for operation in operations:
+                weight = 1 if operation.kind == PRODUCT else k
+                pairs = _pairs(operation.operands, values[k], k)
+                both[k, 0, operation.nodes] = weight * pairs[0]
+                both[k, 1, operation.nodes] = pairs[1]  # a slope may need later nodes: 0 so far
+                last = _last(
+                    space, both[: k + 1, 0, operation.nodes], both[: k + 1, 1, operation.nodes]
+                )
+                values[k, operation.nodes] = last / weight
             both[k, 1, n:] = _pairs(program.operands, values[k], k)[1]
     return values
 
@@ -101,8 +105,8 @@ def _last(space: Monomials, a: Array, b: Array) -> Array:
     """Return the coefficient of the highest power of τ in a product."""
     first, second, begins = space.pairs
     if len(first) == 1:
-        found: Array = np.cumsum(a * b[::-1], axis=0)[-1]  # in order, for any number of sets
-        return found
+        last: Array = np.cumsum(a * b[::-1], axis=0)[-1]  # in order, for any number of sets
+        return last
     products = (np.take(a, first, axis=-1) * np.take(b[::-1], second, axis=-1)).sum(axis=0)
     reduced: Array = np.add.reduceat(products, begins, axis=-1)
     return reduced

@@ -181,14 +181,14 @@ def set_steps(
         flow, frame = linear_flow(J), frames_of(start.frame)
         linear = linear_bounds(flow, frame)
         share = SHARE if disturbance is None and not start.space.variables else 1.0
-        b, W, found = _error_bounds(linear, start.radius, d, G, margin, share)
+        b, W, bounded = _error_bounds(linear, start.radius, d, G, margin, share)
         size = rounded_up(np.abs(p).sum(axis=0).sum(axis=-1)).T
         beside = rounded_up(_times(linear.mismatch, b) + (len(p) + 1) * UNIT * size)
         Phi, error = flow.forward.sum(axis=-3), error_of_products(np.abs(flow.forward).sum(axis=-3))
         end = turned_frames(Phi, error, frame, (W, beside), scale)
         entries = (frame.matrix, frame.inverse, flow.forward, flow.backward, J, G, *end)
         usable = np.all([_are_moderate(part) for part in entries], axis=0)
-        usable = usable & found & (h > 0) & (size <= LARGEST).all(axis=-1)
+        usable = usable & bounded & (h > 0) & (size <= LARGEST).all(axis=-1)
         polynomial = np.ascontiguousarray(p.sum(axis=0).swapaxes(0, 1))
     return SetSteps(h, p, b, MotionSet(start.space, polynomial, *end), usable)
 
@@ -200,11 +200,11 @@ def _series(
 
     The latter have lower degrees in z.
     """
-    known = start.polynomial.swapaxes(0, 1)[np.newaxis]
+    given = start.polynomial.swapaxes(0, 1)[np.newaxis]
     order, terms, tolerance = _accuracy(start.space)
     # With one monomial, there is no use in fewer nodes.
     first = field.rates if start.space.variables else field.step
-    values = node_series(first, start.space, known, longest, order)
+    values = node_series(first, start.space, given, longest, order)
     low = _low(start.space)
     lows = node_series(field.step, low, np.ascontiguousarray(values[..., : len(low)]))
     n, factor = len(scale), np.ones(len(start))
@@ -233,8 +233,8 @@ def _defect(p: Array, rates: Models, h: Array) -> Array:
     coefficients, slopes = h[:, np.newaxis] * rates.polynomial, np.zeros_like(p)
     slopes[:-1] = p[1:] * np.arange(1, len(p))[:, None, None, None]
     rounding = 3 * UNIT * (np.abs(coefficients) + np.abs(slopes))
-    found = (np.abs(coefficients - slopes) + rounding).sum(axis=0).sum(axis=-1)
-    bound: Array = rounded_up(found + h * rates.remainder).T
+    apart = (np.abs(coefficients - slopes) + rounding).sum(axis=0).sum(axis=-1)
+    bound: Array = rounded_up(apart + h * rates.remainder).T
     return bound
 
 
@@ -256,9 +256,9 @@ def _jacobian(slopes: Models, places: Array, n: int, h: Array) -> tuple[Array, A
 
 def _matrices(entries: Array, places: Array, n: int) -> Array:
     """Return matrices, shape (sets, terms, n, n), from their entries, (terms, entries, sets)."""
-    found = np.zeros((entries.shape[2], len(entries), n, n))
-    found[:, :, places[0], places[1]] = entries.transpose(2, 0, 1)
-    return found
+    matrices = np.zeros((entries.shape[2], len(entries), n, n))
+    matrices[:, :, places[0], places[1]] = entries.transpose(2, 0, 1)
+    return matrices
 
 
 def _are_moderate(entries: Array) -> Array:
@@ -285,16 +285,16 @@ def _error_bounds(  # noqa: PLR0913, PLR0917 (the parts of one inequality)
     """
     guess = rounded_up(_times(linear.forward, radius + _times(linear.backward, d)))
     best_b, best_W = np.zeros_like(guess), np.zeros_like(guess)
-    found = np.zeros(len(guess), dtype=bool)
+    bounded = np.zeros(len(guess), dtype=bool)
     for _ in range(ATTEMPTS):
         b = 1.1 * guess + 1e-240
         by_b = _times(linear.residual, b) + _times(linear.backward, _times(G, b))
         W = rounded_up(radius + by_b + _times(linear.backward, d))
         reached = rounded_up(_times(linear.forward, W) + _times(linear.mismatch, b))
-        new = ~found & np.all((reached < b) & (b <= margin) & (by_b <= share * W), axis=-1)
+        new = ~bounded & np.all((reached < b) & (b <= margin) & (by_b <= share * W), axis=-1)
         best_b[new], best_W[new] = b[new], W[new]
-        found |= new
-        if found.all():
+        bounded |= new
+        if bounded.all():
             break
         guess = np.maximum(guess, reached)
-    return best_b, best_W, found
+    return best_b, best_W, bounded

@@ -65,7 +65,7 @@ def damping_of_users(system: System) -> Damping:
     users = [element for element in system.elements if element.from_user]
     if not all(map(in_proofs, users)):
         return NOTHING
-    at_rest, found = configurations(system), list[Damping]()
+    at_rest, dampings = configurations(system), list[Damping]()
     for element in at_rest.system.elements:
         if not element.from_user or element.mode_count:
             continue
@@ -75,8 +75,8 @@ def damping_of_users(system: System) -> Damping:
             return NOTHING
         if why_not_passive(statements):
             return NOTHING
-        found.append(_damped(statements))
-    return Damping(*(any(each) for each in zip(NOTHING, *found, strict=True)))
+        dampings.append(_damped(statements))
+    return Damping(*(any(each) for each in zip(NOTHING, *dampings, strict=True)))
 
 
 def _damped(statements: Statements) -> Damping:
@@ -91,7 +91,7 @@ def _damped(statements: Statements) -> Damping:
 
 def _vanish(dissipated: Expr, *velocities: Array) -> bool:
     zeros = vanishing(dissipated)
-    return any(spanned([expr(entry) for entry in one], zeros) for one in velocities)
+    return any(spanned([expr(entry) for entry in velocity], zeros) for velocity in velocities)
 
 
 class _Dampers(NamedTuple):
@@ -128,8 +128,8 @@ def why_not_damped(
         points_vary: Whether the points of the body are not known.
     """
     dampers, held = _dampers(system), system.coordinates.holds_contact
-    late = [one.name for one in system.elements if isinstance(one, Lagged)]
-    if late and any(one.holds for one in system.elements):
+    late = [element.name for element in system.elements if isinstance(element, Lagged)]
+    if late and any(element.holds for element in system.elements):
         return f"the damping of {' and '.join(late)} lags, and no proof takes this beside a stop"
     rows = [np.hstack([NO_DAMPING, IDENTITY if of_users.turning else dampers.rotation])]
     points = dampers.points.items()
@@ -202,11 +202,11 @@ def _singular(system: System) -> str:
     """Return which dampings of the stabilizers are singular, as the end of a reason."""
     stabilizers = (TranslationalStabilizer, RotationalStabilizer)
     gains = [
-        f"{gain.name} is {'singular' if np.any(getattr(one, gain.name) != 0) else '0'}"
-        for one in system.elements
-        if isinstance(one, stabilizers)
-        for gain in one.gains
-        if gain.dissipates and not is_positive_definite(getattr(one, gain.name))
+        f"{gain.name} is {'singular' if np.any(getattr(element, gain.name) != 0) else '0'}"
+        for element in system.elements
+        if isinstance(element, stabilizers)
+        for gain in element.gains
+        if gain.dissipates and not is_positive_definite(getattr(element, gain.name))
     ]
     return f" ({' and '.join(gains)})" if gains else ""
 

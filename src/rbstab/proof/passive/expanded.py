@@ -58,11 +58,11 @@ def multiplied_out(e: Expr, evenly: Callable[[Atom], bool] = lambda _: False) ->
         return e
     e = _with_common_exponentials(e)
     ring = _Ring(e)
-    found, divisors = ring.quotient(e)
+    numerator, divisors = ring.quotient(e)
     for a, p in divisors.items():
         if p % 2 and (evenly(a) or (a.kind == LET and ring.quotient(a.inner)[1])):
-            found = ring.product(found, ring.numerator(a))
-    return ring.expression(found)
+            numerator = ring.product(numerator, ring.numerator(a))
+    return ring.expression(numerator)
 
 
 def as_product(e: Expr) -> Expr:
@@ -73,7 +73,7 @@ def as_product(e: Expr) -> Expr:
     number, factors = ring.quotient(e)[0].factor_squarefree()
     if all(p == 1 for _, p in factors):
         return e
-    powers = (as_factor(ring.expression(one)) ** int(p) for one, p in factors)
+    powers = (as_factor(ring.expression(factor)) ** int(p) for factor, p in factors)
     return reduce(mul, powers, ring.expression(ring.context.constant(number)))
 
 
@@ -95,11 +95,11 @@ def _with_common_exponentials(e: Expr) -> Expr:
             c = lead(a.inner)
             groups.setdefault(a.inner.scaled(1 / c), {})[a] = c
     given = dict[Atom, Expr]()
-    for direction, found in groups.items():
-        over = lcm(*(c.denominator for c in found.values()))
-        unit = Fraction(gcd(*(int(c * over) for c in found.values())), over)
+    for direction, multiples in groups.items():
+        over = lcm(*(c.denominator for c in multiples.values()))
+        unit = Fraction(gcd(*(int(c * over) for c in multiples.values())), over)
         base = direction.scaled(unit).exp()
-        given |= {a: base ** int(c / unit) for a, c in found.items() if c != unit}
+        given |= {a: base ** int(c / unit) for a, c in multiples.items() if c != unit}
     return substituted(e, given)
 
 
@@ -153,17 +153,17 @@ class _Ring:
 
         return self.context.constant(fmpq(c.numerator, c.denominator))
 
-    def _powers(self, factors: Mapping[Atom, int], found: Polynomial) -> Polynomial:
+    def _powers(self, factors: Mapping[Atom, int], polynomial: Polynomial) -> Polynomial:
         for a, p in factors.items():
             for _ in range(p):
-                found = self.product(found, self.numerator(a))
-        return found
+                polynomial = self.product(polynomial, self.numerator(a))
+        return polynomial
 
-    def product(self, one: Polynomial, two: Polynomial) -> Polynomial:
+    def product(self, first: Polynomial, second: Polynomial) -> Polynomial:
         """Return the product of two polynomials."""
-        if len(one) * len(two) > MOST_PAIRS:
+        if len(first) * len(second) > MOST_PAIRS:
             raise TooLargeError
-        return self._reduced(one * two)
+        return self._reduced(first * second)
 
     def _reduced(self, polynomial: Polynomial) -> Polynomial:
         """Put what squares are in place of them."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from rbstab.analysis.configuration import Configurations, configurations
 from rbstab.elements.element import Element
-from rbstab.proof.boxes import Box, one_box
+from rbstab.proof.boxes import Box, as_boxes
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.exact.atoms import COS, SIN, VAR
 from rbstab.proof.exact.expr import Expr, as_factor, atom, expr, only, summed, variable, variable_of
@@ -107,7 +107,10 @@ TAGS = 5000
 END = np.nextafter([np.pi, np.pi / 2, np.pi], np.inf)
 
 SOME_ATTITUDES = np.stack(
-    [one.ravel() for one in np.meshgrid([-2.4, -0.8, 0.8, 2.4], [-1, 0, 1], [-2.4, -0.8, 0.8, 2.4])]
+    [
+        grid.ravel()
+        for grid in np.meshgrid([-2.4, -0.8, 0.8, 2.4], [-1, 0, 1], [-2.4, -0.8, 0.8, 2.4])
+    ]
 )
 """rad; the attitudes at which a least energy over own states must be found."""
 
@@ -171,10 +174,10 @@ def _why_unbalanced(statements: Statements) -> str | None:
     if not statements.on_all_sides(is_zero, _balance(statements)):
         return UNBALANCED
     forms = statements.of_any, of
-    if not any(statements.on_all_sides(_have_values, *one.used) for one in forms):
+    if not any(statements.on_all_sides(_have_values, *form.used) for form in forms):
         return WITHOUT_VALUES
-    dissipated = [one.dissipated for one in forms]
-    if not any(statements.on_all_sides(never_negative, one) for one in dissipated):
+    dissipated = [form.dissipated for form in forms]
+    if not any(statements.on_all_sides(never_negative, power) for power in dissipated):
         return GAINS_ENERGY
     return None
 
@@ -188,9 +191,9 @@ def _balance(statements: Statements) -> Expr:
     if not statements.held:  # else a force at the contact point has no power
         power = power + contact_force @ motion.F
         rates |= dict(enumerate(map(expr, motion.V), start=3))
-    rates |= dict(zip(statements.own, of.rates, strict=True))
-    found: Expr = derivative(of.stored, rates) + of.dissipated + power
-    return found
+    rates |= dict(zip(statements.state_numbers, of.rates, strict=True))
+    balance: Expr = derivative(of.stored, rates) + of.dissipated + power
+    return balance
 
 
 # -- values ----------------------------------------------------------------------------------------
@@ -211,7 +214,7 @@ def _by_boxes(e: Expr, *, either: bool) -> bool:
     """Return whether an expression of Θ is above zero at all |θ2| <= π/2, or has one sign."""
     if not (e.variables <= {0, 1, 2} and _is_periodic(e)):
         return False
-    V, boxes, examined = BoundedEnergy(e, least={PITCH: 0.0}, order=2), one_box(Box(-END, END)), 0
+    V, boxes, examined = BoundedEnergy(e, least={PITCH: 0.0}, order=2), as_boxes(Box(-END, END)), 0
     while boxes.count:
         examined += boxes.count
         if examined > BOX_LIMIT:
@@ -258,32 +261,34 @@ def first_jump(at_rest: Configurations, element: Element) -> int:
 
 def _why_no_least_energy(statements: Statements) -> str | None:
     """Return why the energy is not known to have one least value over X and own states."""
-    own, held = statements.own, statements.held
-    x = [*(() if held else range(3, 6)), *own]
+    state_numbers, held = statements.state_numbers, statements.held
+    x = [*(() if held else range(3, 6)), *state_numbers]
     stored = statements.of_motion.stored
     rest = quadratic_in(stored, x, constant=(VAR, SIN, COS)).rest
     if rest.variables.isdisjoint(x):
         return None
-    if own and not held:
+    if state_numbers and not held:
         return NOT_QUADRATIC
     forms = (statements.of_any.stored,), (rest, stored - rest)
-    if not any(statements.on_all_sides(partial(_are_convex, x), *one) for one in forms):
-        return NOT_CONVEX_IN_STATES if own else NOT_CONVEX
-    if not own:
+    if not any(statements.on_all_sides(partial(_are_convex, x), *form) for form in forms):
+        return NOT_CONVEX_IN_STATES if state_numbers else NOT_CONVEX
+    if not state_numbers:
         return None
-    if len(own) > MOST_STATES:
+    if len(state_numbers) > MOST_STATES:
         return TOO_MANY_STATES
-    found = all(_is_least_somewhere(e, own) for (e,) in sides([stored], statements.modes))
-    return None if found else NO_LEAST_ENERGY
+    has_least = all(
+        _is_least_somewhere(e, state_numbers) for (e,) in sides([stored], statements.modes)
+    )
+    return None if has_least else NO_LEAST_ENERGY
 
 
 def _are_convex(x: Sequence[int], *of: Expr) -> bool:
     return all(is_convex(e, x) for e in of)
 
 
-def _is_least_somewhere(stored: Expr, own: Sequence[int]) -> bool:
+def _is_least_somewhere(stored: Expr, state_numbers: Sequence[int]) -> bool:
     """Return whether a lowest point over own states is found at some attitudes."""
-    energy = BoundedEnergy(stored, free=own, order=2)
+    energy = BoundedEnergy(stored, free=state_numbers, order=2)
     with np.errstate(all="ignore"):
         z = energy.minimiser(SOME_ATTITUDES).z
         _, slope, H = energy.at_all(SOME_ATTITUDES, z)
@@ -299,22 +304,22 @@ def _is_least_somewhere(stored: Expr, own: Sequence[int]) -> bool:
 
 def _why_moving_up(statements: Statements) -> str | None:
     """Return why the own states may not move down the energy of a body at rest; None if they do."""
-    own, of = statements.own, statements.of_motion
+    state_numbers, of = statements.state_numbers, statements.of_motion
     still = {atom(VAR, k): expr(0) for k in VELOCITIES}
     rates = [substituted(rate, still) for rate in of.rates]
-    both = sides([of.stored, *rates], statements.modes) if own else ()
-    return None if all(moves_down(W, own, rates) for W, *rates in both) else NOT_RELAXING
+    both = sides([of.stored, *rates], statements.modes) if state_numbers else ()
+    return None if all(moves_down(W, state_numbers, rates) for W, *rates in both) else NOT_RELAXING
 
 
-def moves_down(stored: Expr, own: Sequence[int], rates: Sequence[Expr]) -> bool:
+def moves_down(stored: Expr, state_numbers: Sequence[int], rates: Sequence[Expr]) -> bool:
     """Return whether rates are -M times the slopes of an energy, or each has the sign of -slope.
 
     Args:
         stored: The energy.
-        own: The numbers of the variables D.
+        state_numbers: The numbers of the variables D.
         rates: dD/dt.
     """
-    slopes = [derivative(stored, {k: expr(1)}) for k in own]
+    slopes = [derivative(stored, {k: expr(1)}) for k in state_numbers]
     tags = [variable(TAGS + k) for k in range(2 * len(slopes))]
     both = zip((*slopes, *rates), tags, strict=True)
     try:
@@ -324,8 +329,8 @@ def moves_down(stored: Expr, own: Sequence[int], rates: Sequence[Expr]) -> bool:
     columns = [derivative(total, {TAGS + k: expr(1)}) for k in range(len(tags))]
     M = in_terms_of(columns[: len(slopes)], columns[len(slopes) :])
     if M is None:
-        return all(map(_has_sign, rates, slopes, own))
-    n = range(len(own))
+        return all(map(_has_sign, rates, slopes, state_numbers))
+    n = range(len(state_numbers))
     return inverse_of_definite([[-M[i][j] - M[j][i] for j in n] for i in n]) is not None
 
 

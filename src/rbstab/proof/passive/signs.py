@@ -58,14 +58,14 @@ def never_negative(e: Expr) -> bool:
 
 def positive(e: Expr) -> bool:
     """Return whether an expression is shown to be above zero, where |θ2| < π/2."""
-    found = _sign(e)
-    return found is not None and found.above
+    sign = _sign(e)
+    return sign is not None and sign.above
 
 
 def vanishing(e: Expr) -> tuple[Expr, ...]:
     """Return expressions that are zero wherever one is zero that is shown to be never negative."""
-    found = _sign(e)
-    return () if found is None else found.zeros
+    sign = _sign(e)
+    return () if sign is None else sign.zeros
 
 
 @lru_cache(4096)
@@ -75,18 +75,18 @@ def _sign(e: Expr) -> Sign | None:
         core = _core(e)
         if core is not e:
             return _sign(core)
-        found = _of_sum(e)
-        if found is None and not e.is_polynomial:
-            found = _of_sum(multiplied_out(e, lambda a: not _is_weight(a)))
+        sign = _of_sum(e)
+        if sign is None and not e.is_polynomial:
+            sign = _of_sum(multiplied_out(e, lambda a: not _is_weight(a)))
     except (TooLargeError, RecursionError):  # thousands of functions inside one another
         return None
-    return found
+    return sign
 
 
 def _core(e: Expr) -> Expr:
     """Return u if an expression has the sign of u by its form: c sinh(u), c tanh(u), c atan(u)."""
     inner, c = None, Fraction(1)
-    match sorted(e.terms.items(), key=lambda one: len(one[0])):
+    match sorted(e.terms.items(), key=lambda term: len(term[0])):
         case [(((Atom() as a, 1),), c)] if a.kind in {LET, "atan"}:
             inner = a.inner
         case [(((Atom() as b, 1),), k), (((Atom() as a, 1),), c)]:
@@ -118,21 +118,21 @@ def _of_product(m: Monomial, c: Fraction) -> Sign | None:
             return Sign(False, ())
         first, k = next(iter(u.terms.items()))
         if len(u.terms) > 1:
-            known, k = _sign(u), Fraction(1)
-            if known is None:
-                known = _sign(-u)
-                k = lead(u) if known is None else Fraction(-1)
+            sign, k = _sign(u), Fraction(1)
+            if sign is None:
+                sign = _sign(-u)
+                k = lead(u) if sign is None else Fraction(-1)
         elif len(first) == 1 and first[0][1] == 1:
-            known = _of_atom(first[0][0])
+            sign = _of_atom(first[0][0])
         else:
             pending += [(only(a), n * p) for a, n in first]
-            known = Sign(True, ())
+            sign = Sign(True, ())
         above ^= k < 0 and p % 2 == 1
         u = u.scaled(1 / k)
-        if known is None:
+        if sign is None:
             odd ^= {u.digest} if p % 2 else set()
-        if known is None or not known.above:
-            zeros[u.digest] = (u, *(known.zeros if known else ()))
+        if sign is None or not sign.above:
+            zeros[u.digest] = (u, *(sign.zeros if sign else ()))
             divides = divides or p < 0
     if odd or not above:
         return None
@@ -155,14 +155,14 @@ def _of_sum(e: Expr) -> Sign | None:
     groups: dict[Monomial, dict[Monomial, Fraction]] = {}
     for m, c in e.terms.items():
         weight = tuple((a, p) for a, p in m if p % 2 and _is_weight(a))
-        rest = tuple(one for one in m if one not in weight)
+        rest = tuple(factor for factor in m if factor not in weight)
         groups.setdefault(weight, {})[rest] = c
     above, zeros = False, list[Expr]()
     for weight, terms in groups.items():
-        found = _completed(as_product(Expr(terms)))
-        if found is None:
+        completed = _completed(as_product(Expr(terms)))
+        if completed is None:
             return None
-        forms, left = found
+        forms, left = completed
         if all((sign := _of_atom(a)) is not None and sign.above for a, _ in weight):
             zeros += forms
         for m, c in left.terms.items():
@@ -210,9 +210,9 @@ def _other(m: Monomial, root: Monomial, roots: Collection[Monomial]) -> Monomial
     powers = dict(m)
     if any(powers.get(a, 0) < p if p > 0 else powers.get(a, 0) > p for a, p in root):
         return None
-    found = times(m, tuple((a, -p) for a, p in root))
+    cofactor = times(m, tuple((a, -p) for a, p in root))
     # sin² is not a term: it is written as 1 - cos².
-    return found if found in roots or any(a.kind == SIN for a, _ in found) else None
+    return cofactor if cofactor in roots or any(a.kind == SIN for a, _ in cofactor) else None
 
 
 def spanned(wanted: Sequence[Expr], forms: Iterable[Expr]) -> bool:
@@ -231,8 +231,8 @@ def in_terms_of(forms: Sequence[Expr], wanted: Sequence[Expr]) -> list[list[Frac
     vectors = kernel(np.array(rows or [[Fraction(0)] * len(columns)], dtype=object))
     # Each relation between the columns has a factor 1 at the last of them.
     n = len(forms)
-    found = [[-x for x in v[:n]] for v in vectors if any(v[n:])]
-    return found if len(found) == len(wanted) else None
+    factors = [[-x for x in v[:n]] for v in vectors if any(v[n:])]
+    return factors if len(factors) == len(wanted) else None
 
 
 # -- convexity -------------------------------------------------------------------------------------

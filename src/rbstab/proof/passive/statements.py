@@ -68,14 +68,14 @@ class Statements:
     Args:
         of_motion: They, as functions of q, Ω, V and the time.
         of_any: They of a body that is not held, with any A and B.
-        own: The numbers of the own states in q.
+        state_numbers: The numbers of the own states in q.
         modes: The steps that stand for the modes.
         held: Whether the contact point is held.
     """
 
     of_motion: Stated
     of_any: Stated
-    own: range
+    state_numbers: range
     modes: tuple[Atom, ...]
     held: bool
 
@@ -99,7 +99,7 @@ def sides(of: Sequence[Expr], modes: Sequence[Atom]) -> Iterator[list[Expr]]:
         yield [substituted(e, given) for e in of]
 
 
-def own_numbers(at_rest: Configurations, element: Element) -> range:
+def state_numbers_of(at_rest: Configurations, element: Element) -> range:
     """Return the numbers of the own states of an element in q."""
     begin = at_rest.pose_size
     for other in at_rest.system.elements:
@@ -131,12 +131,12 @@ def statements_of(at_rest: Configurations, element: Element) -> Statements:
 def _statements(at_rest: Configurations, element: Element) -> Statements:
     alone = replace(at_rest.system, elements=(element,))
     system = map_parameters(alone, lambda _, values: numbers(values))
-    (mine,) = system.elements
+    (exact_element,) = system.elements
     steps = [variable(MODES + k).step(0) for k in range(element.mode_count)]
     if steps:
-        switched: Any = mine
-        mine = replace(switched, mode=np.array(steps, dtype=object))
-    own = own_numbers(at_rest, element)
+        switched: Any = exact_element
+        exact_element = replace(switched, mode=np.array(steps, dtype=object))
+    state_numbers = state_numbers_of(at_rest, element)
     Omega, V = np.split(variables(VELOCITIES), 2)
     Theta, A, B = variables(range(3)), *variables(ENTRIES[:18]).reshape(2, 3, 3)
     X = variables(ENTRIES[18:] if at_rest.held else range(3, 6))
@@ -144,20 +144,20 @@ def _statements(at_rest: Configurations, element: Element) -> Statements:
     motion = system.motion(Z[:6] if at_rest.held else Z, variable(TIME))
     of_any = motion_from_centre(system.body, system.anchor, Z, (A, B))._replace(time=motion.time)
     return Statements(
-        _stated(mine, motion, variables(own)),
-        _stated(mine, of_any, variables(own)),
-        own,
+        _stated(exact_element, motion, variables(state_numbers)),
+        _stated(exact_element, of_any, variables(state_numbers)),
+        state_numbers,
         tuple(a for step in steps for a in step.atoms),
         at_rest.held,
     )
 
 
-def _stated(element: Element, motion: Motion, own: Any) -> Stated:
+def _stated(element: Element, motion: Motion, element_states: Any) -> Stated:
     return Stated(
         motion,
-        tuple(map(expr, element.guards(motion, own))),
-        tuple(map(expr, np.concatenate(element.wrench(motion, own)))),
-        expr(element.stored(motion, own)),
-        expr(element.dissipated(motion, own)),
-        tuple(map(expr, element.rates(motion, own))),
+        tuple(map(expr, element.guards(motion, element_states))),
+        tuple(map(expr, np.concatenate(element.wrench(motion, element_states)))),
+        expr(element.stored(motion, element_states)),
+        expr(element.dissipated(motion, element_states)),
+        tuple(map(expr, element.rates(motion, element_states))),
     )

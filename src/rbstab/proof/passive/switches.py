@@ -48,13 +48,15 @@ def why_not_continuous(statements: Statements) -> str | None:
         return None
     of, Theta = statements.of_motion, set(range(3))
     others = of.stored.variables.difference(Theta, *(a.variables for a in statements.modes))
-    if any(not g.variables <= Theta for g in of.guards) or (others and not statements.own):
+    if any(not g.variables <= Theta for g in of.guards) or (
+        others and not statements.state_numbers
+    ):
         return NOT_OF_ANGLES
     smooth = _smooth(statements)
     if smooth is None:
         return NOT_CONTINUOUS
     parts = _parts(of.guards, of.stored, statements.modes)
-    jumps = [T for one, (_, T) in zip(smooth, parts, strict=True) if not one]
+    jumps = [T for continuous, (_, T) in zip(smooth, parts, strict=True) if not continuous]
     if not all(T.variables <= Theta for T in jumps):
         return JUMPS_BY_MORE
     return SIGN_UNKNOWN if None in smooth else None
@@ -76,19 +78,19 @@ def _smooth(statements: Statements) -> list[bool | None] | None:
     """
     forms = (statements.of_any, statements.of_motion)
     both = [_parts(of.guards, of.stored, statements.modes) for of in forms]
-    found = [
+    candidates = [
         [_is_smooth(g, T) for g, T in parts]
         for parts in both
         if len(parts) == len(both[1]) > 0 and all(_vanishes(T, g) for g, T in parts)
     ]
-    return min(found, key=lambda smooth: smooth.count(None), default=None)
+    return min(candidates, key=lambda smooth: smooth.count(None), default=None)
 
 
 def _parts(guards: Sequence[Expr], stored: Expr, modes: Sequence[Atom]) -> list[tuple[Expr, Expr]]:
     """Return each g_i with its T_i, one for each surface; nothing if E is not of this form."""
     numbers = frozenset[int]().union(*(a.variables for a in modes))
     sums = [stored, *(a.inner for a in stored.all_atoms if a.kind == LET)]
-    factors = {one for e in sums for m in e.terms for one in m if one[0] not in modes}
+    factors = {factor for e in sums for m in e.terms for factor in m if factor[0] not in modes}
     if any((a.kind != LET or p < 0) and a.variables & numbers for a, p in factors):
         return []
 
@@ -97,13 +99,13 @@ def _parts(guards: Sequence[Expr], stored: Expr, modes: Sequence[Atom]) -> list[
 
     units = [[int(j == k) for j in range(len(modes))] for k in range(len(modes))]
     E = with_modes(*(0 for _ in modes))
-    found = [with_modes(*unit) - E for unit in units]
+    differences = [with_modes(*unit) - E for unit in units]
     for values in product((0, 1), repeat=len(modes)):
-        both = [T for T, value in zip(found, values, strict=True) if value]
+        both = [T for T, value in zip(differences, values, strict=True) if value]
         if len(both) > 1 and not is_zero(summed((E, *both, -with_modes(*values)))):
             return []
     parts: dict[Expr, Expr] = {}
-    for g, T in zip(guards, found, strict=True):
+    for g, T in zip(guards, differences, strict=True):
         if -g in parts:  # step(-g) = 1 - step(g)
             parts[-g] = parts[-g] - T
         else:
@@ -114,12 +116,14 @@ def _parts(guards: Sequence[Expr], stored: Expr, modes: Sequence[Atom]) -> list[
 def _is_smooth(g: Expr, T: Expr) -> bool | None:
     """Return whether the force is continuous at one surface; None if its sign is not seen."""
     variables = [{k: expr(1)} for k in sorted(T.variables | g.variables)]
-    slopes = [derivative(T, one) for one in variables]
+    slopes = [derivative(T, direction) for direction in variables]
     if all(_vanishes(slope, g) for slope in slopes):
         return True
-    share = summed(derivative(g, one) * slope for one, slope in zip(variables, slopes, strict=True))
+    share = summed(
+        derivative(g, direction) * slope for direction, slope in zip(variables, slopes, strict=True)
+    )
     on_surface = _on_surface(share, g)
-    return False if any(never_negative(one) or never_negative(-one) for one in on_surface) else None
+    return False if any(never_negative(e) or never_negative(-e) for e in on_surface) else None
 
 
 def _vanishes(e: Expr, g: Expr) -> bool:

@@ -173,25 +173,25 @@ class Cells:
 
     def _edges(self, level: float) -> tuple[Array, Array, Array]:
         """Return the edges with a weight below a level: both nodes of each, and the weight."""
-        (one, two), (state, cell) = self.pairs, np.nonzero(self.touching)
+        (first, second), (state, cell) = self.pairs, np.nonzero(self.touching)
         low, at_end = self.low, np.flatnonzero(self.ends < level)
         weight = np.concatenate(
             [
-                np.maximum(low[one], low[two]),
+                np.maximum(low[first], low[second]),
                 np.maximum(low[cell], self.land.at_zeros.lo[state]),
                 np.maximum(low[at_end], self.ends[at_end]),
             ]
         )
-        one = np.concatenate([one, cell, at_end])
-        two = np.concatenate([two, self.count + state, np.full(len(at_end), self.border)])
+        first = np.concatenate([first, cell, at_end])
+        second = np.concatenate([second, self.count + state, np.full(len(at_end), self.border)])
         below = weight < level
-        return one[below], two[below], weight[below]
+        return first[below], second[below], weight[below]
 
     @cached_property
     def _links(self) -> tuple[list[int], list[int], list[float]]:
         """The edges in rows, one for each node: where it begins, the other nodes, the weights."""
-        one, two, weight = self._edges(np.inf)
-        both = np.concatenate([one, two]), np.concatenate([two, one])
+        first, second, weight = self._edges(np.inf)
+        both = np.concatenate([first, second]), np.concatenate([second, first])
         graph = _graph(np.tile(weight, 2), *both, self.border + 1)
         return graph.indptr.tolist(), graph.indices.tolist(), graph.data.tolist()
 
@@ -220,22 +220,22 @@ class Cells:
         """Return where the component of a minimum may leave below a level."""
         from scipy.sparse.csgraph import dijkstra  # imported late, as in `_graph`
 
-        n, (one, two, _) = self.count, self._edges(level)
+        n, (first, second, _) = self.count, self._edges(level)
         length = np.where((self.high < level) | (self.depth == DEEPEST), WET, 1.0)
-        inner, mine = two < n, two == n + minimum
-        start, end = one[mine], np.unique(one[~inner & ~mine])
-        one, two = one[inner], two[inner]
+        inner, at_minimum = second < n, second == n + minimum
+        start, end = first[at_minimum], np.unique(first[~inner & ~at_minimum])
+        first, second = first[inner], second[inner]
         # Two more nodes are the start and the end of all ways; a way is as long as its cells.
         begins, stops = np.full(len(start), n), np.full(len(end), n + 1)
-        rows = np.concatenate([one, two, begins, stops])
-        columns = np.concatenate([two, one, start, end])
+        rows = np.concatenate([first, second, begins, stops])
+        columns = np.concatenate([second, first, start, end])
         graph = _graph(length[columns], rows, columns, n + 2)
         here, there = dijkstra(graph, indices=[n, n + 1])[:, :n]
         shortest, none = here[end].min(initial=np.inf), np.zeros(0, dtype=int)
         if shortest < HALF:
             return Ways(none, end[here[end] < HALF])
-        on_one = (length == 1) & (here + there - length < shortest + HALF)
-        return Ways(np.flatnonzero(on_one & (shortest < np.inf)), none)
+        on_way = (length == 1) & (here + there - length < shortest + HALF)
+        return Ways(np.flatnonzero(on_way & (shortest < np.inf)), none)
 
     def up_to(self, minimum: int, level: float) -> "Cells":
         """Return cells that prove a level of a minimum, if `LIMIT` is enough for it."""
@@ -289,10 +289,10 @@ def _halved(boxes: Boxes, pairs: Array, split: Array, axis: int) -> tuple[Boxes,
     numbers = np.full((2, boxes.count), -1)
     numbers[0, ~split] = np.arange(kept)
     numbers[:, split] = kept + np.arange(2 * m).reshape(2, m)
-    one, two = pairs
-    changed = split[one] | split[two]
-    first = numbers[:, None, one[changed]]
-    second = numbers[None, :, two[changed]]
+    cell, neighbour = pairs
+    changed = split[cell] | split[neighbour]
+    first = numbers[:, None, cell[changed]]
+    second = numbers[None, :, neighbour[changed]]
     new = np.stack([x.ravel() for x in np.broadcast_arrays(first, second)])
     new = new[:, np.all(new >= 0, axis=0)]
     new = new[:, _beside(halves, new)]
@@ -301,13 +301,13 @@ def _halved(boxes: Boxes, pairs: Array, split: Array, axis: int) -> tuple[Boxes,
 
 def _beside(boxes: Boxes, pairs: Array) -> Array:
     """Return which pairs of boxes, of which none overlap, have a face in common."""
-    one, two = pairs
-    size = np.minimum(boxes.hi[:, one], boxes.hi[:, two])
-    size -= np.maximum(boxes.lo[:, one], boxes.lo[:, two])
+    first, second = pairs
+    size = np.minimum(boxes.hi[:, first], boxes.hi[:, second])
+    size -= np.maximum(boxes.lo[:, first], boxes.lo[:, second])
     return np.asarray(np.all(size >= 0, axis=0) & (np.sum(size > 0, axis=0) == 2))
 
 
-def _graph(lengths: Array, one: Array, two: Array, nodes: int) -> Any:
+def _graph(lengths: Array, rows: Array, columns: Array, nodes: int) -> Any:
     from scipy.sparse import coo_array  # imported late: few commands make proofs
 
-    return coo_array((lengths, (one, two)), shape=(nodes, nodes)).tocsr()
+    return coo_array((lengths, (rows, columns)), shape=(nodes, nodes)).tocsr()

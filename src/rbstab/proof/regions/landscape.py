@@ -9,7 +9,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
-from rbstab.proof.boxes import Box, Boxes, joined, one_box
+from rbstab.proof.boxes import Box, Boxes, as_boxes, joined
 from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.enclosures.tied import without_lengths
 from rbstab.proof.model import Energy
@@ -55,16 +55,16 @@ def parts_of(box: Box, axes: Sequence[int], boxes: Boxes) -> Iterator[Parts]:
     """
     for axis in axes:
         for sign, end in ((-1, box.lo[axis]), (1, box.hi[axis])):
-            mine = np.flatnonzero((boxes.lo if sign < 0 else boxes.hi)[axis] == end)
-            lo, hi = boxes.lo[:, mine], boxes.hi[:, mine]
+            places = np.flatnonzero((boxes.lo if sign < 0 else boxes.hi)[axis] == end)
+            lo, hi = boxes.lo[:, places], boxes.hi[:, places]
             inner = np.nextafter(end, -sign * np.inf)
             lo[axis], hi[axis] = min(end, inner), max(end, inner)
-            yield Parts((axis, sign), mine, Boxes(lo, hi))
+            yield Parts((axis, sign), places, Boxes(lo, hi))
 
 
 def open_faces(box: Box, open_axes: Sequence[int]) -> list[tuple[Face, Boxes]]:
     """Return the faces of a range as boxes."""
-    return [(one.face, one.boxes) for one in parts_of(box, open_axes, one_box(box))]
+    return [(part.face, part.boxes) for part in parts_of(box, open_axes, as_boxes(box))]
 
 
 def is_minimum(zero: Zero) -> bool:
@@ -89,15 +89,17 @@ class Landscape:
         self.V, self.box, self.zeros = V, box, zeros
         self.open_axes = [axis for axis in range(3) if axis not in energy.closed]
         self.states = [zero.enclosure for zero in zeros.zeros]
-        self.at_zeros = V.values(joined([one_box(state) for state in self.states], 3))
+        self.at_zeros = V.values(joined([as_boxes(state) for state in self.states], 3))
         collapsed = without_lengths(energy)
         self.confining = confining and not collapsed
-        highest = min((one.value for one in self.face_levels), default=np.inf) if collapsed else 0.0
-        least = [least_values(Ranges(one), one_box(box), cap=highest) for one in collapsed]
+        highest = (
+            min((level.value for level in self.face_levels), default=np.inf) if collapsed else 0.0
+        )
+        least = [least_values(Ranges(bounded), as_boxes(box), cap=highest) for bounded in collapsed]
         # Where a spring has no length, as far as this is the lowest.
         self.springs = [Level(float(x.bound[0]), float(x.value[0]), x.at[:, 0]) for x in least]
         lowest = float(V.values(zeros.undecided).lo.min(initial=np.inf))
-        self.cap = min([lowest, *(one.bound for one in self.springs)])
+        self.cap = min([lowest, *(level.bound for level in self.springs)])
 
     @cached_property
     def minima(self) -> list[int]:
@@ -115,17 +117,19 @@ class Landscape:
     @cached_property
     def face_levels(self) -> list[Level]:
         """The level of each open face; for one minimum, of those at which its region may end."""
-        faces, one_region = open_faces(self.box, self.open_axes), len(self.minima) < 2
-        if one_region:
-            faces = [one for one in faces if self._ends_lowest(one[0])]
-        least = least_values(self.V, joined([one for _, one in faces], 3), of_all=one_region)
+        faces, single_minimum = open_faces(self.box, self.open_axes), len(self.minima) < 2
+        if single_minimum:
+            faces = [(face, boxes) for face, boxes in faces if self._ends_lowest(face)]
+        least = least_values(
+            self.V, joined([boxes for _, boxes in faces], 3), of_all=single_minimum
+        )
         rows = zip(faces, least.bound, least.value, least.at.T, strict=True)
         return [Level(float(b), float(v), at, face=face) for (face, _), b, v, at in rows]
 
     @property
     def lowest_face_levels(self) -> list[Level]:
         """The levels of the faces at which the component of the lowest state may end."""
-        return [one for one in self.face_levels if one.face and self._ends_lowest(one.face)]
+        return [level for level in self.face_levels if level.face and self._ends_lowest(level.face)]
 
     def _ends_lowest(self, face: Face) -> bool:
         """Return whether the component of the lowest state may end at a face.
@@ -159,15 +163,15 @@ class Landscape:
         that a box has; these are infinite without one.
         """
         at_ends, n = self.faces(boxes), boxes.count
-        found = self.V.values(joined([boxes, *(one.boxes for one in at_ends)], 3))
+        values = self.V.values(joined([boxes, *(part.boxes for part in at_ends)], 3))
         ends, begin = np.full(n, np.inf), n
-        for one in at_ends:
-            low = found.lo[begin : begin + one.boxes.count]
-            ends[one.places] = np.minimum(ends[one.places], low)
-            begin += one.boxes.count
-        return np.stack([found.lo[:n], -found.hi[:n], ends])
+        for part in at_ends:
+            low = values.lo[begin : begin + part.boxes.count]
+            ends[part.places] = np.minimum(ends[part.places], low)
+            begin += part.boxes.count
+        return np.stack([values.lo[:n], -values.hi[:n], ends])
 
     def touching(self, boxes: Boxes) -> Array:
         """Return which boxes touch the enclosure of which rest state, shape (states, boxes)."""
-        found = np.array([boxes.touch(state) for state in self.states], dtype=bool)
-        return found.reshape(len(self.states), boxes.count)
+        touches = np.array([boxes.touch(state) for state in self.states], dtype=bool)
+        return touches.reshape(len(self.states), boxes.count)

@@ -92,20 +92,20 @@ def _certified(land: Landscape) -> ProvedRegion | None:
     levels = [*land.lowest_face_levels, *others, *land.springs]
     if not levels:
         return None
-    energy = min(one.value for one in levels)
+    energy = min(candidate.value for candidate in levels)
     tie = TIE * max(abs(energy), abs(lowest.value))
-    first = next(one for one in levels if one.value - energy <= tie)
+    first = next(candidate for candidate in levels if candidate.value - energy <= tie)
     level = energy - lowest.value
-    bound = _lowered(land, min(land.cap, *(one.bound for one in levels)))
-    known = 0 in land.minima and bound > -np.inf
+    bound = _lowered(land, min(land.cap, *(candidate.bound for candidate in levels)))
+    bounded = 0 in land.minima and bound > -np.inf
     return ProvedRegion(
         energy=energy,
         level=level,
-        lower_bound=_height(land, 0, bound) if known else 0.0,
+        lower_bound=_height(land, 0, bound) if bounded else 0.0,
         attained_at=first.at,
         face=NO_LENGTH if first in land.springs else _name(land.box, first.face),
-        proved=known and land.zeros.proved and energy - bound <= LOOSE * abs(level),
-        energy_bound=bound if known else None,
+        proved=bounded and land.zeros.proved and energy - bound <= LOOSE * abs(level),
+        energy_bound=bound if bounded else None,
     )
 
 
@@ -115,8 +115,8 @@ def _name(box: Box, face: Face | None) -> str | None:
         return None
     axis, sign = face
     end = box.hi[axis] if sign > 0 else -box.lo[axis]
-    known = "π/2" if axis == PITCH else "π"
-    size = known if end == RANGE_END[axis] else f"{end:.4g}"
+    symbol = "π/2" if axis == PITCH else "π"
+    size = symbol if end == RANGE_END[axis] else f"{end:.4g}"
     return f"θ{axis + 1} = {'-' if sign < 0 else ''}{size}"
 
 
@@ -131,8 +131,8 @@ def _minima(land: Landscape) -> list[ProvedMinimum]:
     if 0 in land.minima:
         # Below these there is one component, that of the lowest state: no cells are needed.
         lowest = _lowest_end(land)
-        ends[0] = max(lowest, ends.get(0, lowest), key=lambda one: one.bound)
-    found = []
+        ends[0] = max(lowest, ends.get(0, lowest), key=lambda level: level.bound)
+    minima = []
     for k, end in sorted(ends.items()):
         height = _height(land, k, end.bound)
         if height > 0:
@@ -145,14 +145,14 @@ def _minima(land: Landscape) -> list[ProvedMinimum]:
                 pass_face=_name(land.box, end.face),
                 pass_at=end.at,
             )
-            found.append(entry)
-    return found
+            minima.append(entry)
+    return minima
 
 
 def _lowest_end(land: Landscape) -> Level:
     """Return the least level at which the component of the lowest state may end."""
     levels = (*land.state_levels[1:], *land.lowest_face_levels, Level(land.cap, land.cap))
-    least = min(levels, key=lambda one: one.bound)
+    least = min(levels, key=lambda level: level.bound)
     return replace(least, bound=_lowered(land, least.bound))
 
 
@@ -188,10 +188,10 @@ def _ends(land: Landscape) -> dict[int, Level]:
     while True:
         for search in searches:
             search.reached = cells.flood(search.minimum, land.cap).end
-        some = np.unique(np.concatenate([one.open_cells(cells) for one in searches]))
+        some = np.unique(np.concatenate([search.open_cells(cells) for search in searches]))
         if not len(some) or cells.count >= LIMIT:
-            found = {search.minimum: search.end(cells) for search in searches}
-            return {k: end for k, end in found.items() if end is not None}
+            passes = {search.minimum: search.end(cells) for search in searches}
+            return {k: end for k, end in passes.items() if end is not None}
         cells = cells.divided(some)
 
 
@@ -210,8 +210,10 @@ class _Search:
 
     def __init__(self, land: Landscape, minimum: int) -> None:
         self.land, self.minimum, self.floor = land, minimum, land.floor(minimum)
-        levels = [one for one in land.state_levels[1:] if land.is_pass(one)] + land.face_levels
-        self.levels = [one for one in levels if self.floor < one.bound < land.cap]
+        levels = [
+            level for level in land.state_levels[1:] if land.is_pass(level)
+        ] + land.face_levels
+        self.levels = [level for level in levels if self.floor < level.bound < land.cap]
         if land.cap < np.inf:
             self.levels.append(Level(land.cap, land.cap))
         self.reached: Pass | None = None
@@ -224,7 +226,7 @@ class _Search:
 
     def open_cells(self, cells: Cells) -> Array:
         """Return the cells that are to be divided for the next level; none at the end."""
-        while not self._is_known(cells) and (aim := self._aim()) is not None:
+        while not self._is_at_pass(cells) and (aim := self._aim()) is not None:
             open_, ends = cells.ways(self.minimum, aim)
             if not len(ends):
                 return open_
@@ -236,46 +238,46 @@ class _Search:
                     self.levels.append(lower)
         return np.zeros(0, dtype=int)
 
-    def _is_known(self, cells: Cells) -> bool:
+    def _is_at_pass(self, cells: Cells) -> bool:
         """Return whether the component meets others at a known pass, near its level."""
         if self.reached is None:
             return True
         place = cells.place(self.reached.edge)
         return any(
-            abs(self.proved - one.value) <= self._margin(one) and one.distance(place) <= NEAR
-            for one in self.levels
+            abs(self.proved - level.value) <= self._margin(level) and level.distance(place) <= NEAR
+            for level in self.levels
         )
 
     def _aim(self) -> float | None:
         """Return the level that is tried next: just below the next pass, if one is known."""
-        for one in sorted(self.levels, key=lambda one: one.bound):
-            margin = self._margin(one)
-            aim = one.bound - 0.9 * margin
+        for level in sorted(self.levels, key=lambda level: level.bound):
+            margin = self._margin(level)
+            aim = level.bound - 0.9 * margin
             # The margin of a very shallow region may be lost in round-off.
-            if one.bound <= self.top and aim < self.top and self.proved < one.bound - margin:
+            if level.bound <= self.top and aim < self.top and self.proved < level.bound - margin:
                 return aim
-        known = max(self.proved, self.floor)
-        if self.top == np.inf or self.top - known <= MARGIN * (self.top - self.floor):
+        low = max(self.proved, self.floor)
+        if self.top == np.inf or self.top - low <= MARGIN * (self.top - self.floor):
             return None
-        middle = 0.5 * (known + self.top)
-        return middle if known < middle < self.top else None
+        middle = 0.5 * (low + self.top)
+        return middle if low < middle < self.top else None
 
-    def _margin(self, one: Level) -> float:
-        if one.at is None:
+    def _margin(self, level: Level) -> float:
+        if level.at is None:
             return 0.0
-        share = RIDGE_MARGIN if self.land.is_ridge(one) else MARGIN
-        return share * (one.bound - self.floor)
+        share = RIDGE_MARGIN if self.land.is_ridge(level) else MARGIN
+        return share * (level.bound - self.floor)
 
     def _outlet(self, cells: Cells, some: Array) -> Level:
         """Return a level near the least one on the parts of open faces of some cells."""
         some = some[np.argsort(cells.ends[some], kind="stable")][:AT_ONCE]
         rows = self.land.faces(cells.boxes[some])
-        parts = joined([one.boxes for one in rows], 3)
+        parts = joined([part.boxes for part in rows], 3)
         _, _, near = self.land.V.over(parts)
         near = np.clip(near, parts.lo, parts.hi)
         value = self.land.V.values(Boxes(near, near)).hi
         k = int(np.argmin(value))
-        faces = [one.face for one in rows for _ in one.places]
+        faces = [part.face for part in rows for _ in part.places]
         return Level(float(value[k]), float(value[k]), near[:, k], face=faces[k])
 
     def end(self, cells: Cells) -> Level | None:
@@ -286,21 +288,21 @@ class _Search:
             return Level(self.land.cap, self.land.cap)
         bound = self.proved - REPEATED * (self.proved - self.floor)
         place = cells.place(self.reached.edge)
-        found = self._named(place)
-        if found is None and cells.border in self.reached.edge:
-            found = self._outlet(cells, np.array([min(self.reached.edge)]))
-        if found is None:
-            found = Level(bound, bound, 0.5 * place.lo + 0.5 * place.hi)
-        return replace(found, bound=bound)
+        level = self._named(place)
+        if level is None and cells.border in self.reached.edge:
+            level = self._outlet(cells, np.array([min(self.reached.edge)]))
+        if level is None:
+            level = Level(bound, bound, 0.5 * place.lo + 0.5 * place.hi)
+        return replace(level, bound=bound)
 
     def _named(self, place: Box) -> Level | None:
         """Return the known level that is the pass at a place, if its height is proved, about."""
         slack = 2 * MARGIN * (self.proved - self.floor)
-        left = [one for one in self.levels if one.bound >= self.proved - slack]
-        least = min((one.bound for one in left), default=np.inf)
+        left = [level for level in self.levels if level.bound >= self.proved - slack]
+        least = min((level.bound for level in left), default=np.inf)
         if least > self.top or self.proved - self.floor < ENOUGH * (least - self.floor):
             return None
         return min(
-            (one for one in left if one.bound <= least + 2 * slack),
-            key=lambda one: one.distance(place),
+            (level for level in left if level.bound <= least + 2 * slack),
+            key=lambda level: level.distance(place),
         )

@@ -50,12 +50,12 @@ class StartRegions:
             low: The lower corner of the box of Θ of each start, shape (m, 3), rad.
             high: The upper corner.
         """
-        found = np.full(len(energy), -1)
+        places = np.full(len(energy), -1)
         for k, region in enumerate(self.regions):
-            for start in np.flatnonzero((found < 0) & (energy < region.level)):
+            for start in np.flatnonzero((places < 0) & (energy < region.level)):
                 if self._component(k).contains(Box(low[start], high[start])):
-                    found[start] = k
-        return found
+                    places[start] = k
+        return places
 
     @cached_property
     def _cells(self) -> Cells:

@@ -128,16 +128,16 @@ def prove_bodies(
                 return ended(BodiesOutcome.NO_ENERGY, str(error))
             axis: int | None = _widest(part)
         else:
-            found = prove_part(family, is_late)
-            boxes += found.examined
-            if found.proved:
-                level, done, share = min(level, found.level), done + 1, share + size
+            part_proof = prove_part(family, is_late)
+            boxes += part_proof.examined
+            if part_proof.proved:
+                level, done, share = min(level, part_proof.level), done + 1, share + size
                 continue
             if is_late():
                 pending.append((part, size))
                 return ended(BodiesOutcome.TIME_LIMIT)
-            false = counterexample(members, part, found.doubtful, family)
-            axis = _axis(family, found.doubtful)
+            false = counterexample(members, part, part_proof.doubtful, family)
+            axis = _axis(family, part_proof.doubtful)
         first_axis = axis if examined == 1 else first_axis
         if false is not None:
             several = len(false.rest_states) > 1
@@ -203,7 +203,9 @@ def counterexample(
 def _rest_states(members: Members, numbers: tuple[Fraction, ...], starts: Array) -> list[Zero]:
     """Return proved rest states of a body in the range of eq. 5, from starts (3, points)."""
     try:
-        U = energy_of(members.own([float(x) for x in numbers]), partial(members.exact, numbers))
+        U = energy_of(
+            members.from_doubles([float(x) for x in numbers]), partial(members.exact, numbers)
+        )
     except (NoMinimumError, TypeError):
         return []
     high = np.array([np.pi, np.pi / 2 if U.stop is None else float(U.stop), np.pi])

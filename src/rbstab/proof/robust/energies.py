@@ -96,7 +96,7 @@ def energies_of(members: Members, part: Part) -> Energies:
             stiffness that is constant in Θ, or that is not proved to be positive definite for all z
             (`lower_bound`); or the box is too wide for the series.
     """
-    middle = members.own([float(number) for number in part.middle])
+    middle = members.from_doubles([float(number) for number in part.middle])
     for reason in without_potential(middle):
         raise NoReducedEnergy(reason)
     try:
@@ -139,11 +139,11 @@ def _eliminated(total: Expr, others: range, count: int, stop: Fraction | None) -
 
     parts = {z: quadratic_in(e, others) for z, e in weighted(total).items()}
     x_atoms = {atom(VAR, k) for k in others}
-    for one in parts.values():
-        if any(x_atoms & e.all_atoms for e in (one.rest, *one.b)):
+    for part in parts.values():
+        if any(x_atoms & e.all_atoms for e in (part.rest, *part.b)):
             raise NoReducedEnergy(NoEnergyReason.NOT_QUADRATIC)
-    slopes = {z: [_functions(e) for e in one.b] for z, one in parts.items()}
-    rests = {z: [_functions(one.rest)] for z, one in parts.items()}
+    slopes = {z: [_functions(e) for e in part.b] for z, part in parts.items()}
+    rests = {z: [_functions(part.rest)] for z, part in parts.items()}
     entries = _names(slopes.values())
     as_sums = [Expr({e: Fraction(1, 2)}) for e in entries]
     halves = [_functions(product(e, f).scaled(Fraction(2))) for e in as_sums for f in as_sums]
@@ -152,18 +152,18 @@ def _eliminated(total: Expr, others: range, count: int, stop: Fraction | None) -
     U = {z: _matrix(rows, functions) for z, rows in rests.items()}
     left = np.zeros((1, 0, len(entries)))
     if others:
-        H = _not_zero({z: _exact(one.H) for z, one in parts.items()})
+        H = _not_zero({z: _exact(part.H) for z, part in parts.items()})
         B = _not_zero({z: _matrix(rows, entries) for z, rows in slopes.items()})
         x, q = _minimiser(H, B)
         left = _bounded(H, q) if q else left
-        pairs = multiplied({z: one.transpose() for z, one in x.items()}, plus(B, q))
+        pairs = multiplied({z: matrix.transpose() for z, matrix in x.items()}, plus(B, q))
         # One product of large matrices takes far less time than many.
-        Q = fmpq_mat([one.entries() for one in pairs.values()]) * _matrix(halves, functions)
+        Q = fmpq_mat([matrix.entries() for matrix in pairs.values()]) * _matrix(halves, functions)
         U = plus(U, {z: fmpq_mat([row]) for z, row in zip(pairs, Q.tolist(), strict=True)})
     forms, zero = in_chebyshev(U), fmpq_mat(1, len(functions))
     alone = [((atom(VAR, FIRST + k), 1),) for k in range(count)]
     first = [forms.pop(z, zero) for z in ((), *alone)]
-    rows = np.array([_doubles(one)[0] for one in (*first, *_not_zero(forms).values())])
+    rows = np.array([_doubles(matrix)[0] for matrix in (*first, *_not_zero(forms).values())])
     kept = np.any(rows, axis=0)
     return Energies(
         tuple(compress(functions, kept.tolist())),
@@ -182,19 +182,19 @@ def _functions(e: Expr) -> Functions:
     Terms with the same steps are one function, step·(θ2 - a): it is small where the step is not
     known, and its terms are not.
     """
-    found: Functions = {}
+    functions: Functions = {}
     by_steps: dict[Monomial, Functions] = {}
     for m, c in e.terms.items():
-        steps = tuple(one for one in m if one[0].kind == STEP)
+        steps = tuple(factor for factor in m if factor[0].kind == STEP)
         if steps:
-            by_steps.setdefault(steps, {})[tuple(one for one in m if one not in steps)] = c
+            by_steps.setdefault(steps, {})[tuple(factor for factor in m if factor not in steps)] = c
         else:
-            found[m] = c
+            functions[m] = c
     for steps, terms in by_steps.items():
         lead = terms[min(terms, key=lambda m: [(a.order, p) for a, p in m])]
-        ((one, _),) = as_factor(Expr(terms).scaled(1 / lead)).terms.items()
-        found[monomial([*steps, *one])] = lead
-    return found
+        ((rest, _),) = as_factor(Expr(terms).scaled(1 / lead)).terms.items()
+        functions[monomial([*steps, *rest])] = lead
+    return functions
 
 
 def _names(parts: Iterable[Sequence[Functions]]) -> tuple[Monomial, ...]:
@@ -204,7 +204,7 @@ def _names(parts: Iterable[Sequence[Functions]]) -> tuple[Monomial, ...]:
 
 def _matrix(rows: Sequence[Functions], columns: Sequence[Monomial]) -> Matrix:
     """Return rows of coefficients as a matrix."""
-    return _exact([[row.get(one, Fraction(0)) for one in columns] for row in rows])
+    return _exact([[row.get(column, Fraction(0)) for column in columns] for row in rows])
 
 
 def _exact(rows: Sequence[Sequence[Fraction]]) -> Matrix:
@@ -225,7 +225,9 @@ def _minimiser(H: Matrices, B: Matrices) -> tuple[Matrices, Matrices]:
     x: Matrices = {}
     q = B
     for order in range(HIGHEST + 1):
-        step = {z: -1 * inverse * one for z, one in q.items() if sum(p for _, p in z) == order}
+        step = {
+            z: -1 * inverse * matrix for z, matrix in q.items() if sum(p for _, p in z) == order
+        }
         more, left = {**x, **step}, _not_zero(plus(q, multiplied(H, step)))
         if order and len(more) * (len(left) + len(B)) > PRODUCTS:
             break
@@ -234,20 +236,20 @@ def _minimiser(H: Matrices, B: Matrices) -> tuple[Matrices, Matrices]:
 
 
 def _not_zero(of: Matrices) -> Matrices:
-    return {z: one for z, one in of.items() if one}
+    return {z: matrix for z, matrix in of.items() if matrix}
 
 
 def _bounded(H: Matrices, q: Matrices) -> Array:
     """Return the matrices L_α of Fq, where F'F >= H(z)⁻¹ for all z, rounded."""
     middle = _doubles(H[()])
-    others = np.array([_doubles(one) for z, one in H.items() if z]).reshape(-1, *middle.shape)
+    others = np.array([_doubles(matrix) for z, matrix in H.items() if z]).reshape(-1, *middle.shape)
     error = 2.0**-52 * (np.abs(middle) + np.abs(others).sum(axis=0))
     bound = lower_bound(middle, others, error)
     if bound is None:
         raise NoReducedEnergy(NoEnergyReason.NOT_HELD)
     scale = Fraction(UP / np.sqrt(bound.least))
     F = _exact([[Fraction(c) * scale for c in row] for row in bound.factor.tolist()])
-    return np.array([_doubles(F * one) for one in q.values()])
+    return np.array([_doubles(F * matrix) for matrix in q.values()])
 
 
 def _doubles(matrix: Matrix) -> Array:

@@ -18,7 +18,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.proof.enclosures.bounds import UP
 from rbstab.proof.enclosures.compiled import Compiled, derivatives
 from rbstab.proof.enclosures.intervals import Intervals
-from rbstab.proof.enclosures.taylor import Values, slopes_of_one
+from rbstab.proof.enclosures.taylor import Values, unit_slopes
 from rbstab.proof.exact.expr import Expr
 from rbstab.proof.model import COSINE, HALVES, THETA
 from rbstab.proof.robust.energies import Energies
@@ -130,7 +130,7 @@ class Over:
 
     def _values(self, lo: Array, hi: Array, z: Array, about: Values | None = None) -> Values:
         ends = np.stack([np.vstack([lo, -z]), np.vstack([hi, z])], 1)
-        of = slopes_of_one(self.family.variables, ends)
+        of = unit_slopes(self.family.variables, ends)
         return Values(self.family.compiled, of, about, self.radius)
 
     def _derivatives(self, of: Values) -> Intervals:
@@ -205,19 +205,19 @@ class Over:
             low, high = self.c[: f.count, places], self.o[: f.count, places]
             away = np.maximum(high.hi - low.lo, low.hi - high.lo)
             by_second = np.einsum("ijm,jm->im", np.tensordot(f.U.size, away, 1) * UP, r)
-            found = self.slope.error + np.einsum("ijm,jm->im", self.bend.error, r)
-            return np.asarray((found + np.fmin(by_third, by_second) * UP + self.remainder[1]) * UP)
+            error = self.slope.error + np.einsum("ijm,jm->im", self.bend.error, r)
+            return np.asarray((error + np.fmin(by_third, by_second) * UP + self.remainder[1]) * UP)
 
     @cached_property
     def plain(self) -> Intervals:
         """U and ∇U over the boxes by intervals, with infinite ends where a function has a pole."""
         f = self.family
-        mine = self.o[: f.count, np.append(0, f.first[:3])]
+        functions = self.o[: f.count, np.append(0, f.first[:3])]
         ends = (f.U.middle + side * f.U.spread for side in (-1, 1))
-        C = Intervals(*(np.broadcast_to(x[:, None, None], mine.lo.shape) for x in ends))
+        C = Intervals(*(np.broadcast_to(x[:, None, None], functions.lo.shape) for x in ends))
         left = np.vstack([self.remainder[0], self.remainder[1]])
         with np.errstate(all="ignore"):
-            terms = C * mine
+            terms = C * functions
             low, high = (
                 end.sum(axis=0) + side * (f.U.epsilon * np.abs(end).sum(axis=0) + left)
                 for side, end in ((-1, terms.lo), (1, terms.hi))

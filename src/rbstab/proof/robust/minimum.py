@@ -88,8 +88,8 @@ def minimum_near(family: Family, point: Array) -> Minimum | None:
     # The norm of F C F' is at most the largest sum of a row of |F| |C| |F'|.
     sums = np.einsum("ka,abm,lb->klm", size, change, size).sum(axis=1)
     least = np.nextafter(bound.least - sums.max(axis=0) * UP, -np.inf)
-    found = np.array([at_point.along(y[:, None]) for y in F])[..., 0]
-    slope = np.abs(found[:, 0]) + found[:, 2]
+    along = np.array([at_point.along(y[:, None]) for y in F])[..., 0]
+    slope = np.abs(along[:, 0]) + along[:, 2]
     # A point of the ball is off by F'y: by at most the norm of a row of F' times |y|.
     rows = np.sqrt(np.sum(F**2, axis=0))
     reach = rows[:, None] * np.sqrt(np.sum(slope**2)) * UP / least * UP

@@ -24,11 +24,11 @@ class Members(NamedTuple):
         exact: Builds it without elements of users. Its arguments are the numbers that have a
             tolerance, in any kind of number, and the conversion of arrays of all numbers. Such an
             array may contain doubles and numbers that are converted already.
-        own: Builds it with them, from doubles.
+        from_doubles: Builds it with them, from doubles.
     """
 
     exact: Callable[[Sequence[Any], Callable[[Array], Array]], System]
-    own: Callable[[Sequence[float]], System]
+    from_doubles: Callable[[Sequence[float]], System]
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Part:
     def at(self, z: Sequence[Fraction | int]) -> tuple[Fraction, ...]:
         """Return the numbers p of a body."""
         rows = zip(self.middle, self.radius, z, strict=True)
-        return tuple(middle + radius * one for middle, radius, one in rows)
+        return tuple(middle + radius * coordinate for middle, radius, coordinate in rows)
 
     def halves(self, axis: int) -> "tuple[Part, Part]":
         """Cut the box in two along one number. The halves share a face, so they cover the box."""

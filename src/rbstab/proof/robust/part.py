@@ -11,7 +11,7 @@ import numpy as np
 
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.states import PITCH
-from rbstab.proof.boxes import Box, Boxes, joined, one_box
+from rbstab.proof.boxes import Box, Boxes, as_boxes, joined
 from rbstab.proof.confine import OUTER
 from rbstab.proof.enclosures.bounds import UP, inverses
 from rbstab.proof.model import RANGE_END, THETA
@@ -70,12 +70,12 @@ def prove_part(family: Family, is_late: IsLate = lambda: False) -> PartProof:
     """
     point, box = lowest_near(family, starts_in_range()), range_of(family)
     minimum = minimum_near(family, point)
-    if minimum is None or not one_box(minimum.enclosure).within(box)[0]:
+    if minimum is None or not as_boxes(minimum.enclosure).within(box)[0]:
         return PartProof(False, 0.0, 0, point[None])
     # The range, and the faces at a stop, which can hold a body that would move on.
     faces = open_faces(box, [PITCH]) if family.energies.stop is not None else ()
     examined = 0
-    for side, boxes in ((0, one_box(box)), *((face[1], boxes) for face, boxes in faces)):
+    for side, boxes in ((0, as_boxes(box)), *((face[1], boxes) for face, boxes in faces)):
         count, doubtful = _searched(family, minimum, boxes, side, is_late)
         examined += count
         if len(doubtful):

@@ -62,16 +62,16 @@ class _Weights:
 
     def of(self, e: Expr, fixed: frozenset[int]) -> dict[Monomial, Expr]:
         """Return an expression as a polynomial in all numbers but the fixed ones."""
-        found: dict[Monomial, dict[Monomial, Fraction]] = {}
+        polynomial: dict[Monomial, dict[Monomial, Fraction]] = {}
         for m, c in e.terms.items():
             stay = fixed | self.placing if any(_has_step(a) for a, _ in m) else fixed
             factors = [self._power(a, p, stay) for a, p in m]
             for n, x in reduce(product, factors, expr(c)).terms.items():
                 z = tuple((a, p) for a, p in n if _is_number(a) and a.variables.isdisjoint(stay))
-                rest = tuple(one for one in n if one not in z)
-                row = found.setdefault(z, {})
+                rest = tuple(factor for factor in n if factor not in z)
+                row = polynomial.setdefault(z, {})
                 row[rest] = row.get(rest, Fraction(0)) + x
-        return {z: Expr(row) for z, row in found.items()}
+        return {z: Expr(row) for z, row in polynomial.items()}
 
     def _power(self, a: Atom, p: int, fixed: frozenset[int]) -> Expr:
         varying = {v for v in a.variables - fixed if v >= FIRST}
@@ -81,7 +81,7 @@ class _Weights:
         if a.kind == LET and varying and (p > 0 or alone):
             inner = a.inner if p > 0 else self.reciprocal(a.inner)
             parts = self.of(inner, fixed).items()
-            apart = summed(product(Expr({z: Fraction(1)}), _as_one(x)) for z, x in parts)
+            apart = summed(product(Expr({z: Fraction(1)}), _as_polynomial(x)) for z, x in parts)
             return reduce(product, [apart] * abs(p))
         return only(a) ** p
 
@@ -124,27 +124,27 @@ def _has_step(a: Atom) -> bool:
     return a.kind in STEPS or (a.kind != VAR and any(b.kind in STEPS for b in a.inner.all_atoms))
 
 
-def _as_one(e: Expr) -> Expr:
+def _as_polynomial(e: Expr) -> Expr:
     """Return a polynomial as it is, and another sum as a factor."""
     return e if e.is_polynomial else as_factor(e)
 
 
 def gathered(terms: Iterable[tuple[Monomial, Any]]) -> Weighted:
     """Return the sum of terms in z with coefficients of one kind, such as matrices."""
-    found: Weighted = {}
+    total: Weighted = {}
     for z, x in terms:
-        found[z] = found[z] + x if z in found else x
-    return found
+        total[z] = total[z] + x if z in total else x
+    return total
 
 
-def plus(one: Mapping[Monomial, Any], other: Mapping[Monomial, Any]) -> Weighted:
+def plus(first: Mapping[Monomial, Any], second: Mapping[Monomial, Any]) -> Weighted:
     """Return the sum of two polynomials in z."""
-    return gathered([*one.items(), *other.items()])
+    return gathered([*first.items(), *second.items()])
 
 
-def multiplied(one: Mapping[Monomial, Any], other: Mapping[Monomial, Any]) -> Weighted:
+def multiplied(first: Mapping[Monomial, Any], second: Mapping[Monomial, Any]) -> Weighted:
     """Return the product of two polynomials in z."""
-    pairs = pairs_of(one.items(), other.items())
+    pairs = pairs_of(first.items(), second.items())
     return gathered((times(p, q), x * y) for (p, x), (q, y) in pairs)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from rbstab.analysis.rest_state import in_order
 from rbstab.mechanics.numbers import Array
-from rbstab.proof.boxes import Box, one_box
+from rbstab.proof.boxes import Box, as_boxes
 from rbstab.proof.enclosures.bounds import BoundedEnergy
 from rbstab.proof.enclosures.intervals import Intervals, power, product
 from rbstab.proof.rotations.energy import RotationEnergy
@@ -38,15 +38,15 @@ def searched_states(energy: RotationEnergy, limit: int) -> Rotations:
     states, examined, why, share = list[RestRotation](), 0, "", 0.0
     for k in CHARTS:
         V = BoundedEnergy(in_chart(energy.U, k), free=energy.free)
-        found = Search(V, Box(-END, END), across=True).run(limit)
-        examined += found.examined
-        share += found.share / len(CHARTS)
-        if found.family:
+        zeros = Search(V, Box(-END, END), across=True).run(limit)
+        examined += zeros.examined
+        share += zeros.share / len(CHARTS)
+        if zeros.family:
             return Rotations(tuple(states), examined, FAMILY, share=share)
-        if not found.proved:
-            why = SMALL_PARTS if found.examined < limit else BOX_LIMIT
+        if not zeros.proved:
+            why = SMALL_PARTS if zeros.examined < limit else BOX_LIMIT
             return Rotations(tuple(states), examined, why, share=share)
-        for zero in found.zeros:
+        for zero in zeros.zeros:
             state = _state(V, zero, k)
             if state is None:
                 why = why or "whether a rest state is stable could not be decided"
@@ -75,20 +75,20 @@ def _state(V: BoundedEnergy, zero: Zero, k: int) -> RestRotation | None:
     return RestRotation(unit, radius, zero.index, float(value.lo[0]), float(value.hi[0]), k, zero)
 
 
-def same(one: RestRotation, two: RestRotation) -> bool | None:
+def same(first: RestRotation, second: RestRotation) -> bool | None:
     """Return whether two zeros of charts are the same rest state, if that is proved; else None.
 
     With a_k = 1 and b_j = 1 they are the same only if a b_k = b. They are the same if the enclosure
     of one, seen in the chart of the other, lies where the other is the only zero.
     """
-    a, b = _corners(one), _corners(two)
-    scaled, exact = Intervals.of(product(a, b[one.chart])), Intervals.of(b)
+    a, b = _corners(first), _corners(second)
+    scaled, exact = Intervals.of(product(a, b[first.chart])), Intervals.of(b)
     if np.any((scaled.hi < exact.lo) | (scaled.lo > exact.hi)):
         return False
-    for q, other in ((a, two), (b, one)):
+    for q, other in ((a, second), (b, first)):
         seen = product(q, power(q[other.chart], -1))  # without ends if the divisor may be zero
         lo, hi = np.delete(seen[..., 0], other.chart, 0).T
-        if one_box(Box(lo, hi)).within(_zero_of(other).domain)[0]:
+        if as_boxes(Box(lo, hi)).within(_zero_of(other).domain)[0]:
             return True
     return None
 

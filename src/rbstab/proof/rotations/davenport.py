@@ -45,9 +45,9 @@ def eigen_states(Q: Rows) -> Rotations:
     bits = BITS
     while bits <= MOST_BITS:
         with ctx.workprec(bits):
-            found = _states(Q)
-        if found is not None:
-            return found
+            rotations = _states(Q)
+        if rotations is not None:
+            return rotations
         bits *= 2
     return Rotations((), 0, "two eigenvalues are too near each other")
 
@@ -59,7 +59,7 @@ def _states(Q: Rows) -> Rotations | None:
     enclosed: Any = p.numer().complex_roots()
     roots = sorted(
         ((root.real, count) for root, count in enclosed),
-        key=lambda one: float(one[0].mid()),
+        key=lambda pair: float(pair[0].mid()),
     )
     separate = all(a < b for (a, _), (b, _) in pairwise(roots))
     if not separate or len(roots) != different:

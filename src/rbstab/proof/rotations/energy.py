@@ -21,9 +21,9 @@ from rbstab.mechanics import contact
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.exact.expr import Expr, expr, numbers, variables
-from rbstab.proof.exact.rewriting import with_known_steps
+from rbstab.proof.exact.rewriting import with_unit_steps
 from rbstab.proof.model import Energy, ExactSystem, NoMinimumError, eliminated, with_steps
-from rbstab.proof.passive.statements import own_numbers
+from rbstab.proof.passive.statements import state_numbers_of
 from rbstab.systems.system import System
 
 ENTRIES = 1000
@@ -77,25 +77,27 @@ def rotation_energy(system: System, exact_system: ExactSystem) -> RotationEnergy
     at_rest, motion = configurations(system), _motion(exact, held=held)
     total, taut = expr(0), dict[str, Expr | None]()
     for given, element in zip(at_rest.system.elements, exact.elements, strict=True):
-        mine = variables(own_numbers(at_rest, given))
+        element_states = variables(state_numbers_of(at_rest, given))
         acting: Any = element
         if isinstance(element, Ligament):
-            acting = with_steps(element, motion, mine, 3)
+            acting = with_steps(element, motion, element_states, 3)
             if element.damping > 0:
-                taut[element.name] = expr(element.guards(motion, mine)[0]) if held else None
-        _read_rotations_only(acting, motion, mine)
-        total = total + acting.stored(motion, mine)
+                taut[element.name] = (
+                    expr(element.guards(motion, element_states)[0]) if held else None
+                )
+        _read_rotations_only(acting, motion, element_states)
+        total = total + acting.stored(motion, element_states)
     try:
-        found = eliminated(with_known_steps(total), range(3, at_rest.size))
+        reduced = eliminated(with_unit_steps(total), range(3, at_rest.size))
     except NoMinimumError as error:
         raise NotOnRotationsError(NO_POSITION) from error
-    if found.free and not found.shift:
+    if reduced.free and not reduced.shift:
         raise NotOnRotationsError(NO_POSITION)
     return RotationEnergy(
-        U=found.U,
-        free=found.free,
-        minimiser=found.minimiser,
-        shift=found.shift,
+        U=reduced.U,
+        free=reduced.free,
+        minimiser=reduced.minimiser,
+        shift=reduced.shift,
         just_taut=taut,
     )
 
@@ -128,13 +130,13 @@ def _motion(exact: System, *, held: bool) -> Motion:
     return Motion(unread, Omega, X, V, A, unread, E, F, unread)
 
 
-def _read_rotations_only(element: Element, motion: Motion, own: Array) -> None:
+def _read_rotations_only(element: Element, motion: Motion, element_states: Array) -> None:
     """Compute all that an element states; what it must not read raises."""
     try:
-        element.wrench(motion, own)
-        element.stored(motion, own)
-        element.dissipated(motion, own)
-        element.rates(motion, own)
+        element.wrench(motion, element_states)
+        element.stored(motion, element_states)
+        element.dissipated(motion, element_states)
+        element.rates(motion, element_states)
     except (AttributeError, TypeError, ValueError) as error:  # None is no number
         why = f"{element.name} reads Euler angles or the time"
         raise NotOnRotationsError(why) from error
@@ -158,6 +160,6 @@ def _check_lines(exact: System, *, held: bool) -> None:
 
 
 def _square(vector: Array) -> Fraction:
-    found = expr(sum(x * x for x in vector.tolist())).constant
-    assert found is not None
-    return found
+    square = expr(sum(x * x for x in vector.tolist())).constant
+    assert square is not None
+    return square

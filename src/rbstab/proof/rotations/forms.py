@@ -49,9 +49,9 @@ def parts(e: Expr) -> Iterator[tuple[Monomial, Form]]:
     """Yield an expression as Σ (product of other atoms) · (form of q)."""
     groups: dict[Monomial, dict[Monomial, Fraction]] = {}
     for m, c in e.terms.items():
-        mine = tuple((a, p) for a, p in m if is_entry(a))
+        entries = tuple((a, p) for a, p in m if is_entry(a))
         rest = tuple((a, p) for a, p in m if not is_entry(a))
-        groups.setdefault(rest, {})[mine] = c
+        groups.setdefault(rest, {})[entries] = c
     for rest, polynomial in groups.items():
         yield rest, form_of(polynomial)
 
@@ -85,7 +85,7 @@ def form_of(polynomial: dict[Monomial, Fraction]) -> Form:
 
 def divided(e: Expr) -> Expr | None:
     """Return a polynomial of q divided by N; None if N does not divide it."""
-    rest, found = e, expr(0)
+    rest, quotient = e, expr(0)
     while rest.terms:
         m = max(rest.terms, key=lambda m: dict(m).get(_FIRST, 0))
         powers = dict(m)
@@ -93,8 +93,8 @@ def divided(e: Expr) -> Expr | None:
             return None
         powers[_FIRST] -= 2
         part = Expr({monomial(powers.items()): rest.terms[m]})
-        found, rest = found + part, rest - part * N
-    return found
+        quotient, rest = quotient + part, rest - part * N
+    return quotient
 
 
 def in_chart(e: Expr, k: int) -> Expr:

@@ -23,9 +23,9 @@ def rest_rotations(energy: RotationEnergy, limit: int) -> Rotations:
     """
     form = quadratic_form(energy)
     if form is not None:
-        found = eigen_states(matrix_of(form))
-        why = found.why or ("" if found.families else against_morse(_indices(found)))
-        return Rotations(found.states, 0, why, found.families)
+        rotations = eigen_states(matrix_of(form))
+        why = rotations.why or ("" if rotations.families else against_morse(_indices(rotations)))
+        return Rotations(rotations.states, 0, why, rotations.families)
     turns = symmetries(energy.U)
     if turns:
         about = ", or ".join(turn.words for turn in turns)
@@ -36,10 +36,10 @@ def rest_rotations(energy: RotationEnergy, limit: int) -> Rotations:
 
 def quadratic_form(energy: RotationEnergy) -> Form | None:
     """Return U as a form over N; None if it is more than that."""
-    found = list(parts(energy.U))
-    if not found:
-        found = [((), Form(energy.U, 0))]
-    ((rest, form), *others) = found
+    terms = list(parts(energy.U))
+    if not terms:
+        terms = [((), Form(energy.U, 0))]
+    ((rest, form), *others) = terms
     return None if others or rest or form.power > 1 or energy.free else form
 
 
@@ -58,5 +58,5 @@ def configuration_at(energy: RotationEnergy, state: RestRotation) -> dict[int, f
     return {k: float(values[k]) for k in (*energy.free, *energy.minimiser)}
 
 
-def _indices(found: Rotations) -> list[int]:
-    return [state.index for state in found.states]
+def _indices(rotations: Rotations) -> list[int]:
+    return [state.index for state in rotations.states]

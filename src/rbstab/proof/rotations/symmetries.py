@@ -68,12 +68,12 @@ def symmetries(e: Expr) -> list[Turn]:
 
 def _numerators(e: Expr) -> list[Expr]:
     """Return the forms of an expression, with those inside functions."""
-    found = []
+    numerators = []
     for rest, form in parts(e):
-        found.append(form.numerator)
+        numerators.append(form.numerator)
         for a, _ in rest:
-            found += [] if a.kind == VAR else _numerators(a.inner)
-    return found
+            numerators += [] if a.kind == VAR else _numerators(a.inner)
+    return numerators
 
 
 def _axis(w: Array) -> str:

@@ -28,31 +28,31 @@ from rbstab.proof.rotations.states import FAMILIES, RestRotation, Rotations
 from rbstab.systems.system import System
 
 
-def why_not_almost_every_start(energy: RotationEnergy, found: Rotations, exact: System) -> str:
+def why_not_almost_every_start(energy: RotationEnergy, rotations: Rotations, exact: System) -> str:
     """Return the first hypothesis of theorem 15 that is not known to hold; "" if all hold.
 
     Args:
         energy: The energy: Q2, Q3 and a part of Q6.
-        found: The rest states.
+        rotations: The rest states.
         exact: The system in rational numbers.
     """
-    return next(_failing(energy, found, exact), "")
+    return next(_failing(energy, rotations, exact), "")
 
 
-def _failing(energy: RotationEnergy, found: Rotations, exact: System) -> Iterator[str]:
+def _failing(energy: RotationEnergy, rotations: Rotations, exact: System) -> Iterator[str]:
     for why in (why_indefinite(exact), why_not_damped_on_rotations(exact)):
         if why is not None:
             yield why
-    if found.why:
-        yield found.why
-    if found.families:
-        yield from _why_families_matter(found, exact)
-    yield from why_just_taut(energy, found)
+    if rotations.why:
+        yield rotations.why
+    if rotations.families:
+        yield from _why_families_matter(rotations, exact)
+    yield from why_just_taut(energy, rotations)
 
 
-def _why_families_matter(found: Rotations, exact: System) -> Iterator[str]:
+def _why_families_matter(rotations: Rotations, exact: System) -> Iterator[str]:
     """Yield why part (c) of theorem 15 does not hold: a quadratic form with families."""
-    if any(not family.index for family in found.families):
+    if any(not family.index for family in rotations.families):
         yield f"{FAMILIES}, and the lowest are one"
     undamped = why_not_damped(exact)
     if undamped is not None:
@@ -102,10 +102,10 @@ def _two_ties_are_enough(exact: System) -> bool:
     return any(any(cross(p, q)) for p in points for q in points)
 
 
-def why_just_taut(energy: RotationEnergy, found: Rotations) -> Iterator[str]:
+def why_just_taut(energy: RotationEnergy, rotations: Rotations) -> Iterator[str]:
     """Yield which damped ligaments may be just taut, ε = 0, at a state of index >= 1 (Q6)."""
     for name, strain in energy.just_taut.items():
-        for state in found.states:
+        for state in rotations.states:
             if state.index and (strain is None or _may_vanish(strain, state)):
                 yield f"{name} may be just taut at an unstable rest state"
 

@@ -119,7 +119,7 @@ class Table:
             head._replace(numbers=head.numbers or any(cell.value is not None for cell in column))
             for head, column in shown
         )
-        return cls(name, title, typed, (*zip(*(own for _, own in shown), strict=True),), note)
+        return cls(name, title, typed, (*zip(*(cells for _, cells in shown), strict=True),), note)
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,4 +62,4 @@ def unbroken(text: str) -> str:
     """Keep a number with its unit on one line, by spaces that do not break: "20 N m", "t = 4 s"."""
     if _HINT.search(text) is None:
         return text
-    return _WHOLE.sub(lambda found: found[0].replace(" ", "\u00a0"), text)
+    return _WHOLE.sub(lambda match: match[0].replace(" ", "\u00a0"), text)

@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
-from rbstab.experiment.answers.known_run import KnownRun
+from rbstab.experiment.answers.assessed_run import AssessedRun
 from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.stored_proof.proof import Proof
@@ -44,7 +44,7 @@ class SweepFile:
 
 
 @dataclass(eq=False)
-class Run(KnownRun):
+class Run(AssessedRun):
     """A single run of a report.
 
     Args:
@@ -66,7 +66,7 @@ class Run(KnownRun):
 
     @cached_property
     def proof(self) -> "Proof | None":
-        """As of a known run; but a report says it if the disk reports an error."""
+        """As of an assessed run; but a report says it if the disk reports an error."""
         return None if self.config is None else cached_proof(self.path.parent, self.config)
 
 
@@ -85,13 +85,13 @@ class Sources:
     unread: tuple[Unread, ...]
 
     @classmethod
-    def of(cls, found: Iterable[Run | SweepFile | Unread]) -> Self:
+    def of(cls, results: Iterable[Run | SweepFile | Unread]) -> Self:
         """Return the sources among some results."""
-        every = list(found)
+        every = list(results)
         return cls(
-            tuple(one for one in every if isinstance(one, Run)),
-            tuple(one for one in every if isinstance(one, SweepFile)),
-            tuple(one for one in every if isinstance(one, Unread)),
+            tuple(result for result in every if isinstance(result, Run)),
+            tuple(result for result in every if isinstance(result, SweepFile)),
+            tuple(result for result in every if isinstance(result, Unread)),
         )
 
 
@@ -105,14 +105,14 @@ def read_sources(paths: Iterable[str | Path]) -> Sources:
     unique: dict[str, Path] = {}
     for path in map(Path, paths):
         unique.setdefault(_identity(path), path)
-    found = Sources.of(mapped(read_one, list(unique.values())))
-    _name("run", found.runs, [run.path for run in found.runs])
+    sources = Sources.of(mapped(read_path, list(unique.values())))
+    _name("run", sources.runs, [run.path for run in sources.runs])
     # All sweep files have the same name; only the names of their folders differ.
-    _name("sweep", found.sweeps, [sweep.path.absolute().parent for sweep in found.sweeps])
-    return found
+    _name("sweep", sources.sweeps, [sweep.path.absolute().parent for sweep in sources.sweeps])
+    return sources
 
 
-def read_one(path: Path) -> Run | SweepFile | Unread:
+def read_path(path: Path) -> Run | SweepFile | Unread:
     """Read a result, without the names that tell it from others."""
     try:
         file = file_of(path)

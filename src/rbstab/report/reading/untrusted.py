@@ -76,9 +76,9 @@ def result_of(file: Path) -> Result | None:
 def _check_arrays(file: Path, result: Result) -> None:
     """Check that a result has the arrays of a run, with the right types and shapes."""
     lengths = dict(RUN_DIMENSIONS)
-    own = [_own_state(name, result.variables[name]) for name in own_states_of(result)]
+    element_states = [_own_state(name, result.variables[name]) for name in own_states_of(result)]
     for name, dimensions in (
-        *((one.name, one.dimensions) for one in (*QUANTITIES, *own)),
+        *((quantity.name, quantity.dimensions) for quantity in (*QUANTITIES, *element_states)),
         ("part", ("part",)),
         *((f"certificate/{column}", ("check",)) for column in Check._fields),
     ):

@@ -82,7 +82,7 @@ def answer_sentence(runs: Sequence[Run]) -> str:
 
 def _counts(answers: Iterable[Answer]) -> str:
     """Return how many answers have each word, the surest first."""
-    counts = Counter((list(Sureness).index(one.sureness), one.word) for one in answers)
+    counts = Counter((list(Sureness).index(answer.sureness), answer.word) for answer in answers)
     return "; ".join(f"{word} ({count})" for (_, word), count in sorted(counts.items()))
 
 

@@ -44,9 +44,13 @@ def certificate_section(runs: Sequence[Run]) -> Section:
         ]
         blocks.append(Table.of("answers-in-full", "Answers in full", ANSWERS, answers))
     proved = [
-        (run.label, Cell(found.word, tone="bad" if found.word == FALSE else ""), found.sentence)
+        (
+            run.label,
+            Cell(convergence.word, tone="bad" if convergence.word == FALSE else ""),
+            convergence.sentence,
+        )
         for run in runs
-        if (found := run.convergence) is not None
+        if (convergence := run.convergence) is not None
     ]
     if proved:
         blocks.append(Table.of("convergence", "Convergence", CONVERGENCE, proved))
@@ -69,5 +73,5 @@ def certificate_section(runs: Sequence[Run]) -> Section:
 def _line(label: str, line: Check) -> tuple[Entry, ...]:
     word = word_of_check(line)
     tone = TONES.get(line.verdict, "") if word == word_of(line.verdict) else ""
-    found = comparison(line)
-    return label, line.check, Cell(word, tone=tone), line.quantity, found, line.when
+    compared = comparison(line)
+    return label, line.check, Cell(word, tone=tone), line.quantity, compared, line.when

@@ -7,7 +7,7 @@ from typing import Any, TypeGuard
 
 from rbstab.config.units import unit_of
 from rbstab.experiment.answers.rounded import NO_VALUE, number
-from rbstab.files.shell_words import one_after_the_other, shell_word
+from rbstab.files.shell_words import chained_commands, shell_word
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import counted, untrusted
 from rbstab.report.reading.sources import Run
@@ -120,7 +120,7 @@ def repeat_command(run: Run) -> str:
     # NAME.yaml may be the user's own config; the command must not overwrite it.
     file, config = shell_word(run.path), shell_word(f"{run.name}-again.yaml")
     show, again = f"rbstab show {file} --config > {config}", f"rbstab run {config} -o again"
-    return untrusted(one_after_the_other(show, again))
+    return untrusted(chained_commands(show, again))
 
 
 def _keys(records: Mapping[str, Flat], *, differing: bool) -> list[str]:

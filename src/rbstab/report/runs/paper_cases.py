@@ -41,16 +41,16 @@ def changed_keys(config: Config, data: Mapping[str, Any]) -> dict[str, tuple[Any
         return {}
     case = _keys_of(CASES[reference.source])
     has_values = (reference.final, reference.peak_contact_displacement) != (None, None)
-    own = {
+    config_values = {
         key: value
         for key, value in flat(data).items()
         if _acts(key) and (has_values or not key.startswith("elements."))
     }
     free = NOT_PRINTED.get(reference.source, ())
     return {
-        key: (own.get(key), case.get(key))
-        for key in dict.fromkeys((*case, *own))
-        if key not in free and _plain(own.get(key)) != _plain(case.get(key))
+        key: (config_values.get(key), case.get(key))
+        for key in dict.fromkeys((*case, *config_values))
+        if key not in free and _plain(config_values.get(key)) != _plain(case.get(key))
     }
 
 

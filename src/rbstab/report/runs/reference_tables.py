@@ -35,19 +35,21 @@ CHANGED_NOTE = (
 def reference_section(runs: Sequence[Run]) -> Section | None:
     """Return the section with printed and computed values; None if no config has a `reference`."""
     changes = {run.label: _changes(run) for run in runs}
-    own = {run: reference for run in runs if (reference := _of(run)) and not changes[run.label]}
+    references = {
+        run: reference for run in runs if (reference := _of(run)) and not changes[run.label]
+    }
     labels: dict[str, list[str]] = {}
-    for run, reference in own.items():
+    for run, reference in references.items():
         note = f": {untrusted(reference.note)}" if reference.note else ""
         labels.setdefault(f"{untrusted(reference.source)}{note}", []).append(run.label)
     blocks: list[Block] = [f"{listed(named)}: {source}." for source, named in labels.items()]
     values = [
         (run, value)
-        for run, reference in own.items()
+        for run, reference in references.items()
         for value in reference_values_of(run.result, reference, run.summary)
     ]
     rows = [_row(run.label, value) for run, value in values]
-    rows += [_claim(run) for run, reference in own.items() if _is_of_paper(run, reference)]
+    rows += [_claim(run) for run, reference in references.items() if _is_of_paper(run, reference)]
     if rows:
         early = {run.label: end for run, _ in values if (end := ended_early(run))}
         blocks += [

@@ -44,5 +44,7 @@ def _unit_cube() -> tuple[Array, Array]:
     # centre is the opposite face; there a triangle looks outwards if its corners change places.
     faces = [side * np.roll(face, axis, axis=1) for axis in range(3) for side in (1, -1)]
     triangles = [squares, squares[:, ::-1]] * 3
-    shifted = [corners.size * number + own for number, own in enumerate(triangles)]
+    shifted = [
+        corners.size * number + face_triangles for number, face_triangles in enumerate(triangles)
+    ]
     return np.concatenate(faces), np.concatenate(shifted)

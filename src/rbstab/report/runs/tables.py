@@ -52,6 +52,6 @@ def warnings_section(runs: Sequence[Run]) -> Section | None:
                 labels.setdefault(warning, []).append(run.label)
     if not labels:
         return None
-    rows = [(warning, listed(own)) for warning, own in labels.items()]
+    rows = [(warning, listed(run_labels)) for warning, run_labels in labels.items()]
     table = Table.of("warnings", "Warnings by run", ("warning", "runs"), rows)
     return Section("warnings", "Warnings", (table,))

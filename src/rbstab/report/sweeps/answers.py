@@ -62,13 +62,13 @@ def answer_of(name: str, label: str, members: Members, commands: Commands) -> Sw
         members: Its members.
         commands: Its commands.
     """
-    found = members.found
+    outcomes = members.sweep_outcomes
     # A count of those that are proved stands in the sentence.
-    sure = "seen, not proved" if members.outcome_counts[RETURNS] and not found.proved else ""
-    parts = [found.sentence, sure, f"Desired: {found.aim}"]
-    answer = " ".join(f"{_capital(part)}." for part in (*parts, found.deciding) if part)
-    tone = "good" if found.all_return else ""
-    statement = Statement("How many members return?", found.brief, answer, tone)
+    sure = "seen, not proved" if members.outcome_counts[RETURNS] and not outcomes.proved else ""
+    parts = [outcomes.sentence, sure, f"Desired: {outcomes.aim}"]
+    answer = " ".join(f"{_capital(part)}." for part in (*parts, outcomes.deciding) if part)
+    tone = "good" if outcomes.all_return else ""
+    statement = Statement("How many members return?", outcomes.brief, answer, tone)
     sentences = (answer, *_early(members, commands.member), *ranking_sentences(members))
     return SweepAnswer(sentences, Card(label, (statement,), target=name))
 

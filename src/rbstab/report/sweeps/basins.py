@@ -43,30 +43,30 @@ def basins_of(members: Members) -> Basins | None:
     if not members.share_rest_states or "rest_orientation" not in members.table:
         return None
     Theta, energy = members.column("rest_orientation"), members.column("energy_at_rest")
-    known = members.completed & np.isfinite(Theta).all(axis=1) & np.isfinite(energy)
-    codes = np.full(len(known), -1)
+    has_state = members.completed & np.isfinite(Theta).all(axis=1) & np.isfinite(energy)
+    codes = np.full(len(has_state), -1)
     # In quaternions a rest state has many angles; elsewhere other turns may be another state.
     in_quaternions = members.plan is not None and members.plan.in_quaternions
     places = rotations(Theta) if in_quaternions else Theta[:, np.newaxis]
-    found: list[int] = []
-    left = known.copy()
+    representatives: list[int] = []
+    left = has_state.copy()
     while left.any():
         first = int(np.flatnonzero(left)[0])
         same = left & (np.abs(places - places[first]).max(axis=(1, 2)) < SAME_ANGLES)
-        codes[same] = len(found)
-        found.append(first)
+        codes[same] = len(representatives)
+        representatives.append(first)
         left &= ~same
-        if len(found) > MAX_STATES:
+        if len(representatives) > MAX_STATES:
             return None
-    if len(found) < 2:
+    if len(representatives) < 2:
         return None
-    order = np.argsort(energy[found], kind="stable")
+    order = np.argsort(energy[representatives], kind="stable")
     rank = np.argsort(order)
-    chosen = np.array(found)[order]
+    chosen = np.array(representatives)[order]
     numbers = np.where(codes < 0, -1, rank[codes])
     orientations = Theta[chosen]
     if in_quaternions:
-        orientations = np.array([turned_back(one) for one in orientations])
+        orientations = np.array([turned_back(orientation) for orientation in orientations])
     return Basins(energy[chosen], orientations, numbers)
 
 

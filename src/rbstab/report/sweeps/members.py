@@ -23,7 +23,7 @@ from rbstab.sweep.proofs.convergence import (
     ProvedConvergence,
     convergence_now,
 )
-from rbstab.sweep.proofs.one_state import OneState, one_state_of
+from rbstab.sweep.proofs.sole_state import SoleState, sole_state_of
 from rbstab.sweep.proofs.variants import without_theorem
 
 COLUMNS = (
@@ -107,7 +107,7 @@ class Members:
         return np.isin(self.outcomes, (RETURNS, RESTS_ELSEWHERE, UNSTABLE))
 
     @cached_property
-    def found(self) -> SweepOutcomes:
+    def sweep_outcomes(self) -> SweepOutcomes:
         """What became of the members, how surely, and which parameter decides."""
         return outcomes_of(self.table, self.plan, self.convergence == PROVED)
 
@@ -151,12 +151,12 @@ class Members:
         variants = np.zeros(len(self), dtype=int)
         if "controller_variant" in self.table:
             variants = self.column("controller_variant")
-        found = np.full(len(self), np.nan)
+        levels = np.full(len(self), np.nan)
         for k, name in enumerate(self.plan.variants):
             if name in bounds:
-                own = variants == k
-                found[own] = bounds[name] - rest[own]
-        return found
+                of_variant = variants == k
+                levels[of_variant] = bounds[name] - rest[of_variant]
+        return levels
 
     @cached_property
     def convergence(self) -> Array:
@@ -172,11 +172,11 @@ class Members:
         return self._proved.rest_states
 
     @cached_property
-    def one_state(self) -> OneState:
+    def sole_state(self) -> SoleState:
         """Which distinct bodies have one rest state, by any proof."""
         if self._certified is None:
-            return OneState()
-        return one_state_of(self._certified, self._proved)
+            return SoleState()
+        return sole_state_of(self._certified, self._proved)
 
     @property
     def box_levels(self) -> Array:

@@ -30,7 +30,7 @@ def notable_blocks(name: str, members: Members, command: str) -> list[Block]:
     reasons = notable(members) if members.plan is not None else {}
     if not reasons:
         return []
-    quantities = [own(members) for own in (settling_time, regularity, start_energy)]
+    quantities = [quantity_of(members) for quantity_of in (settling_time, regularity, start_energy)]
     quantities.append(peak_displacement(members))
     measured = (Head(q.axis.label, q.axis.unit) for q in quantities)
     heads: list[str | Head] = ["member", "reason", "outcome", *measured, "parameters"]

@@ -121,7 +121,7 @@ def outcome_table(name: str, members: Members) -> Table:
             count, total = int(np.count_nonzero(has[part.chosen])), len(part.chosen)
             share, *ends = map(float, wilson(np.array(count), np.array(total)))
             rows.append((label, part.title, count, share, *(ends if has_limits else ("", ""))))
-    note = f"{interval_note(members, has_limits)} At rest: {members.found.at_rest}."
+    note = f"{interval_note(members, has_limits)} At rest: {members.sweep_outcomes.at_rest}."
     title = "Outcomes of the members"
     return Table.of(f"{name}-fractions", title, heads, rows, note)
 
@@ -133,7 +133,7 @@ def outcome_bars(name: str, members: Members) -> list[Figure]:
     if len(slices) < 2 or len(words) < 2:
         return []
     outcomes = (word.values[part.chosen].astype(int) for part in slices)
-    counts = np.array([np.bincount(own, minlength=len(words)) for own in outcomes])
+    counts = np.array([np.bincount(codes, minlength=len(words)) for codes in outcomes])
     # The first one is the highest.
     y = Axis("", categories=tuple(part.title for part in slices))
     shares = Shares(counts, words, word.axis.colours)
@@ -145,14 +145,14 @@ def outcome_bars(name: str, members: Members) -> list[Figure]:
 def _properties(members: Members) -> dict[str, Array]:
     """Return who has each outcome, how runs failed, and others: masks of shape (n,)."""
     status, outcomes = members.column("status"), members.outcomes
-    found = {
+    masks = {
         word: outcomes == code for code, word in enumerate(OUTCOMES) if members.outcome_counts[code]
     }
     for code in np.unique(status[outcomes == FAILED]).tolist():
         failed = (status == code) & (outcomes == FAILED)
-        found[f"{OUTCOMES[FAILED]}: {STATUSES[code]}"] = failed
+        masks[f"{OUTCOMES[FAILED]}: {STATUSES[code]}"] = failed
     near = np.isfinite(members.column("displacement_settling_time"))
-    return found | {
+    return masks | {
         "completed": members.completed,
         "completed, |E| below 1 mm from some time on": members.completed & near,
         PROVED_LABEL: members.convergence == PROVED,
@@ -178,11 +178,11 @@ def _curves(quantity: MemberQuantity, slices: list[Slice]) -> tuple[Line, ...]:
     """Return the empirical distribution function of each condition that has values."""
     curves = []
     for k, part in enumerate(slices):
-        own = quantity.values[part.chosen]
-        finite = own[np.isfinite(own)]
+        values = quantity.values[part.chosen]
+        finite = values[np.isfinite(values)]
         if len(finite):
             x = np.quantile(finite, CURVE_ORDERS, method="inverted_cdf")
-            y = CURVE_ORDERS * len(finite) / len(own)
+            y = CURVE_ORDERS * len(finite) / len(values)
             curves.append(Line(x, y, part.title, colour=k))
     return tuple(curves)
 
@@ -198,9 +198,9 @@ def quantile_table(name: str, members: Members) -> Block:
     rows: list[tuple[Entry, ...]] = []
     for quantity in quantities:
         for part in slices:
-            own = quantity.ranked[part.chosen]
-            numbers = quantiles_of(own, (*QUANTILES.values(),))
-            count = int(np.count_nonzero(~np.isnan(own)))
+            values = quantity.ranked[part.chosen]
+            numbers = quantiles_of(values, (*QUANTILES.values(),))
+            count = int(np.count_nonzero(~np.isnan(values)))
             rows.append((quantity.axis.text, part.title, *numbers, count))
     note = " ".join([NOTE, *(q.note for q in quantities if q.note)])
     heads, title = ("quantity", "condition", *QUANTILES, "members"), "Quantiles over the members"

@@ -65,7 +65,7 @@ def _members(members: Members) -> str:
 
 def _poses(members: Members) -> str:
     """Return at how many poses members rest; those of different bodies may differ by little."""
-    poses = members.found.poses
+    poses = members.sweep_outcomes.poses
     count = "very many" if poses is None else grouped(poses)
     return count if members.share_rest_states else f"{count} (the bodies differ)"
 

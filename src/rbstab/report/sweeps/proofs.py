@@ -17,7 +17,7 @@ from rbstab.sweep.proofs.columns import (
     NOT_PROVED,
     PROVED,
 )
-from rbstab.sweep.proofs.one_state import OneState
+from rbstab.sweep.proofs.sole_state import SoleState
 
 MEANINGS = {
     PROVED: ("converges to rest state {}: proved", GOOD),
@@ -68,10 +68,10 @@ def proof_words(members: Members) -> MemberQuantity:
     colours: list[int] = []
     codes = np.zeros(len(members))
     for code, (meaning, colour) in MEANINGS.items():
-        own = convergence == code
-        states = np.where(own & (code == PROVED), rest_states, 0)
-        for place, number in enumerate(np.unique(states[own]).tolist()):
-            codes[own & (states == number)] = len(labels)
+        mask = convergence == code
+        states = np.where(mask & (code == PROVED), rest_states, 0)
+        for place, number in enumerate(np.unique(states[mask]).tolist()):
+            codes[mask & (states == number)] = len(labels)
             labels.append(meaning.format(number))
             repeating = REST_STATE_COLOURS[place % len(REST_STATE_COLOURS)]
             colours.append(repeating if code == PROVED else colour)
@@ -93,9 +93,9 @@ def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
     convergence = members.convergence
     untried = convergence == NO_PROOF
     reasons = {}
-    for reason, own in members.undecidable.items():
-        reasons[reason] = int(np.count_nonzero(untried & own))
-        untried = untried & ~own
+    for reason, mask in members.undecidable.items():
+        reasons[reason] = int(np.count_nonzero(untried & mask))
+        untried = untried & ~mask
     missing = ""
     if untried.any():
         named = named_members(ranges_of(np.flatnonzero(untried).tolist()))
@@ -104,9 +104,11 @@ def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
     if (convergence == NO_PROOF).all():
         why = "an element supplies power, so v may rise" if members.driven else "; ".join(reasons)
         return [*of_bodies, f"Not proved: {why}." if why else missing]
-    found = proof_words(members)
+    quantity = proof_words(members)
     rows = dict(
-        zip(found.axis.categories, np.bincount(found.values.astype(int)).tolist(), strict=True)
+        zip(
+            quantity.axis.categories, np.bincount(quantity.values.astype(int)).tolist(), strict=True
+        )
     )
     if "proved_time" in members.table:
         later = (convergence == PROVED) & (members.column("proved_time") > 0)
@@ -126,26 +128,26 @@ def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
 
 def _of_bodies(members: Members) -> list[str]:
     """Return for how many bodies it is proved that they have one rest state; none if of no body."""
-    found = members.one_state
-    if not found.proved:
-        return found.sentences
-    first, *refutations = found.sentences
+    bodies = members.sole_state
+    if not bodies.proved:
+        return bodies.sentences
+    first, *refutations = bodies.sentences
     return [
         first,
         "Each motion of a proved body that stays in the range, and keeps a distance from its end "
         "in θ2, converges to its rest state",
-        *_level(members, found),
+        *_level(members, bodies),
         *refutations,
     ]
 
 
-def _level(members: Members, found: OneState) -> list[str]:
+def _level(members: Members, bodies: SoleState) -> list[str]:
     """Return below which v(0) motions of bodies that were proved among many converge."""
     # Of older sweeps, v may count from elsewhere.
-    if not len(found.levels) or "rest_orientation" not in members.table:
+    if not len(bodies.levels) or "rest_orientation" not in members.table:
         return []
-    least, most = rounded_down(min(found.levels)), rounded_down(max(found.levels))
+    least, most = rounded_down(min(bodies.levels)), rounded_down(max(bodies.levels))
     bound = f"{least} J" if least == most else f"{least} J (of some bodies up to {most} J)"
-    every = len(found.levels) == found.proved
+    every = len(bodies.levels) == bodies.proved
     whose = "So does each motion" if every else "Of those proved at once, so does each motion"
     return [f"{whose} that starts in the range with v(0) below {bound}"]

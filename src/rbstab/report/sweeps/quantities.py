@@ -9,7 +9,7 @@ from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Axis
 from rbstab.report.sweeps.members import MOVING, OUTCOME_COLOURS, OUTCOMES, Members, kept
 
-ONE_COLOUR = 0.01
+MIN_SPREAD = 0.01
 """Values that differ by less than this fraction of the largest one have no figure.
 
 Gains, inertia and initial states of a real body are not known better than to about 1 %. A picture
@@ -60,9 +60,9 @@ class MemberQuantity:
 
     @property
     def varies(self) -> bool:
-        """Whether finite values differ enough for a figure: see `ONE_COLOUR`."""
+        """Whether finite values differ enough for a figure: see `MIN_SPREAD`."""
         finite = self.values[np.isfinite(self.values)]
-        least = 0.0 if self.axis.log else ONE_COLOUR
+        least = 0.0 if self.axis.log else MIN_SPREAD
         return len(finite) > 0 and bool(np.ptp(finite) > least * np.abs(finite).max())
 
     @property
@@ -101,12 +101,12 @@ def outcome_words(members: Members) -> MemberQuantity:
 def settling_time(members: Members) -> MemberQuantity:
     """Return the time from which v stays below v(0)/1000, for completed members that settled."""
     values = np.where(members.completed, members.column("settling_time"), np.nan)
-    found = _quantity("settling-time", "settling time of v", "s", values)
+    quantity = _quantity("settling-time", "settling time of v", "s", values)
     later = members.completed & ~np.isfinite(values)
     plan = members.plan
     durations = [] if plan is None else [base.integration.duration for base in plan.bases.values()]
-    end = max(durations, default=float(np.nanmax(found.values, initial=0.0)))
-    return replace(found, missing=OUTCOMES[MOVING], later=later, end=float(end))
+    end = max(durations, default=float(np.nanmax(quantity.values, initial=0.0)))
+    return replace(quantity, missing=OUTCOMES[MOVING], later=later, end=float(end))
 
 
 @kept
@@ -148,16 +148,16 @@ def start_over_level(members: Members) -> MemberQuantity | None:
         return None
     with np.errstate(all="ignore"):
         values = members.column("lyapunov_start") / members.level
-    found = _quantity("start-over-level", "v(0) / c*", "", values)
+    quantity = _quantity("start-over-level", "v(0) / c*", "", values)
     # Below 1 convergence is proved at the start.
-    return replace(found, axis=replace(found.axis, middle=1.0), missing="no proof of c*")
+    return replace(quantity, axis=replace(quantity.axis, middle=1.0), missing="no proof of c*")
 
 
 @kept
 def main_quantities(members: Members) -> tuple[MemberQuantity, ...]:
     """Return the quantities by which members are compared, if they have finite values."""
-    found = settling_time(members), peak_displacement(members), regularity(members)
-    return tuple(quantity for quantity in found if np.isfinite(quantity.values).any())
+    quantities = settling_time(members), peak_displacement(members), regularity(members)
+    return tuple(quantity for quantity in quantities if np.isfinite(quantity.values).any())
 
 
 def _quantity(name: str, label: str, unit: str, values: Array) -> MemberQuantity:

@@ -45,15 +45,15 @@ def kept_points(x: Array, y: Array, max_points: int = MAX_POINTS) -> Indices:
     # Where x is ascending, only y can have an extreme inside a segment.
     outlines = [y] if (np.diff(x[finite]) >= 0).all() else [x, y]
     segments = np.array_split(np.arange(len(x)), max(max_points // (2 * len(outlines)), 1))
-    found = [np.array([0, len(x) - 1])]
+    kept = [np.array([0, len(x) - 1])]
     for segment in segments:
         inside = segment[finite[segment]]
-        found.append(segment[~finite[segment]][:1])
+        kept.append(segment[~finite[segment]][:1])
         if len(inside):
-            found += [
+            kept += [
                 inside[[values[inside].argmin(), values[inside].argmax()]] for values in outlines
             ]
-    return np.unique(np.concatenate(found))
+    return np.unique(np.concatenate(kept))
 
 
 def _decimated(mark: Mark, panel: Panel) -> Mark:

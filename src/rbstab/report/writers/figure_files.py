@@ -57,8 +57,8 @@ def figure_bytes(figure: Figure, form: str, *, column: bool = False) -> bytes:
 def _sized(svg: str, width: float) -> str:
     """Return a drawing in a width: labels of axes may have made it wider or narrower."""
 
-    def sized(found: re.Match[str]) -> str:
-        wide, high = map(float, found.groups())
+    def sized(match: re.Match[str]) -> str:
+        wide, high = map(float, match.groups())
         return f' width="{width:.2f}" height="{high * width / wide:.2f}"'
 
     return _SIZE.sub(sized, svg, count=1)

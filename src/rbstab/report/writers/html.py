@@ -44,7 +44,7 @@ COPY = Markup(
 )
 """The button that copies a command; the page shows it if its scripts run."""
 
-MAX_SHORT, MAX_ONE_LINE = 28, 80
+MAX_SHORT, MAX_MEDIUM = 28, 80
 """Characters of an entry that is not broken into lines, and of one that has a column of its own."""
 
 
@@ -134,7 +134,7 @@ def _entry_classes(cell: Cell, head: Head, first: bool) -> str:
     classes = ["number"] if head.numbers else []
     if length <= MAX_SHORT and not first:
         classes.append("short")
-    if length > MAX_ONE_LINE:
+    if length > MAX_MEDIUM:
         classes.append("long")
     return " ".join([*classes, cell.tone] if cell.tone else classes)
 

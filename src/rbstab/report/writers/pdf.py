@@ -22,8 +22,8 @@ def pdf_of(report: Report) -> bytes:
         folder = Path(name)
         data = data_of(report) | {"made": report.made, "marks": MARKS}
         for section, shown in zip(report.sections, data["sections"], strict=True):
-            for block, own in zip(section.blocks, shown["blocks"], strict=True):
-                _complete(own, block, folder)
+            for block, block_data in zip(section.blocks, shown["blocks"], strict=True):
+                _complete(block_data, block, folder)
         text = json.dumps(data, ensure_ascii=False).encode("utf-8", "replace")
         (folder / "report.json").write_bytes(text)
         template = resources.files("rbstab.report.writers") / "templates" / "report.typ"
@@ -41,8 +41,16 @@ def _complete(data: dict[str, Any], block: Block, folder: Path) -> None:
         case Figure():
             (folder / f"{block.name}.pdf").write_bytes(figure_bytes(block, "pdf"))
         case Cards():
-            for number, (card, own) in enumerate(zip(block.cards, data["cards"], strict=True)):
-                own |= {"sketch": "", "facts": [f"{name}: {value}" for name, value in card.facts]}
+            for number, (card, card_data) in enumerate(
+                zip(block.cards, data["cards"], strict=True)
+            ):
+                card_data |= {
+                    "sketch": "",
+                    "facts": [f"{name}: {value}" for name, value in card.facts],
+                }
                 if card.sketch is not None:
-                    own |= {"sketch": f"{block.name}-{number}.svg", "caption": card.sketch.words}
-                    (folder / own["sketch"]).write_text(svg(card.sketch), encoding="utf-8")
+                    card_data |= {
+                        "sketch": f"{block.name}-{number}.svg",
+                        "caption": card.sketch.words,
+                    }
+                    (folder / card_data["sketch"]).write_text(svg(card.sketch), encoding="utf-8")

@@ -63,9 +63,11 @@ def _print_cards(cards: Cards, console: Console) -> None:
         console.print(_text(card.title, "bold"))
         if card.alarm:
             console.print(_indented(_text(card.marked_alarm, STYLES["bad"])))
-        for one in card.statements:
-            line = _text(f"{one.question} ").append(printable(one.word), STYLES[one.tone])
-            console.print(_indented(line.append(printable(f". {one.sentence}."))))
+        for statement in card.statements:
+            line = _text(f"{statement.question} ").append(
+                printable(statement.word), STYLES[statement.tone]
+            )
+            console.print(_indented(line.append(printable(f". {statement.sentence}."))))
         for name, value in card.facts:
             console.print(_indented(_text(f"{name}: {value}")))
     if cards.words:

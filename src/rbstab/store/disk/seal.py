@@ -68,11 +68,11 @@ def read_seal(path: Path, file: BinaryIO) -> str:
     """
     file.seek(max(0, file.seek(0, 2) - SEAL_SIZE))
     end = file.read()
-    found = _SEAL.fullmatch(end)
-    if found is not None:
-        if int(found["format"]) > FORMAT:
+    match = _SEAL.fullmatch(end)
+    if match is not None:
+        if int(match["format"]) > FORMAT:
             raise NewerSchemaError(f"{path} was written by a newer rbstab; update rbstab")
-        return found["digest"].decode()
+        return match["digest"].decode()
     if _OLD_SEAL.search(end):
         raise NotAResultError(
             f"{path} was made before the first release; run its config again (h5py reads it, "
@@ -95,15 +95,15 @@ def checked_seal(path: Path, file: BinaryIO) -> str:
         NewerSchemaError: It was written by a newer rbstab.
         OSError: It cannot be read.
     """
-    digest, status, found = read_seal(path, file), os.fstat(file.fileno()), hashlib.sha256()
+    digest, status, content_hash = read_seal(path, file), os.fstat(file.fileno()), hashlib.sha256()
     if identity_of(status) in _unchanged:
         return digest
     left = file.seek(0, 2) - SEAL_SIZE
     file.seek(0)
     while left > 0 and (block := file.read(min(left, _BLOCK))):
-        found.update(block)
+        content_hash.update(block)
         left -= len(block)
-    if found.hexdigest() != digest:
+    if content_hash.hexdigest() != digest:
         raise NotAResultError(
             f"{path} is damaged: its content does not match its digest (or it is open for writing)"
         )

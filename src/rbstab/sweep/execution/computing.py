@@ -46,19 +46,19 @@ class WorkerDiffersError(ExecutorError):
 def versions(engine: str) -> dict[str, str]:
     """Return the versions of rbstab and of all packages that affect the results of an engine."""
     names = sorted({*PACKAGES[engine], *PACKAGES["scipy"]})
-    found = {"rbstab": version("rbstab"), "its commit": commit()}
-    return found | {name: import_module(name).__version__ for name in names}
+    program = {"rbstab": version("rbstab"), "its commit": commit()}
+    return program | {name: import_module(name).__version__ for name in names}
 
 
-def difference(ours: dict[str, str], theirs: dict[str, str]) -> str:
+def difference(expected: dict[str, str], actual: dict[str, str]) -> str:
     """Return the versions that differ, as text; an empty text if all are equal.
 
     If rbstab was installed from a package, it has no commit, and commits are not compared.
     """
     return ", ".join(
-        f"{name} {theirs.get(name, '?')}, not {ours[name]}"
-        for name in ours
-        if ours[name] != theirs.get(name) and ours[name] and theirs.get(name, "?")
+        f"{name} {actual.get(name, '?')}, not {expected[name]}"
+        for name in expected
+        if expected[name] != actual.get(name) and expected[name] and actual.get(name, "?")
     )
 
 
@@ -97,14 +97,14 @@ class Computing:
     def __init__(self, plan: Plan, factory: EngineFactory | None = None) -> None:
         self._plan = plan
         self._factory = factory or factory_for(plan.engine)
-        self._own = local()
+        self._local = local()
         self._processor = processor()
 
     def engine(self) -> MemberEngine:
         """Return the engine of this thread."""
-        if not hasattr(self._own, "engine"):
-            self._own.engine = self._factory(self._plan)
-        engine: MemberEngine = self._own.engine
+        if not hasattr(self._local, "engine"):
+            self._local.engine = self._factory(self._plan)
+        engine: MemberEngine = self._local.engine
         return engine
 
     def __call__(self, start: int, stop: int) -> Computed:
@@ -157,9 +157,9 @@ class Task:
     @classmethod
     def of(cls, plan: Plan, factory: EngineFactory | None, *, elsewhere: bool) -> Self:
         """Return the task of a sweep; elsewhere: the worker may have another installation."""
-        known = versions(plan.engine) if elsewhere else {}
+        required = versions(plan.engine) if elsewhere else {}
         data = plan_data(plan), plan_id(plan), plan.engine
-        return cls(token_hex(8), *data, known, factory, plan.may_run_code)
+        return cls(token_hex(8), *data, required, factory, plan.may_run_code)
 
     def make_engine(self) -> None:
         """Make the engine of this thread before its first members."""
@@ -178,13 +178,13 @@ class Task:
             return _loaded(self)
 
 
-def refuse_other_versions(ours: dict[str, str], theirs: dict[str, str], worker: str) -> None:
+def refuse_other_versions(expected: dict[str, str], actual: dict[str, str], worker: str) -> None:
     """Refuse a worker whose versions differ from those of the process that writes.
 
     Raises:
         WorkerDiffersError: The versions differ.
     """
-    if different := difference(ours, theirs):
+    if different := difference(expected, actual):
         raise WorkerDiffersError(
             f"the worker {worker} has {different}: the bits of its results would differ"
         )

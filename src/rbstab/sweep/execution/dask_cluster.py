@@ -73,17 +73,17 @@ def _client(address: str, time_limit: float) -> Client:
 def _check_workers(client: Client, engine: str) -> None:
     """Refuse workers with other versions, and those without this program: a task ends them."""
     try:
-        theirs = client.run(versions, engine, on_error="return")
+        answers = client.run(versions, engine, on_error="return")
     except Exception as error:
         # The error may have any type: a worker without rbstab raises its own.
         raise ClusterError(f"the versions of the workers cannot be read: {error}") from error
-    for worker, found in theirs.items():
-        if isinstance(found, OSError):
+    for worker, answer in answers.items():
+        if isinstance(answer, OSError):
             continue  # this worker is gone
-        if isinstance(found, BaseException):
-            name = type(found).__name__
-            raise ClusterError(f"the worker {worker} cannot compute: {name}: {found}")
-        refuse_other_versions(versions(engine), found, worker)
+        if isinstance(answer, BaseException):
+            name = type(answer).__name__
+            raise ClusterError(f"the worker {worker} cannot compute: {name}: {answer}")
+        refuse_other_versions(versions(engine), answer, worker)
 
 
 class _Cluster(Pool):

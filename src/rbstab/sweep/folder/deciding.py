@@ -48,7 +48,7 @@ def deciding_sentence(plan: Plan, table: Table) -> str:
     others = int(np.count_nonzero(bad if bad.any() else ~good))
     if plan.design is not None and by_chance(int(good.sum()), others, len(axes)) > CHANCE:
         return ""
-    found = []
+    sentences = []
     for axis in axes:
         varied = max(axis.varied_keys, key=lambda k: len(np.unique(table[safe_name(k.key)])))
         number = shown_number(plan, varied, table)
@@ -57,8 +57,8 @@ def deciding_sentence(plan: Plan, table: Table) -> str:
         if threshold is not None:
             others_of_axis = len(axis.varied_keys) > 1
             name = f"{number.name} (and what varies with it)" if others_of_axis else number.name
-            found.append(_sentence(threshold, number._replace(name=name), values, table))
-    return found[0] if len(found) == 1 else ""
+            sentences.append(_sentence(threshold, number._replace(name=name), values, table))
+    return sentences[0] if len(sentences) == 1 else ""
 
 
 def _has_numbers(axis: Axis, table: Table) -> bool:

@@ -17,7 +17,7 @@ from rbstab.integrate.engines import ENGINES
 from rbstab.store.disk.paths import path_exists
 from rbstab.store.document import checked, digest_of, read_document
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.sweep.members.outcome import known_columns
+from rbstab.sweep.members.outcome import shard_columns
 from rbstab.sweep.plan.plan import MAX_MEMBERS, MAX_TITLE_LENGTH, Plan
 from rbstab.sweep.plan.plan_file import NO_TRACES, TraceSelection
 from rbstab.systems.quantities import is_element_state
@@ -128,18 +128,20 @@ def read_manifest(folder: Path) -> tuple[Manifest, str]:
     if version != MANIFEST_VERSION:
         raise NotAResultError(f"{path} is damaged: schema_version is wrong")
     manifest = checked(path, data, Manifest)
-    _check_known(folder, manifest)
+    _check_supported(folder, manifest)
     return manifest, digest_of(data)
 
 
-def _check_known(folder: Path, manifest: Manifest) -> None:
+def _check_supported(folder: Path, manifest: Manifest) -> None:
     """Check that this program has the columns and the engine of a sweep.
 
     Raises:
         StoreError: They are those of a newer rbstab.
     """
-    known: Mapping[str, Any] = known_columns()
-    unknown = [one for one in manifest.columns if one not in known and not is_element_state(one)]
+    supported: Mapping[str, Any] = shard_columns()
+    unknown = [
+        name for name in manifest.columns if name not in supported and not is_element_state(name)
+    ]
     if unknown:
         raise StoreError(
             f"{folder} has columns of a newer rbstab ({', '.join(unknown)}); update rbstab"

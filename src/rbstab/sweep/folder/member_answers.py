@@ -37,7 +37,7 @@ from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import CONVERGENCE, FALSE, NO_PROOF, NOT_PROVED, PROVED
 from rbstab.sweep.proofs.convergence import PROOF_COLUMNS, ProvedConvergence, convergence_now
-from rbstab.sweep.proofs.one_state import OneState, one_state_of
+from rbstab.sweep.proofs.sole_state import SoleState, sole_state_of
 from rbstab.sweep.proofs.variants import members_of_variants, without_theorem
 
 MAX_COUNTED = 2_000_000
@@ -59,7 +59,7 @@ class MemberAnswers(NamedTuple):
         settled: At rest by the end of their computed run, whether proved or not.
         completed: Those whose run completed.
         without_proof: By the reason: how many members no proof covers.
-        one_state: Which bodies have one rest state, by any proof.
+        sole_state: Which bodies have one rest state, by any proof.
         as_finished: Whether proofs that were made after the sweep was finished are not counted.
         outcomes: What became of the members.
         summary: The same in a few numbers, for JSON: `by_status` and `convergence` by word;
@@ -79,7 +79,7 @@ class MemberAnswers(NamedTuple):
     without_proof: dict[str, int]
     outcomes: SweepOutcomes
     summary: dict[str, Any]
-    one_state: OneState = OneState()
+    sole_state: SoleState = SoleState()
     as_finished: bool = False
     provable: int | None = None
 
@@ -127,8 +127,8 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
     many = members > MAX_COUNTED
     later = plan is not None and not many
     proofs = ProvedConvergence(plan, file.absolute().parent.parent) if plan and later else None
-    found = convergence_now(table, proofs)
-    codes = found.codes
+    convergence = convergence_now(table, proofs)
+    codes = convergence.codes
     completed = table["status"] == STATUSES.index(RunStatus.COMPLETED)
     settled = completed & np.isfinite(table["settling_time"])
     decided = (codes == PROVED) | (codes == FALSE)
@@ -145,7 +145,7 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
         without_proof=_without_proof(plan, codes == NO_PROOF, file.parent),
         outcomes=outcomes_of(table, plan, codes == PROVED),
         summary=_summary(table, completed, settled),
-        one_state=OneState() if proofs is None else one_state_of(proofs, found),
+        sole_state=SoleState() if proofs is None else sole_state_of(proofs, convergence),
         as_finished=many,
         provable=then if first is None else first,
     )
@@ -199,12 +199,12 @@ def _without_proof(plan: Plan | None, missing: Array, folder: Path) -> dict[str,
         return {}
     if plan is None:
         return {"this version cannot read the plan": _count(missing)}
-    found: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for reason, uncovered in without_theorem(plan).items():
-        found[reason] = _count(missing & uncovered)
+        counts[reason] = _count(missing & uncovered)
         missing = missing & ~uncovered
-    found[NOT_MADE.format(proving_command(folder, plan))] = _count(missing)
-    return {reason: count for reason, count in found.items() if count}
+    counts[NOT_MADE.format(proving_command(folder, plan))] = _count(missing)
+    return {reason: count for reason, count in counts.items() if count}
 
 
 def proving_command(folder: Path, plan: Plan | None) -> str:
@@ -219,20 +219,20 @@ def proving_command(folder: Path, plan: Plan | None) -> str:
 
 
 _FACTS: tuple[Fact[MemberAnswers], ...] = (
-    Fact("outcome", "", lambda found: found.outcomes.brief),
-    Fact("decides", "", lambda found: found.outcomes.deciding or NO_VALUE),
-    Fact("members", "", lambda found: grouped(found.members)),
-    Fact("settled", "", lambda found: grouped(found.settled)),
+    Fact("outcome", "", lambda answers: answers.outcomes.brief),
+    Fact("decides", "", lambda answers: answers.outcomes.deciding or NO_VALUE),
+    Fact("members", "", lambda answers: grouped(answers.members)),
+    Fact("settled", "", lambda answers: grouped(answers.settled)),
     Fact(
         "settling time, median of those settled",
         "s",
-        lambda found: found.summary["settling_median"],
+        lambda answers: answers.summary["settling_median"],
     ),
     Fact(
         f"largest |r|/{ENERGY_SCALE}",
         "",
-        lambda found: Shown(
-            number(found.summary["worst_residual"], 2), found.summary["worst_residual"]
+        lambda answers: Shown(
+            number(answers.summary["worst_residual"], 2), answers.summary["worst_residual"]
         ),
     ),
 )

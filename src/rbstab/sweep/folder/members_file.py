@@ -21,7 +21,7 @@ from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.axes import VARIANT
 from rbstab.sweep.plan.dump import plan_yaml
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.columns import KNOWN_COLUMNS, MOTION_COLUMNS
+from rbstab.sweep.proofs.columns import CONVERGENCE_COLUMNS, MOTION_COLUMNS
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, proved_columns
 
 HAS_TRACE = Column((), "i1", "1", "whether the motion is kept in `traces`", ("no", "yes"))
@@ -33,7 +33,7 @@ RELATIVE_RESIDUAL = ("energy_residual", "energy_scale")
 
 def varied_columns(plan: Plan, start: int, stop: int) -> dict[str, Variable]:
     """Return the values of the varied keys of members start to stop, by their netCDF names."""
-    found = {}
+    variables = {}
     for varied, values in zip(plan.varied_keys, plan.values(start, stop).values(), strict=True):
         column, data = Column((), "f8", "1", f"factor on {varied.key}"), values.tolist()
         if varied.path == VARIANT:
@@ -42,15 +42,15 @@ def varied_columns(plan: Plan, start: int, stop: int) -> dict[str, Variable]:
         elif not varied.scale:
             units = {unit_at(base, varied.key) for base in plan.bases.values()} - {""}
             column = Column((), "f8", units.pop() if len(units) == 1 else "", varied.key)
-        found[safe_name(varied.key)] = column.of(data)
-    return found
+        variables[safe_name(varied.key)] = column.of(data)
+    return variables
 
 
 def columns_beside_shards(plan: Plan) -> dict[str, Column]:
     """Return the columns of the members file, but for the varied keys."""
     traces = {"traces": HAS_TRACE} if plan.keep.count(plan.members) else {}
     proved = {} if plan.prove is None else {"proved_time": MOTION_COLUMNS["proved_time"]}
-    return KNOWN_COLUMNS | proved | traces
+    return CONVERGENCE_COLUMNS | proved | traces
 
 
 def plan_variables(plan: Plan) -> dict[str, Variable]:
@@ -76,7 +76,7 @@ def members_of_shards(folder: SweepFolder, shards_digest: str) -> Table | None:
     if not path_exists(folder.sweep_file):
         return None
     try:
-        table = read_members_file(folder, KNOWN_COLUMNS)
+        table = read_members_file(folder, CONVERGENCE_COLUMNS)
     except NotAResultError:
         return None
     return table if table.attributes.get("shards_digest") == shards_digest else None
@@ -101,7 +101,7 @@ def write_members_file(
     folder: SweepFolder,
     shards_digest: str,
     comparison: ScipyComparison | None,
-    known: MemberConvergence | None = None,
+    convergence: MemberConvergence | None = None,
 ) -> None:
     """Write the members file: the varied values, what is proved of each member, and the plan.
 
@@ -110,7 +110,7 @@ def write_members_file(
         folder: The folder, with all shards.
         shards_digest: The digest of all shards.
         comparison: The comparison with SciPy, if there is one.
-        known: What is known of the convergence of all members, beside the proofs that they share.
+        convergence: What is known of that of all members, beside the proofs that they share.
 
     Raises:
         StoreError: The file cannot be written, or a shard is missing.
@@ -129,7 +129,7 @@ def write_members_file(
         **provenance(manifest.engine),
         VARIED: " ".join(varied),
     }
-    arrays = concatenated(list(_shards(plan, folder, known)))
+    arrays = concatenated(list(_shards(plan, folder, convergence)))
     columns = columns_from(columns_beside_shards(plan), arrays)
     variables = {RUN: columns[RUN], **varied, **columns, **plan_variables(plan)}
     if comparison is not None:
@@ -138,19 +138,19 @@ def write_members_file(
 
 
 def _shards(
-    plan: Plan, folder: SweepFolder, known: MemberConvergence | None
+    plan: Plan, folder: SweepFolder, convergence: MemberConvergence | None
 ) -> Iterator[dict[str, Array]]:
-    convergence = ProvedConvergence(plan, folder.path.parent)
+    proofs = ProvedConvergence(plan, folder.path.parent)
     for number in range(folder.shards):
         try:
             shard = folder.read(number)
         except NotAResultError as error:
             raise StoreError(f"{error}; run the sweep again") from error
         bounds = folder.bounds(number)
-        proved = convergence.within(*bounds, shard, convergence.of(*bounds))
-        if known is not None:
-            own = MemberConvergence(*(column[slice(*bounds)] for column in known))
-            proved = own.beside(proved)
+        proved = proofs.within(*bounds, shard, proofs.of(*bounds))
+        if convergence is not None:
+            of_shard = MemberConvergence(*(column[slice(*bounds)] for column in convergence))
+            proved = of_shard.beside(proved)
         yield {
             RUN: shard[RUN],
             "traces": plan.keep.selected(*bounds).astype("i1"),

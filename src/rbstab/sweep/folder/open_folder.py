@@ -79,10 +79,10 @@ def parse_part(text: str) -> Part:
     Raises:
         ValueError: The text is not a part.
     """
-    found = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
-    if found is None:
+    match = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
+    if match is None:
         raise ValueError(f"{text!r} is not a part of a sweep (expected i/n, such as 3/8)")
-    part = Part(int(found[1]), int(found[2]))
+    part = Part(int(match[1]), int(match[2]))
     if not 1 <= part.number <= part.parts:
         raise ValueError(f"{part} is not a part of a sweep (expected i/n with i from 1 to n)")
     return part
@@ -185,7 +185,7 @@ def planned_folder(
 
 
 def default_shard_size(
-    members: int, *, one_by_one: bool, trace_bytes: float = 0.0, shard_limit: int = 4096
+    members: int, *, has_single_runs: bool, trace_bytes: float = 0.0, shard_limit: int = 4096
 ) -> int:
     """Return the default number of members of a shard.
 
@@ -196,12 +196,12 @@ def default_shard_size(
 
     Args:
         members: The number of members of the sweep.
-        one_by_one: Some members run one by one, which takes much longer.
+        has_single_runs: Some members run one by one, which takes much longer.
         trace_bytes: The bytes of traces per member, on average.
         shard_limit: The most members of a shard, because of their proofs.
     """
     size = min(
-        *(16 if one_by_one else 4096, max(1024, members // 4096 * 64)),
+        *(16 if has_single_runs else 4096, max(1024, members // 4096 * 64)),
         *(shard_limit, int(MAX_TRACE_BYTES / max(trace_bytes, 1.0))),
     )
     return size // 64 * 64 or max(1, size)
@@ -218,7 +218,7 @@ def _proof_limit(plan: Plan) -> int:
 
 def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
     """Return the manifest that this command would write."""
-    one_by_one = plan.engine == "scipy" or any(
+    has_single_runs = plan.engine == "scipy" or any(
         problem.switching is not None or problem.schedule.names or has_modes(problem.system)
         for problem in plan.initial_value_problems.values()
     )
@@ -228,7 +228,7 @@ def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
         smallest,
         default_shard_size(
             plan.members,
-            one_by_one=one_by_one,
+            has_single_runs=has_single_runs,
             trace_bytes=traces,
             shard_limit=_proof_limit(plan),
         ),
@@ -238,14 +238,16 @@ def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
             f"shards of {size} members would be {-(-plan.members // size)} files, and at most "
             f"{MAX_SHARDS} are supported. Choose shards of at least {smallest} members"
         )
-    known = provenance(plan.engine)
+    attributes = provenance(plan.engine)
     return Manifest(
         plan_id=plan_id(plan),
         title=plan.title,
         members=plan.members,
         shard_size=min(size, MAX_MEMBERS),
         engine=plan.engine,
-        versions={name: known[name] for name in known if name not in ("created", "commit")},
+        versions={
+            name: attributes[name] for name in attributes if name not in ("created", "commit")
+        },
         columns=tuple(columns_of(plan)),
         keep=plan.keep,
     )
@@ -259,9 +261,9 @@ def _started(path: Path, plan: Plan, wanted: Manifest, *, fixed_size: bool) -> S
         StoreError: The folder cannot be written.
     """
     if not path_exists(path / MANIFEST):
-        known = (PLAN_FILE, SHARDS, TRACES, LOCK_FILE)
+        sweep_files = (PLAN_FILE, SHARDS, TRACES, LOCK_FILE)
         names = [file.name for file in path.iterdir()]
-        foreign = [n for n in names if n not in known and not n.endswith(PARTIAL_SUFFIX)]
+        foreign = [n for n in names if n not in sweep_files and not n.endswith(PARTIAL_SUFFIX)]
         # Another command may have begun the sweep since.
         if foreign and not path_exists(path / MANIFEST):
             raise ResultExistsError(f"{path} holds other files ({min(foreign)})")
@@ -291,14 +293,14 @@ def _fitting(path: Path, wanted: Manifest, *, fixed_size: bool) -> SweepFolder:
         StoreError: It cannot be read.
     """
     folder = read_folder(path)
-    found = folder.manifest
-    if found.plan_id != wanted.plan_id:
-        what = f"holds another sweep (plan {found.plan_id[:8]}, not {wanted.plan_id[:8]})"
+    manifest = folder.manifest
+    if manifest.plan_id != wanted.plan_id:
+        what = f"holds another sweep (plan {manifest.plan_id[:8]}, not {wanted.plan_id[:8]})"
         raise OtherSweepError(f"{path} {what}")
-    if not found.fits(wanted):
+    if not manifest.fits(wanted):
         raise NotAResultError(f"{path / MANIFEST} is damaged: it does not fit its plan")
-    if fixed_size and min(found.shard_size, MAX_MEMBERS) != wanted.shard_size:
-        raise OtherSweepError(f"{path} was started with shards of {found.shard_size} members")
+    if fixed_size and min(manifest.shard_size, MAX_MEMBERS) != wanted.shard_size:
+        raise OtherSweepError(f"{path} was started with shards of {manifest.shard_size} members")
     return folder
 
 
@@ -335,8 +337,10 @@ def sweep_bytes(plan: Plan, ranges: Iterable[tuple[int, int]] = ()) -> int:
         ranges: The members to count in the shards and their traces; default all.
     """
     beside, shards = columns_beside_shards(plan).values(), columns_of(plan).values()
-    known = MEMBER_BYTES * (1 + len(plan.varied_keys)) + sum(column.size for column in beside)
-    total = plan.members * known
+    member_bytes = MEMBER_BYTES * (1 + len(plan.varied_keys)) + sum(
+        column.size for column in beside
+    )
+    total = plan.members * member_bytes
     for start, stop in ranges or [(0, plan.members)]:
         total += (stop - start) * (MEMBER_BYTES + sum(column.size for column in shards))
         if traces := _trace_bytes(plan):

@@ -105,9 +105,9 @@ def with_outcomes(table: Table, plan: Plan | None) -> Table:
         "final_tilt": tilts,
         "rest_state": pose_numbers(poses, tilts, at_rest),
     }
-    found = {name: column.of(data[name]) for name, column in OUTCOME_COLUMNS.items()}
+    outcomes = {name: column.of(data[name]) for name, column in OUTCOME_COLUMNS.items()}
     first = {name: table.variables[name] for name in (RUN, *table.varied) if name in table}
-    return replace(table, variables=first | found | dict(table.variables))
+    return replace(table, variables=first | outcomes | dict(table.variables))
 
 
 def stand_still(table: Table, plan: Plan | None) -> Array:
@@ -132,8 +132,8 @@ def stand_still(table: Table, plan: Plan | None) -> Array:
 
 def _is_steady(base: Config) -> bool:
     """Return whether all signals of a config are constant from some time on."""
-    driven = (one for one in base.elements.values() if hasattr(one, SIGNAL))
-    return all(one.signal.kind in STEADY for one in driven)
+    driven = (element for element in base.elements.values() if hasattr(element, SIGNAL))
+    return all(element.signal.kind in STEADY for element in driven)
 
 
 def _tilts(orientations: Array, desired: Array) -> Array:
@@ -153,10 +153,10 @@ def pose_numbers(orientations: Array, tilts: Array, chosen: Array) -> Array:
     Returns:
         The numbers, shape (m,); -1 for poses after the first `MAX_POSES`.
     """
-    found = np.zeros(len(tilts), np.int32)
+    numbers = np.zeros(len(tilts), np.int32)
     left = np.flatnonzero(chosen & np.isfinite(tilts))
     left = left[np.argsort(tilts[left], kind="stable")]
-    found[left] = -1
+    numbers[left] = -1
     for number in range(1, MAX_POSES + 1):
         if not len(left):
             break
@@ -165,9 +165,9 @@ def pose_numbers(orientations: Array, tilts: Array, chosen: Array) -> Array:
         near = left[:ahead]
         same = _tilts(orientations[near], orientations[left[0]]) < SAME_STATE
         same[0] = True
-        found[near[same]] = number
+        numbers[near[same]] = number
         left = np.concatenate([near[~same], left[ahead:]])
-    return found
+    return numbers
 
 
 class SweepOutcomes(NamedTuple):
@@ -210,15 +210,15 @@ class SweepOutcomes(NamedTuple):
         members = grouped(sum(self.counts.values()))
         returns, *others = self.counts.items()
         sure = f", {grouped(self.proved)} of them proved" if self.proved else ""
-        found = [f"{returns[0].words}: {grouped(returns[1])} of {members} members{sure}"]
+        texts = [f"{returns[0].words}: {grouped(returns[1])} of {members} members{sure}"]
         for kind, count in others:
             at, later = "", ""
             if kind is OutcomeKind.MOVING:
                 at = f" at {self.end}"
                 if self.moving_proved:
                     later = f", {grouped(self.moving_proved)} of them proved to come to rest later"
-            found += [f"{kind.words}{at}: {grouped(count)}{later}"] if count else []
-        return found
+            texts += [f"{kind.words}{at}: {grouped(count)}{later}"] if count else []
+        return texts
 
     @property
     def sentence(self) -> str:

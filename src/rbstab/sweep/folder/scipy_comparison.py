@@ -72,7 +72,7 @@ class ScipyComparison:
         divided = (
             "largest difference to single runs by scipy, over the largest number of the column"
         )
-        found = {
+        entries = {
             "check_member": (
                 "check_run",
                 np.array(self.members, int),
@@ -83,7 +83,7 @@ class ScipyComparison:
         }
         return {
             name: Variable((dimension,), data, "" if data.dtype == object else "1", long_name)
-            for name, (dimension, data, long_name) in found.items()
+            for name, (dimension, data, long_name) in entries.items()
             if name == "check_member" or self.differences
         }
 
@@ -94,8 +94,8 @@ def comparison_of(folder: SweepFolder, table: Table | None) -> ScipyComparison |
         return None
     members, unlike = table["check_member"], table.attributes.get("checked_unlike")
     names = table["check_column"].tolist() if "check_column" in table else []
-    known = set(names) <= set(folder.manifest.columns) and members.dtype.kind == "i"
-    if not known or not isinstance(unlike, int):
+    is_valid = set(names) <= set(folder.manifest.columns) and members.dtype.kind == "i"
+    if not is_valid or not isinstance(unlike, int):
         return None
     largest = table["check_difference"].tolist() if names else []
     return ScipyComparison(tuple(members.tolist()), unlike, dict(zip(names, largest, strict=False)))
@@ -131,21 +131,21 @@ def compare_with_scipy(
     if kept is not None and list(kept.members) == members:
         return kept
     singles = SingleRuns(plan, ENGINE, with_largest=True)
-    ours, theirs = [], []
+    stored, rerun = [], []
     for done, member in enumerate(members):
         if not progress(done, len(members)):
             return None
-        theirs.append(singles.compute(member, member + 1).outcome)
+        rerun.append(singles.compute(member, member + 1).outcome)
         shard, row = divmod(member, folder.manifest.shard_size)
         table = folder.read(shard)
-        ours.append({name: table[name][[row]] for name in table.columns})
+        stored.append({name: table[name][[row]] for name in table.columns})
     if not members:
         return ScipyComparison((), 0, {})
     progress(len(members), len(members))
-    found = [concatenated(columns) for columns in (ours, theirs)]
+    pair = [concatenated(columns) for columns in (stored, rerun)]
     if plan.in_quaternions:
-        found = [_with_rotations(columns) for columns in found]
-    return ScipyComparison(tuple(members), *compare(*found))
+        pair = [_with_rotations(columns) for columns in pair]
+    return ScipyComparison(tuple(members), *compare(*pair))
 
 
 def _with_rotations(columns: dict[str, Array]) -> dict[str, Array]:
@@ -187,27 +187,27 @@ def members_to_compare(plan: Plan, count: int | None = None) -> list[int]:
     return sorted(members)
 
 
-def compare(ours: dict[str, Array], theirs: dict[str, Array]) -> tuple[int, dict[str, float]]:
+def compare(stored: dict[str, Array], rerun: dict[str, Array]) -> tuple[int, dict[str, float]]:
     """Return the number of unlike members, and the largest differences of the other members.
 
     Args:
-        ours: The columns of some members.
-        theirs: The same columns of their single runs, and the largest samples of `FINAL`.
+        stored: The columns of some members.
+        rerun: The same columns of their single runs, and the largest samples of `FINAL`.
 
     Returns:
         `unlike` and `differences` of a `ScipyComparison`.
     """
-    compared = (*COLUMNS, *filter(is_element_state, ours))
-    columns = [name for name in compared if name in ours and name not in _NOT_COMPARED]
-    alike = ours["status"] == theirs["status"]
+    compared = (*COLUMNS, *filter(is_element_state, stored))
+    columns = [name for name in compared if name in stored and name not in _NOT_COMPARED]
+    alike = stored["status"] == rerun["status"]
     for name in columns:
-        same = np.isnan(ours[name]) == np.isnan(theirs[name])
+        same = np.isnan(stored[name]) == np.isnan(rerun[name])
         alike &= same.reshape(len(same), -1).all(axis=1)
     differences = {}
     for name in columns:
         a, b, scale = (
             np.where(np.isnan(values), 0.0, values)[alike]
-            for values in (ours[name], theirs[name], theirs[_scale_of(name)])
+            for values in (stored[name], rerun[name], rerun[_scale_of(name)])
         )
         # Infinite numbers come from diverged motions. It is enough that both motions diverge.
         finite = np.isfinite(a) & np.isfinite(b)

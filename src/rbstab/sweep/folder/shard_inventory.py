@@ -58,8 +58,8 @@ class ShardInventory:
     @property
     def counts(self) -> Array:
         """The number of members with each status, indexed by the code of the status."""
-        found = np.zeros(len(STATUSES), dtype=np.int64)
-        return found + sum(facts.counts for facts in self.done.values())
+        zeros = np.zeros(len(STATUSES), dtype=np.int64)
+        return zeros + sum(facts.counts for facts in self.done.values())
 
     @property
     def members(self) -> int:
@@ -74,8 +74,8 @@ class ShardInventory:
     @property
     def first_failed(self) -> int | None:
         """The first failed member of the stored shards; None if no member failed."""
-        found = [f.first_failed for f in self.done.values() if f.first_failed is not None]
-        return min(found, default=None)
+        failed = [f.first_failed for f in self.done.values() if f.first_failed is not None]
+        return min(failed, default=None)
 
 
 def shard_inventory(

@@ -93,10 +93,10 @@ class SweepTraces:
             ValueError: No members are given.
             ImportError: xarray is not installed.
         """
-        found = [self.of(member) for member in members]
-        if not found:
+        traces = [self.of(member) for member in members]
+        if not traces:
             raise ValueError("no members were given")
-        motions = stack_motions(found)
+        motions = stack_motions(traces)
         varied = self._varied_values(motions[RUN])
         return dataset_of({**motions.variables, **varied}, motions.attributes, varied)
 

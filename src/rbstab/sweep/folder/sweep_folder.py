@@ -22,7 +22,7 @@ from rbstab.store.table import Table, columns_from, read_table
 from rbstab.store.variables import RUN
 from rbstab.sweep.folder.manifest import Manifest, read_manifest
 from rbstab.sweep.members.engine import Shard
-from rbstab.sweep.members.outcome import columns_of, known_columns
+from rbstab.sweep.members.outcome import columns_of, shard_columns
 from rbstab.sweep.members.traces import layout_of
 from rbstab.sweep.plan.plan import Plan
 
@@ -101,11 +101,11 @@ class SweepFolder:
 
     def ranges(self, numbers: Iterable[int]) -> list[tuple[int, int]]:
         """Return the members of these shards as ranges (start, stop), ascending and merged."""
-        found: list[tuple[int, int]] = []
+        merged: list[tuple[int, int]] = []
         for start, stop in map(self.bounds, numbers):
-            first = found.pop()[0] if found and found[-1][1] == start else start
-            found.append((first, stop))
-        return found
+            first = merged.pop()[0] if merged and merged[-1][1] == start else start
+            merged.append((first, stop))
+        return merged
 
     def write(self, plan: Plan, number: int, shard: Shard) -> Table:
         """Write a shard.
@@ -151,15 +151,15 @@ class SweepFolder:
         """
         path, (start, stop) = self.shard_file(number), self.bounds(number)
         wanted = set(self.manifest.columns if names is None else names)
-        table, known = read_table(path, SHARD, None if names is None else wanted), known_columns()
-        ours = table.attributes.get("manifest") == self.id
+        table, columns = read_table(path, SHARD, None if names is None else wanted), shard_columns()
+        fits = table.attributes.get("manifest") == self.id
         # The length is compared first: the manifest may be damaged, and shards be said to be huge.
-        ours = ours and len(table[RUN]) == stop - start and table[RUN][0] == start
-        ours = ours and set(table.columns) == wanted
+        fits = fits and len(table[RUN]) == stop - start and table[RUN][0] == start
+        fits = fits and set(table.columns) == wanted
         # The final values of own states of named elements are known to their plan alone.
-        if not ours or not all(
-            known[name].describes(table.variables[name])
-            if name in known
+        if not fits or not all(
+            columns[name].describes(table.variables[name])
+            if name in columns
             else table[name].dtype.kind == "f"
             for name in wanted
         ):

@@ -13,7 +13,7 @@ from rbstab.store.table import Table, read_table
 from rbstab.store.variables import RUN
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder, unfinished_error
-from rbstab.sweep.proofs.columns import KNOWN_COLUMNS
+from rbstab.sweep.proofs.columns import CONVERGENCE_COLUMNS
 
 MEMBERS = "what is known of the members of a sweep"
 """The kind of the members file: the varied values, what is proved of each member, the plan."""
@@ -35,20 +35,20 @@ def read_sweep(path: Path, names: Iterable[str] | None = None) -> Table:
     if not path_exists(folder.sweep_file):
         raise unfinished_error(folder)
     wanted = None if names is None else set(names)
-    known = read_members_file(folder, wanted)
+    table = read_members_file(folder, wanted)
     columns = [name for name in folder.manifest.columns if wanted is None or name in wanted]
     if not columns:
-        return known
+        return table
     shards = [folder.read(number, columns) for number in range(folder.shards)]
-    _check_digest(folder, known, shards)
+    _check_digest(folder, table, shards)
     outcomes = {
         name: shards[0].variables[name]._replace(data=np.concatenate([s[name] for s in shards]))
         for name in columns
     }
-    varied = {name: known.variables[name] for name in known.varied if name in known}
-    first = {RUN: known.variables[RUN], **varied, **outcomes}
+    varied = {name: table.variables[name] for name in table.varied if name in table}
+    first = {RUN: table.variables[RUN], **varied, **outcomes}
     # What is known of a member now may be more than its shard says.
-    return replace(known, variables=first | dict(known.variables))
+    return replace(table, variables=first | dict(table.variables))
 
 
 def read_members_file(folder: SweepFolder, names: Iterable[str] | None = None) -> Table:
@@ -65,13 +65,13 @@ def read_members_file(folder: SweepFolder, names: Iterable[str] | None = None) -
     """
     wanted = None if names is None else set(names)
     table, manifest = read_table(folder.sweep_file, MEMBERS, wanted), folder.manifest
-    ours = table.attributes.get("plan_id") == manifest.plan_id
-    ours = ours and len(table[RUN]) == manifest.members and table[RUN][0] == 0
-    ours = ours and all(table[name].ndim == 1 for name in table.columns)
-    for name, column in KNOWN_COLUMNS.items():
+    fits = table.attributes.get("plan_id") == manifest.plan_id
+    fits = fits and len(table[RUN]) == manifest.members and table[RUN][0] == 0
+    fits = fits and all(table[name].ndim == 1 for name in table.columns)
+    for name, column in CONVERGENCE_COLUMNS.items():
         if wanted is None or name in wanted:
-            ours = ours and name in table and column.describes(table.variables[name])
-    if not ours:
+            fits = fits and name in table and column.describes(table.variables[name])
+    if not fits:
         raise NotAResultError(f"{folder.sweep_file} is not the members file of this sweep")
     return table
 
@@ -94,8 +94,8 @@ def check_sweep(file: Path) -> None:
         StoreError: As `read_sweep`.
     """
     folder = read_folder(file.parent)
-    known = read_members_file(folder)
-    _check_digest(folder, known, (folder.read(number) for number in range(folder.shards)))
+    table = read_members_file(folder)
+    _check_digest(folder, table, (folder.read(number) for number in range(folder.shards)))
 
 
 def digest_of_all(digests: Iterable[str]) -> str:
@@ -103,9 +103,9 @@ def digest_of_all(digests: Iterable[str]) -> str:
     return hashlib.sha256(" ".join(digests).encode()).hexdigest()
 
 
-def _check_digest(folder: SweepFolder, known: Table, shards: Iterable[Table]) -> None:
+def _check_digest(folder: SweepFolder, table: Table, shards: Iterable[Table]) -> None:
     """Refuse a members file of other shards: an interrupted `--retry-failed` leaves one."""
-    if known.attributes.get("shards_digest") != digest_of_all(shard.digest for shard in shards):
+    if table.attributes.get("shards_digest") != digest_of_all(shard.digest for shard in shards):
         raise unfinished_error(folder)
 
 

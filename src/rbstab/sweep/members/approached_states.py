@@ -26,18 +26,18 @@ without a descent. Single runs always descend; the comparison with them checks t
 
 
 class RestStatesOfMembers(NamedTuple):
-    """Rest states of m members. Where `found` is false, the other values are not those of one.
+    """Rest states of m members. Where `approached` is false, the others are not those of one.
 
     Attributes:
         energy: The stored energy, shape (m,), J.
         orientation: Θ, shape (m, 3), rad.
-        found: Whether the state was found, shape (m,).
+        approached: Whether the member is found to approach it, shape (m,).
         unstable: Whether it is unstable, shape (m,).
     """
 
     energy: Array
     orientation: Array
-    found: Array
+    approached: Array
     unstable: Array
 
 
@@ -75,15 +75,15 @@ class ApproachedStates:
             last: The configurations at the last samples, shape (n, m).
         """
         count = last.shape[1]
-        q, energy, found = last.copy(), np.full(count, np.nan), np.zeros(count, dtype=bool)
+        q, energy, approached = last.copy(), np.full(count, np.nan), np.zeros(count, dtype=bool)
         if self.shared is not None:
             shared = self._shared_configurations(parameters)
-            found = np.abs(last - shared).max(axis=0) < NEAR
-            q[:, found], energy[found] = shared[:, found], self.shared.energy
+            approached = np.abs(last - shared).max(axis=0) < NEAR
+            q[:, approached], energy[approached] = shared[:, approached], self.shared.energy
         unstable = np.zeros(count, dtype=bool)
-        rows = np.flatnonzero(~found & np.isfinite(last).all(axis=0))
+        rows = np.flatnonzero(~approached & np.isfinite(last).all(axis=0))
         if len(rows):
-            q[:, rows], energy[rows], found[rows] = self._descended(
+            q[:, rows], energy[rows], approached[rows] = self._descended(
                 parameters[:, rows], last[:, rows]
             )
             unstable[rows] = falls(self._energy().at(parameters[:, rows], q[:, rows]).hessian)
@@ -91,7 +91,7 @@ class ApproachedStates:
                 lower = is_lower(energy, self.shared.energy) | is_lower(self.shared.energy, energy)
                 same = (np.abs(q - shared).max(axis=0) < SAME_STATE) & ~lower
                 q[:, same], energy[same] = shared[:, same], self.shared.energy
-        return RestStatesOfMembers(energy, q[ORIENTATION].T, found, unstable & found)
+        return RestStatesOfMembers(energy, q[ORIENTATION].T, approached, unstable & approached)
 
     def _descended(self, parameters: Array, starts: Array) -> tuple[Array, Array, Array]:
         def energy(rows: Array, q: Array) -> ScalarAt:
@@ -118,7 +118,7 @@ class ApproachedStates:
         offset = self._offsets["gravity.weight"]
         weight = np.abs(parameters[offset : offset + 3]).max(axis=0)
         load = np.maximum(weight, np.abs(self._energy().at(parameters, q).gradient).max(axis=1))
-        return np.array([gradient_tolerance(one) for one in load.tolist()])
+        return np.array([gradient_tolerance(member_load) for member_load in load.tolist()])
 
     def _shared_configurations(self, parameters: Array) -> Array:
         """Return the configuration of the shared state for each member, shape (n, m)."""

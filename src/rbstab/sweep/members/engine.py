@@ -65,13 +65,13 @@ def columns_of_failed(members: int, columns: Layout = COLUMNS) -> dict[str, Arra
         members: The number of members.
         columns: The columns, from `outcome_columns`.
     """
-    found = {}
+    arrays = {}
     for name, column in columns.items():
         shape = (members, *column.shape)
         kind = np.dtype(column.dtype).kind
-        found[name] = np.full(shape, np.nan if kind == "f" else 0, dtype=column.dtype)
-    found["status"][:] = STATUSES.index(RunStatus.SOLVER_FAILURE)
-    return found
+        arrays[name] = np.full(shape, np.nan if kind == "f" else 0, dtype=column.dtype)
+    arrays["status"][:] = STATUSES.index(RunStatus.SOLVER_FAILURE)
+    return arrays
 
 
 def failed_shard(plan: Plan, start: int, stop: int, columns: Layout) -> Shard:

@@ -117,7 +117,9 @@ class EnsembleEngine:
             for is_kept in (False, True):
                 rows = np.flatnonzero((variants == variant) & (kept == is_kept))
                 if len(rows):
-                    rows = rows[engine.order({key: one[rows] for key, one in values.items()})]
+                    rows = rows[
+                        engine.order({key: entries[rows] for key, entries in values.items()})
+                    ]
                 first = 0
                 while first < len(rows):
                     states = engine.ends + (len(engine.problem.times) if is_kept else 0)
@@ -161,8 +163,14 @@ class _VariantEngine:
         self.ends = ENDS_EXPECTED
         self.approached = ApproachedStates(problem.system, self._shared_rest_state())
         quantities = observed_in(problem.system)
-        finals = {name: one for name, one in quantities.items() if one.end is not None}
-        others = {name: one for name, one in quantities.items() if one.trace and name not in finals}
+        finals = {
+            name: quantity for name, quantity in quantities.items() if quantity.end is not None
+        }
+        others = {
+            name: quantity
+            for name, quantity in quantities.items()
+            if quantity.trace and name not in finals
+        }
         observed = partial(Observed, ensemble.compiled, ensemble.symbolic)
         # v is compiled with peaks and their rates, as along the steps.
         peaks = {name: BY_NAME[name] for name in PEAKS}
@@ -183,13 +191,13 @@ class _VariantEngine:
         with np.errstate(all="ignore"):
             if all(map(is_of_initial_state, varied)):
                 nearest = nearest_rest_state(self.problem.system)
-                q = at_rest.configuration(nearest.motion, nearest.own)
-                known, shared = nearest.found, SharedState(q, nearest.energy)
+                q = at_rest.configuration(nearest.motion, nearest.element_states)
+                is_rest, shared = nearest.rests_in_range, SharedState(q, nearest.energy)
             else:
                 # Without a load it is the unloaded position, where no energy is stored. Elements of
                 # the config may pull there.
-                q, known, shared = at_rest.unloaded, not loaded, SharedState(None, 0.0)
-            return shared if known and rises(numerical_hessian(at_rest.gradient, q)) else None
+                q, is_rest, shared = at_rest.unloaded, not loaded, SharedState(None, 0.0)
+            return shared if is_rest and rises(numerical_hessian(at_rest.gradient, q)) else None
 
     def order(self, values: Values) -> Array:
         """Return the order in which members are integrated, shape (m,): by their energy.
@@ -251,12 +259,12 @@ class _VariantEngine:
         if self.in_traces is None or motions.samples is None:
             return {}
         along = motions.parameters, motions.samples, self.problem.times
-        found = self.at_ends.along(*along) | self.in_traces.along(*along)
+        quantities = self.at_ends.along(*along) | self.in_traces.along(*along)
         audits = motions.samples[self.problem.system.size :]
-        v, change = found[TOTAL.name] - rest_energy[:, np.newaxis], audits[CHANGE_ROW]
-        found |= {"lyapunov": v, "lyapunov_change": change}
-        found["energy_residual"] = v - v[:, :1] - change
-        return found | ({"supplied_energy": audits[0]} if self.extremes.supplies else {})
+        v, change = quantities[TOTAL.name] - rest_energy[:, np.newaxis], audits[CHANGE_ROW]
+        quantities |= {"lyapunov": v, "lyapunov_change": change}
+        quantities["energy_residual"] = v - v[:, :1] - change
+        return quantities | ({"supplied_energy": audits[0]} if self.extremes.supplies else {})
 
     def _rest_states(
         self, values: Values, parameters: Array, last: Array, X: Array
@@ -265,14 +273,14 @@ class _VariantEngine:
 
         The orientation is NaN where none was found that the member approaches.
         """
-        own = last[self.problem.system.coordinates.size :]
+        own_states = last[self.problem.system.coordinates.size :]
         pose = [last[THETA]] if self.approached.configurations.held else [last[THETA], X]
-        rest = self.approached.find(parameters, np.concatenate([*pose, own]))
-        for k in np.flatnonzero(~rest.found & np.isfinite(last).all(axis=0)).tolist():
+        rest = self.approached.find(parameters, np.concatenate([*pose, own_states]))
+        for k in np.flatnonzero(~rest.approached & np.isfinite(last).all(axis=0)).tolist():
             system = self._problem(values, k).system
             motion = system.motion(last[: system.coordinates.size, k])
             with np.errstate(all="ignore"):
-                zero = lyapunov_zero(system, motion, own[:, k], nearest_rest_state(system))
+                zero = lyapunov_zero(system, motion, own_states[:, k], nearest_rest_state(system))
             rest.energy[k] = zero.rest.energy
             rest.orientation[k] = zero.rest.motion.Theta if zero.approached else np.nan
             rest.unstable[k] = is_unstable(system, zero.rest)

@@ -58,8 +58,8 @@ class EnsembleExtremes:
             round_off: The energy below which v is round-off, shape (m,), J.
             system_of: Returns the system of a member.
         """
-        found = _StepsOfMembers(self, motions, rest_energy, system_of)
-        steps, supplies = found.steps(), self.supplies
+        member_steps = _StepsOfMembers(self, motions, rest_energy, system_of)
+        steps, supplies = member_steps.steps(), self.supplies
         extrema = farthest_from_zero(steps)
         if self.ensemble.q is not None:
             extrema = pitch_of_sine(extrema)
@@ -67,10 +67,10 @@ class EnsembleExtremes:
         settling = settling_times(steps, VALUE, largest, from_rest, round_off, supplied=supplies)
         near = last_above(steps, SQUARE, np.full(len(steps.first), SETTLED_DISTANCE**2))
         v = steps.values[0][VALUE]
-        residual = v - v[steps.first][found.member] - found.audits[CHANGE_ROW]
+        residual = v - v[steps.first][member_steps.member] - member_steps.audits[CHANGE_ROW]
         residual, *sizes = (
             np.maximum.reduceat(np.abs(row), steps.first)
-            for row in (residual, v, *found.audits[:supplies])
+            for row in (residual, v, *member_steps.audits[:supplies])
         )
         sizes = [size[:, np.newaxis] for size in sizes]
         columns = {
@@ -120,7 +120,7 @@ class _StepsOfMembers:
         if motions.angles:
             # As last rows: they are cut and repeated as the states are.
             ends = [np.concatenate(pair) for pair in zip(ends, motions.angles, strict=True)]
-        counts = np.array([one.shape[1] for one in ends])
+        counts = np.array([member_ends.shape[1] for member_ends in ends])
         # Complete SIMD vectors: the last member stays at its end.
         more = -counts.sum() % SIMD
         counts[-1] += more
@@ -152,23 +152,23 @@ class _StepsOfMembers:
 
     def _at_end(self, rows: Array) -> Array:
         """Return what is at the ends of steps, from what is at their begins."""
-        found = np.empty_like(rows)
-        found[..., :-1] = rows[..., 1:]
-        found[..., self._last] = rows[..., self._last]
-        return found
+        ends = np.empty_like(rows)
+        ends[..., :-1] = rows[..., 1:]
+        ends[..., self._last] = rows[..., self._last]
+        return ends
 
     def _derivatives(self, quantity: Array, step: Array) -> Array:
         """Return second and third derivatives at both ends of steps (see `Steps`)."""
         chosen, inverse = np.unique(step, return_inverse=True)
         both, of = np.append(chosen, self._after[chosen]), np.tile(self.member[chosen], 2)
-        found = along(
+        derivatives = along(
             lambda y, t: self._observed(y, t, of),
             lambda y, t: self._compiled.rates.at(self._parameters, y, t, of),
             self._states[:, both],
             self._times[both],
             np.tile(self._lengths[chosen], 2),
         ).reshape(2, VALUE + 1, 2, -1)
-        return np.moveaxis(found, 2, 0)[:, :, quantity, inverse]
+        return np.moveaxis(derivatives, 2, 0)[:, :, quantity, inverse]
 
     def _divide(self, step: int) -> Steps | None:
         member = int(self.member[step])
@@ -183,8 +183,8 @@ class _StepsOfMembers:
 
     def _observed(self, y: Array, t: Array, of: Array) -> Array:
         """Return what is watched and its rates at states of members, shape (2, q, p)."""
-        found = self._compiled.watched.at(self._parameters, y, t, of).reshape(2, VALUE + 1, -1)
-        found[0, VALUE] -= self._rest[of]
+        observed = self._compiled.watched.at(self._parameters, y, t, of).reshape(2, VALUE + 1, -1)
+        observed[0, VALUE] -= self._rest[of]
         if self._q is not None:
-            found[:, THETA_ROWS] = self._q.watched(y)
-        return found
+            observed[:, THETA_ROWS] = self._q.watched(y)
+        return observed

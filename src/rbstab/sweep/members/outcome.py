@@ -41,9 +41,9 @@ def _vector(unit: str, long_name: str) -> Column:
 def _final(quantity: Quantity, lengths: Mapping[str, int]) -> Column:
     """Return the column of a quantity at the end."""
     dimensions = quantity.dimensions[1:]
-    own = tuple(lengths[one] for one in dimensions if one != "axis")
+    sizes = tuple(lengths[dimension] for dimension in dimensions if dimension != "axis")
     long_name = f"{quantity.symbol} at the end{quantity.end}"
-    return Column(dimensions, "f8", quantity.unit, long_name, lengths=own)
+    return Column(dimensions, "f8", quantity.unit, long_name, lengths=sizes)
 
 
 def final_columns(states: Iterable[OwnState]) -> dict[str, Column]:
@@ -93,7 +93,7 @@ COLUMNS: dict[str, Column] = {
 older sweeps invalid. The final values of the own states of named elements come after them."""
 
 
-def known_columns() -> dict[str, Column]:
+def shard_columns() -> dict[str, Column]:
     """Return all columns that shards may have, without those of own states of named elements."""
     return COLUMNS | MOTION_COLUMNS
 
@@ -101,7 +101,7 @@ def known_columns() -> dict[str, Column]:
 def element_states(plan: Plan) -> tuple[OwnState, ...]:
     """Return the own states of the named elements of a plan; all its variants have them."""
     problem = next(iter(plan.initial_value_problems.values()))
-    return tuple(own for own in problem.system.declared_states if is_element_state(own.name))
+    return tuple(state for state in problem.system.declared_states if is_element_state(state.name))
 
 
 def outcome_columns(plan: Plan) -> dict[str, Column]:
@@ -133,7 +133,7 @@ def outcome_of(quantities: Mapping[str, Array], extremes: Extremes) -> dict[str,
         extremes: The extremes of the motions.
     """
     peaks, settling = extremes.extrema, extremes.settling.time
-    columns = {FINAL_PREFIX + name: one[:, -1] for name, one in finals_of(quantities).items()}
+    columns = {FINAL_PREFIX + name: values[:, -1] for name, values in finals_of(quantities).items()}
     for name, peak in PEAKS.items():
         value = peaks.value[ROWS[name]].T
         columns[f"peak_{name}"] = value if peak.signed else np.abs(value)

@@ -70,12 +70,12 @@ class SingleRuns:
             try:
                 problem = self._problem(self._plan.config_of(start + index))
                 deadline = Deadline(problem.time_limit)
-                trajectory, quantities, found = self._run(problem, deadline)
+                trajectory, quantities, outcome = self._run(problem, deadline)
             except Exception:  # noqa: S112
                 continue
             columns["status"][index] = STATUSES.index(trajectory.status)
             columns["steps"][index] = min(trajectory.steps, np.iinfo(np.int32).max)
-            for name, values in found.items():
+            for name, values in outcome.items():
                 columns[name][index] = values[0]
             if traces is not None and kept[index] and TIME in quantities:
                 copy_single_run(traces, int(places[index]), quantities)
@@ -101,12 +101,12 @@ class SingleRuns:
             trajectory = engine(self._engine)(problem, None, deadline)
             try:
                 zero = zero_of(problem, trajectory, nearest, deadline)
-                found = recorded(problem, trajectory, zero.rest, deadline)
+                record = recorded(problem, trajectory, zero.rest, deadline)
                 if not zero.approached:
-                    found.quantities["rest_orientation"] = np.full(3, np.nan)
+                    record.quantities["rest_orientation"] = np.full(3, np.nan)
                 unstable = is_unstable(smooth_rest_system(problem), zero.rest)
-                found.quantities["rest_unstable"] = np.array(unstable)
-                return (*found, self._outcome(problem, deadline, *found))
+                record.quantities["rest_unstable"] = np.array(unstable)
+                return (*record, self._outcome(problem, deadline, *record))
             except Exception:
                 if trajectory.status is RunStatus.COMPLETED:
                     raise
@@ -131,13 +131,13 @@ class SingleRuns:
         quantities: dict[str, Array],
     ) -> dict[str, Array]:
         # The quantities of one member.
-        one = {name: array[np.newaxis] for name, array in quantities.items() if name != TIME}
+        batch = {name: array[np.newaxis] for name, array in quantities.items() if name != TIME}
         extremes = extremes_of(problem, trajectory, quantities, deadline)
-        columns = outcome_of(one | {TIME: quantities[TIME]}, extremes)
-        v, supplied = one["lyapunov"], one.get("supplied_energy")
-        columns["energy_residual"] = np.abs(one["energy_residual"]).max(axis=1)
-        columns["energy_scale"] = energy_scale(v, one["energy_round_off"], supplied)
+        columns = outcome_of(batch | {TIME: quantities[TIME]}, extremes)
+        v, supplied = batch["lyapunov"], batch.get("supplied_energy")
+        columns["energy_residual"] = np.abs(batch["energy_residual"]).max(axis=1)
+        columns["energy_scale"] = energy_scale(v, batch["energy_round_off"], supplied)
         if self._with_largest:
-            for name, values in finals_of(one).items():
+            for name, values in finals_of(batch).items():
                 columns[LARGEST_PREFIX + name] = np.abs(values).max(axis=1)
         return columns

@@ -46,8 +46,8 @@ class TraceLayout(NamedTuple):
 
     def empty(self, members: int) -> dict[str, Array]:
         """Return traces of some members with all quantities NaN."""
-        found = {name: np.full((members, *self.shape(name)), np.nan) for name in self.quantities}
-        return {TIME: self.times, **found}
+        traces = {name: np.full((members, *self.shape(name)), np.nan) for name in self.quantities}
+        return {TIME: self.times, **traces}
 
     def motions(self, traces: Mapping[str, Array], numbers: Array, plan_id: str) -> Motions:
         """Return the traces of a shard in the form in which they are stored.
@@ -63,10 +63,10 @@ class TraceLayout(NamedTuple):
             TIME: Variable((TIME,), traces[TIME], time.unit, time.long_name),
         }
         for name, quantity in self.quantities.items():
-            for one in quantity.dimensions:
-                components = np.arange(1, self.lengths[one] + 1)
-                vector = Variable((one,), components, "1", "component of a vector")
-                variables.setdefault(one, vector)
+            for dimension in quantity.dimensions:
+                components = np.arange(1, self.lengths[dimension] + 1)
+                vector = Variable((dimension,), components, "1", "component of a vector")
+                variables.setdefault(dimension, vector)
             dimensions, data = (RUN, *quantity.dimensions), traces[name]
             variables[name] = Variable(dimensions, data, quantity.unit, quantity.long_name)
         return Motions(variables, {"plan_id": plan_id})

@@ -48,8 +48,8 @@ class VariedKey:
     @property
     def distribution(self) -> Distribution:
         """The distribution of the values, or of the factors."""
-        found = self.column.content[1]
-        distribution: Distribution = found.content[1] if self.scale else found
+        content = self.column.content[1]
+        distribution: Distribution = content.content[1] if self.scale else content
         return distribution
 
     def factor(self, number: Any) -> Any:

@@ -52,8 +52,8 @@ def read_bases(  # noqa: PLR0913, PLR0917 (a base and what changes it)
     wrong: dict[ConfigProblem, list[str]] = {}
     for variant in wanted:
         try:
-            found = loaded(_of_variant(source, variant), code)
-            bases[found.controller.variant] = found
+            config = loaded(_of_variant(source, variant), code)
+            bases[config.controller.variant] = config
         except ConfigError as error:
             for problem in error.problems:
                 wrong.setdefault(problem, []).append(variant)

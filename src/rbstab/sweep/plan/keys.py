@@ -8,8 +8,8 @@ import numpy as np
 
 from rbstab.config.elements import declarations_of
 from rbstab.config.errors import ConfigProblem, Location, closest_keys, describe, did_you_mean
-from rbstab.config.known_keys import keys_of_variants
-from rbstab.config.numbers import found_at, unit_problem, value_at
+from rbstab.config.model_keys import keys_of_variants
+from rbstab.config.numbers import unit_problem, value_at, value_or_none
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.config.units import names_in, number_key
@@ -43,9 +43,9 @@ def check_axes(problems: Problems, file: PlanFile, *, grid: bool) -> tuple[Axis,
         return ()
     wrong = {axis.name: [*_wrong_names(axis)] for axis in axes}
     right = tuple(axis for axis in axes if not wrong[axis.name])
-    found = [one for of_axis in wrong.values() for one in of_axis]
-    found += [one for axis in right for one in _wrong_lists(axis, grid=grid)]
-    for place, problem, expected in (*found, *_varied_twice(right)):
+    mistakes = [mistake for of_axis in wrong.values() for mistake in of_axis]
+    mistakes += [mistake for axis in right for mistake in _wrong_lists(axis, grid=grid)]
+    for place, problem, expected in (*mistakes, *_varied_twice(right)):
         problems.add(place, problem, expected, of_key=True)
     return right
 
@@ -59,8 +59,8 @@ def _wrong_names(axis: Axis) -> Iterator[Wrong]:
         entries = distribution.root if isinstance(distribution, Values) else [0.0]
         named = {isinstance(entry, str) for entry in entries}
         if not varied.path or varied.path[0] not in VARIED_SECTIONS:
-            known = [k for k in keys_of_variants() if k.partition(".")[0] in VARIED_SECTIONS]
-            meant = closest_keys(varied.key.partition("[")[0], known)
+            candidates = [k for k in keys_of_variants() if k.partition(".")[0] in VARIED_SECTIONS]
+            meant = closest_keys(varied.key.partition("[")[0], candidates)
             sections = f"expected a key of {', '.join(VARIED_SECTIONS)}"
             yield varied.place, "cannot vary", did_you_mean(meant) or sections
         elif is_variant and (varied.scale or named != {True}):
@@ -103,10 +103,10 @@ def check_names(problems: Problems, axes: Iterable[Axis]) -> None:
 
     The keys of elements have names that only the base tells.
     """
-    known = keys_of_variants()
+    config_keys = keys_of_variants()
     for varied in (varied for axis in axes for varied in axis.varied_keys):
-        if varied.path[0] != "elements" and key_of(names_in(varied.path)[:2]) not in known:
-            meant = did_you_mean(closest_keys(varied.key.partition("[")[0], known))
+        if varied.path[0] != "elements" and key_of(names_in(varied.path)[:2]) not in config_keys:
+            meant = did_you_mean(closest_keys(varied.key.partition("[")[0], config_keys))
             expected = meant or "expected a key of a config"
             problems.add(varied.place, "is in no config", expected, of_key=True)
 
@@ -134,7 +134,7 @@ def check_changes(problems: Problems, plan: Plan, changes: Iterable[str]) -> Non
 
 def _leaves(data: dict[str, Any], path: Path = ()) -> Iterator[Path]:
     """Yield the paths of all single values at a path of a base; none if there is no such."""
-    value = found_at(data, path)
+    value = value_or_none(data, path)
     if isinstance(value, dict | list):
         for part in value if isinstance(value, dict) else range(len(value)):
             yield from _leaves(data, (*path, part))
@@ -150,15 +150,15 @@ def _wrong_in_bases(plan: Plan, varied: VariedKey) -> Iterator[tuple[str, str]]:
     for variant in owners:
         base, value = plan.bases[variant], value_at(plan.templates[variant], varied.path)
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        found = f"is {describe(value)} in the base"
+        actual = f"is {describe(value)} in the base"
         if varied.scale and not is_number and not isinstance(value, list):
-            yield found, "expected a number, a vector or a matrix"
+            yield actual, "expected a number, a vector or a matrix"
         elif varied.scale and not np.any(value):
             yield "is zero in the base, where a scale has no effect", "expected another base"
         elif not varied.scale and isinstance(value, list):
-            yield found, f"expected one entry, as {varied.key}[0], or scale"
+            yield actual, f"expected one entry, as {varied.key}[0], or scale"
         elif not varied.scale and not is_number:
-            yield found, "expected a number, or controller.variant"
+            yield actual, "expected a number, or controller.variant"
         elif varied.path[0] == "elements" and varied.path[-2:] == ("signal", "seed"):
             if not _counts(varied):
                 yield "is a seed", "expected {member: [first]}, or a list of whole numbers"
@@ -182,11 +182,13 @@ def _missing(plan: Plan, varied: VariedKey) -> tuple[str, str]:
         expected = "expected another key, or a base without attached: true"
         return "follows from the orientation, as initial.attached is true in the base", expected
     leaves = [leaf for data in templates for leaf in _leaves(data)]
-    known = dict.fromkeys(key_of(path) for leaf in leaves for path in (leaf, names_in(leaf)))
+    base_keys = dict.fromkeys(key_of(path) for leaf in leaves for path in (leaf, names_in(leaf)))
     # The keys of another element are no help if the base has the element that was named.
     element = f"{key_of(varied.path[:2])}."
-    own = [key for key in known if varied.path[0] == "elements" and key.startswith(element)]
-    meant = did_you_mean(closest_keys(varied.key, own or known))
+    element_keys = [
+        key for key in base_keys if varied.path[0] == "elements" and key.startswith(element)
+    ]
+    meant = did_you_mean(closest_keys(varied.key, element_keys or base_keys))
     return "is not in the base", meant or "expected a key of the config"
 
 

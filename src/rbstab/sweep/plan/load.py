@@ -160,5 +160,5 @@ def _check_member_count(problems: Problems, counted: Iterable[Axis], points: int
 
 def _variants(axes: tuple[Axis, ...]) -> tuple[str, ...]:
     """Return the values of `controller.variant`; empty if the variant does not vary."""
-    found = [k.distribution for axis in axes for k in axis.varied_keys if k.path == VARIANT]
-    return tuple(found[0].root) if found else ()
+    distributions = [k.distribution for axis in axes for k in axis.varied_keys if k.path == VARIANT]
+    return tuple(distributions[0].root) if distributions else ()

@@ -13,7 +13,7 @@ import numpy as np
 
 from rbstab.config.build import problem_of
 from rbstab.config.load import changed_config, identifying, identity_of
-from rbstab.config.numbers import found_at, replaced
+from rbstab.config.numbers import replaced, value_or_none
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_run_code
 from rbstab.files.names import line
@@ -162,7 +162,7 @@ class Plan:
         """Return the varied keys that a variant has; the others do not affect its members."""
         keys = (varied for varied in self.varied_keys if varied.path != VARIANT)
         template = self.templates[variant]
-        return tuple(varied for varied in keys if found_at(template, varied.path) is not None)
+        return tuple(varied for varied in keys if value_or_none(template, varied.path) is not None)
 
     def variant_of(self, values: Mapping[str, Any]) -> str:
         """Return the variant of a member with these values."""
@@ -181,7 +181,9 @@ class Plan:
         Raises:
             IndexError: The plan has no such member.
         """
-        values = {key: found.tolist()[0] for key, found in self.values(index, index + 1).items()}
+        values = {
+            key: entries.tolist()[0] for key, entries in self.values(index, index + 1).items()
+        }
         variant = self.variant_of(values)
         base, suffix = self.bases[variant], f", member {index}"
         title = base.title[: MAX_TITLE_LENGTH - len(suffix)] + suffix
@@ -249,8 +251,8 @@ def _values_of(varied: VariedKey, indices_or_coordinates: Array) -> Array:
     distribution = varied.distribution
     if indices_or_coordinates.dtype.kind == "i":
         assert isinstance(distribution, FiniteList | Member)
-        found = distribution.at(indices_or_coordinates)
+        values = distribution.at(indices_or_coordinates)
     else:
-        found = distribution.quantile(indices_or_coordinates)
+        values = distribution.quantile(indices_or_coordinates)
     # -0.0 becomes 0.0, as in a config.
-    return found if found.dtype == object else found + 0.0
+    return values if values.dtype == object else values + 0.0

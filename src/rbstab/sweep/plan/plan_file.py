@@ -63,12 +63,12 @@ class Spread(Section):
         return key, getattr(self, key)
 
     @model_validator(mode="after")
-    def _has_one_key(self) -> "Spread":
-        known = list(type(self).model_fields)
-        keys = [key for key in known if key in self.model_fields_set]
+    def _has_single_key(self) -> "Spread":
+        allowed = list(type(self).model_fields)
+        keys = [key for key in allowed if key in self.model_fields_set]
         if len(keys) != 1:
-            found = f"has {' and '.join(keys)}" if keys else "is empty"
-            raise value_error(found, f"expected one of {', '.join(known)}")
+            problem = f"has {' and '.join(keys)}" if keys else "is empty"
+            raise value_error(problem, f"expected one of {', '.join(allowed)}")
         return self
 
 
@@ -221,8 +221,8 @@ class Problems(list[ConfigProblem]):
 
     def add(self, path: Path, problem: str, expected: str, *, of_key: bool = False) -> None:
         """Add a problem at a value or, with `of_key`, at its key."""
-        found = self.source.problem(path, problem, expected, of_key=of_key)
-        self += self.source.new([found])
+        config_problem = self.source.problem(path, problem, expected, of_key=of_key)
+        self += self.source.new([config_problem])
 
     def read(self) -> PlanFile:
         """Return what is right in the file, and add the problems of the rest."""
@@ -231,7 +231,9 @@ class Problems(list[ConfigProblem]):
             return PlanFile.model_validate(data)
         except ValidationError as error:
             self += self.source.new(problems_of(error, self.source, PlanFile))
-            wrong = {one["loc"][: 2 if one["loc"][0] == "vary" else 1] for one in error.errors()}
+            wrong = {
+                detail["loc"][: 2 if detail["loc"][0] == "vary" else 1] for detail in error.errors()
+            }
         right = {key: value for key, value in data.items() if (key,) not in wrong}
         if isinstance(right.get("vary"), dict):
             right["vary"] = {k: v for k, v in data["vary"].items() if ("vary", k) not in wrong}

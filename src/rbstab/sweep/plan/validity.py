@@ -40,7 +40,7 @@ def problems_of_members(plan: Plan, source: Source) -> list[ConfigProblem]:
         plan: A plan with valid bases; each varied key is in at least one base.
         source: The source of the plan.
     """
-    found: dict[VariedKey, ConfigProblem] = {}
+    problems: dict[VariedKey, ConfigProblem] = {}
     for variant in plan.variants:
         for varied, suspects in _suspects(plan, variant):
             for number, values in suspects:
@@ -48,9 +48,9 @@ def problems_of_members(plan: Plan, source: Source) -> list[ConfigProblem]:
                 if wrong is not None:
                     text = f"at member {number} {wrong.key} {wrong.problem}"
                     problem = source.problem(varied.place, text, wrong.expected, of_key=True)
-                    found.setdefault(varied, problem)
+                    problems.setdefault(varied, problem)
                     break
-    return list(found.values())
+    return list(problems.values())
 
 
 def _suspects(plan: Plan, variant: str) -> Iterator[tuple[VariedKey, Iterable[Suspect]]]:
@@ -73,14 +73,14 @@ def _suspects(plan: Plan, variant: str) -> Iterator[tuple[VariedKey, Iterable[Su
 
 def _extremes(plan: Plan, variant: str, key: str) -> list[Suspect]:
     """Return the members of a variant with the smallest and the largest value of a key."""
-    found: list[tuple[float, int]] = []
+    extremes: list[tuple[float, int]] = []
     for numbers, values in _blocks(plan, variant, [key]):
         entries = values[key]
         ends = [int(np.argmin(entries)), int(np.argmax(entries))]
-        found += [(float(entries[index]), int(numbers[index])) for index in ends]
+        extremes += [(float(entries[index]), int(numbers[index])) for index in ends]
         # Among members with equal values, keep the earliest.
-        found = [min(found), max(found, key=lambda one: (one[0], -one[1]))]
-    return [(number, {key: value}) for value, number in found]
+        extremes = [min(extremes), max(extremes, key=lambda pair: (pair[0], -pair[1]))]
+    return [(number, {key: value}) for value, number in extremes]
 
 
 def _indefinite(

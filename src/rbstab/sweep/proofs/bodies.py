@@ -51,20 +51,22 @@ def bodies_of(plan: Plan, variants: Iterable[str] | None = None) -> Bodies:
         first, inverse = _distinct_rows(table)
         of_member[rows] = sum(map(len, firsts)) + inverse
         firsts.append(rows[first])
-    found = np.concatenate(firsts)
-    by_member = np.argsort(found)
+    first_members = np.concatenate(firsts)
+    by_member = np.argsort(first_members)
     place = np.append(np.argsort(by_member), -1)  # the last entry stays -1
-    order = np.array(ProofSelection().first(len(found), len(found)), dtype=int)
-    return Bodies(place[of_member], found[by_member], order)
+    order = np.array(ProofSelection().first(len(first_members), len(first_members)), dtype=int)
+    return Bodies(place[of_member], first_members[by_member], order)
 
 
 def _numbers_of_bodies(plan: Plan, variants: Iterable[str]) -> Iterator[tuple[Array, Array]]:
     """Yield the members of each variant that a theorem decides, and the numbers of their bodies."""
-    own = {name: own_keys(plan, name) for name in variants if undecided_reason(plan, name) is None}
-    keys = {varied.key for some in own.values() for varied in some}
-    for variant, rows, values in rows_of_variants(plan, own, 0, plan.members, keys):
+    variant_keys = {
+        name: body_keys(plan, name) for name in variants if undecided_reason(plan, name) is None
+    }
+    keys = {varied.key for some in variant_keys.values() for varied in some}
+    for variant, rows, values in rows_of_variants(plan, variant_keys, 0, plan.members, keys):
         # One more column of zeros: all members have one body if nothing of it varies.
-        varied = (values[one.key].astype(float) for one in own[variant])
+        varied = (values[varied_key.key].astype(float) for varied_key in variant_keys[variant])
         yield rows, np.stack([np.zeros(len(rows)), *varied], axis=1)
 
 
@@ -80,7 +82,7 @@ def _distinct_rows(table: Array) -> tuple[Array, Array]:
     return order[new], same
 
 
-def own_keys(plan: Plan, variant: str) -> tuple[VariedKey, ...]:
+def body_keys(plan: Plan, variant: str) -> tuple[VariedKey, ...]:
     """Return the varied keys of a variant that are not of the initial state."""
     keys = plan.varied_keys_of(variant)
     return tuple(varied for varied in keys if not is_of_initial_state(varied.path))
@@ -88,13 +90,13 @@ def own_keys(plan: Plan, variant: str) -> tuple[VariedKey, ...]:
 
 def ranges_of(numbers: Iterable[int]) -> list[tuple[int, int]]:
     """Return ascending numbers as ranges: the first and the last number of each."""
-    found: list[tuple[int, int]] = []
+    ranges: list[tuple[int, int]] = []
     for number in numbers:
-        if found and number == found[-1][1] + 1:
-            found[-1] = (found[-1][0], number)
+        if ranges and number == ranges[-1][1] + 1:
+            ranges[-1] = (ranges[-1][0], number)
         else:
-            found.append((number, number))
-    return found
+            ranges.append((number, number))
+    return ranges
 
 
 def named_members(ranges: Sequence[tuple[int, int]]) -> str:

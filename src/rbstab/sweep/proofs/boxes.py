@@ -29,7 +29,7 @@ from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.plan.varied_numbers import varied_numbers
-from rbstab.sweep.proofs.bodies import own_keys
+from rbstab.sweep.proofs.bodies import body_keys
 from rbstab.sweep.proofs.variants import rows_of_variants, shares_proof, undecided_reason
 
 SECONDS = 10.0
@@ -81,18 +81,18 @@ def prove_boxes(
         if not shares_proof(plan, variant) and undecided_reason(plan, variant) is None
     ]
     begin, stop = monotonic(), stop or Event()
-    keys = {varied.key for variant in variants for varied in own_keys(plan, variant)}
-    found: list[BoxProof] = []
+    keys = {varied.key for variant in variants for varied in body_keys(plan, variant)}
+    proofs: list[BoxProof] = []
     parts = rows_of_variants(plan, variants, 0, plan.members, keys)
-    for number, (variant, rows, own) in enumerate(parts, start=1):
+    for number, (variant, rows, values) in enumerate(parts, start=1):
         # A variant that fails leaves time for the next.
         end = begin + seconds * number / len(variants)
         try:
-            boxes = _Boxes(plan, variant, rows, own)
+            boxes = _Boxes(plan, variant, rows, values)
         except (TypeError, ValueError, KeyError):
             continue  # something varies that is no number with a tolerance
-        found += boxes.proofs(results, end, stop)
-    return found
+        proofs += boxes.proofs(results, end, stop)
+    return proofs
 
 
 class _Boxes:
@@ -112,9 +112,9 @@ class _Boxes:
         self, plan: Plan, variant: str, members: Array, values: Mapping[str, Array]
     ) -> None:
         self.variant, self.members = variant, members
-        self.base, keys = plan.base_of(variant), own_keys(plan, variant)
-        known = (*entries_of(self.base), *entries_under(self.base, ("gravity",)))
-        entries = {path: entry for entry in known for path in entry.paths}
+        self.base, keys = plan.base_of(variant), body_keys(plan, variant)
+        all_entries = (*entries_of(self.base), *entries_under(self.base, ("gravity",)))
+        entries = {path: entry for entry in all_entries for path in entry.paths}
         floats = {varied.key: values[varied.key].astype(float) for varied in keys}
         self.numbers = {
             entries[path]: numbers

@@ -40,26 +40,26 @@ REST_STATE = Column(
 )
 """The column `proved_rest_state` of a sweep."""
 
-ONE_STATE_WORDS = ("not decided", "proved", "false")
+SOLE_STATE_WORDS = ("not decided", "proved", "false")
 """The values of the column `one_rest_state`, in the order of their codes."""
 
-STATES_UNDECIDED, ONE_STATE, NOT_ONE_STATE = range(3)
+STATES_UNDECIDED, SOLE_STATE, NOT_SOLE_STATE = range(3)
 
-ONE_STATE_COLUMN = Column(
+SOLE_STATE_COLUMN = Column(
     *(
         (),
         "i1",
         "1",
         "whether its body has one rest state in the range, by a proof of its own",
     ),
-    ONE_STATE_WORDS,
+    SOLE_STATE_WORDS,
 )
 """The column `one_rest_state` of a sweep."""
 
-KNOWN_COLUMNS: dict[str, Column] = {
+CONVERGENCE_COLUMNS: dict[str, Column] = {
     "convergence": COLUMN,
     "proved_rest_state": REST_STATE,
-    "one_rest_state": ONE_STATE_COLUMN,
+    "one_rest_state": SOLE_STATE_COLUMN,
 }
 """The columns of the members file that say what is proved."""
 

@@ -14,16 +14,16 @@ from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Table
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import (
+    CONVERGENCE_COLUMNS,
     FALSE,
     FIRST_UNDECIDED,
-    KNOWN_COLUMNS,
     MOTION_PROOFS,
     NO_PROOF,
     NOT_DECIDED,
-    NOT_ONE_STATE,
     NOT_PROVED,
-    ONE_STATE,
+    NOT_SOLE_STATE,
     PROVED,
+    SOLE_STATE,
     STATES_UNDECIDED,
 )
 from rbstab.sweep.proofs.robust import START_COLUMNS, BoxProofs
@@ -37,13 +37,13 @@ class MemberConvergence(NamedTuple):
     Attributes:
         codes: The code of each member in `CONVERGENCE`, shape (m,).
         rest_states: The number of the rest state, from 1 for the lowest; 0: not proved; shape (m,).
-        one_state: Whether its body has one rest state in the range, a minimum, by a proof of its
-            own: the code in `ONE_STATE_WORDS`, shape (m,).
+        sole_state: Whether its body has one rest state in the range, a minimum, by a proof of its
+            own: the code in `SOLE_STATE_WORDS`, shape (m,).
     """
 
     codes: Array
     rest_states: Array
-    one_state: Array
+    sole_state: Array
 
     def beside(self, stored: "MemberConvergence") -> "MemberConvergence":
         """Return this with what is stored of members of which it says nothing, or less."""
@@ -51,7 +51,7 @@ class MemberConvergence(NamedTuple):
         return MemberConvergence(
             np.where(keep, stored.codes, self.codes),
             np.where(keep, stored.rest_states, self.rest_states),
-            np.where(self.one_state == STATES_UNDECIDED, stored.one_state, self.one_state),
+            np.where(self.sole_state == STATES_UNDECIDED, stored.sole_state, self.sole_state),
         )
 
     def copy(self) -> "MemberConvergence":
@@ -88,8 +88,8 @@ class ProvedConvergence:
     def __init__(self, plan: Plan, results: Path) -> None:
         self.plan = plan
         shared = [variant for variant in plan.variants if shares_proof(plan, variant)]
-        found = {variant: cached_proof(results, plan.base_of(variant)) for variant in shared}
-        self._proofs = {v: p for v, p in found.items() if p is not None}
+        cached = {variant: cached_proof(results, plan.base_of(variant)) for variant in shared}
+        self._proofs = {v: p for v, p in cached.items() if p is not None}
         self._starts = {
             variant: ProvedStarts(plan.base_of(variant), plan.varied_keys_of(variant), proof)
             for variant, proof in self._proofs.items()
@@ -109,17 +109,17 @@ class ProvedConvergence:
 
     def of(self, start: int, stop: int) -> MemberConvergence:
         """Return what is proved of the members from number `start` up to `stop`."""
-        found = MemberConvergence.nothing(stop - start)
-        for variant, rows, own in rows_of_variants(self.plan, self._proofs, start, stop):
+        convergence = MemberConvergence.nothing(stop - start)
+        for variant, rows, values in rows_of_variants(self.plan, self._proofs, start, stop):
             problem = self.plan.initial_value_problems[variant]
             starts, count = self._starts[variant], len(rows)
-            new = of_body(starts, own, count, at_poles=problem.quaternion)
-            for column, entries in zip(found, new, strict=True):
+            new = of_body(starts, values, count, at_poles=problem.quaternion)
+            for column, entries in zip(convergence, new, strict=True):
                 column[rows] = entries
-        return found
+        return convergence
 
     def within(
-        self, start: int, stop: int, table: Table, found: MemberConvergence
+        self, start: int, stop: int, table: Table, convergence: MemberConvergence
     ) -> MemberConvergence:
         """Return what is proved of members, with what proofs for all bodies in a box say.
 
@@ -127,9 +127,9 @@ class ProvedConvergence:
             start: The first member.
             stop: One after the last member, as in `range`.
             table: Their table, with `START_COLUMNS`.
-            found: What is proved of them otherwise.
+            convergence: What is proved of them otherwise.
         """
-        more, proved = found.copy(), self.boxes.proved(start, stop, table)
+        more, proved = convergence.copy(), self.boxes.proved(start, stop, table)
         more.rest_states[proved & (more.codes != PROVED)] = 1
         more.codes[proved] = PROVED
         return more
@@ -146,29 +146,29 @@ def of_body(
         count: The number of members.
         at_poles: Whether the motions may pass the poles of the Euler angles.
     """
-    proof, found = starts.proof, MemberConvergence.nothing(count)
-    found.one_state[:] = one_state_code(proof)
+    proof, convergence = starts.proof, MemberConvergence.nothing(count)
+    convergence.sole_state[:] = sole_state_code(proof)
     if has_no_rest_state(proof, at_poles=at_poles):
-        found.codes[:] = FALSE
+        convergence.codes[:] = FALSE
     elif proof.states or has_no_rest_state(proof):
-        found.rest_states[:] = starts.find(values, count)
+        convergence.rest_states[:] = starts.find(values, count)
         # After a brief proof that may find more, that a member is in no region is not known.
-        found.codes[:] = NO_PROOF if proof.goes_on else NOT_PROVED
-        found.codes[found.rest_states > 0] = PROVED
-    return found
+        convergence.codes[:] = NO_PROOF if proof.goes_on else NOT_PROVED
+        convergence.codes[convergence.rest_states > 0] = PROVED
+    return convergence
 
 
 def proved_columns(starts: MemberConvergence, shard: Table) -> dict[str, Array]:
-    """Return `KNOWN_COLUMNS` of a shard, and its own `proved_time` if it has that column.
+    """Return `CONVERGENCE_COLUMNS` of a shard, and its own `proved_time` if it has that column.
 
     Args:
         starts: What is proved of the starts of its members.
         shard: The shard, with `MOTION_COLUMNS` if the plan has `prove`.
     """
-    codes, rest_states, one_state = starts.copy()
-    known = {"proved_rest_state": rest_states, "one_rest_state": one_state}
+    codes, rest_states, sole_state = starts.copy()
+    columns = {"proved_rest_state": rest_states, "one_rest_state": sole_state}
     if "motion_proof" not in shard:
-        return {"convergence": codes, **known}
+        return {"convergence": codes, **columns}
     inside = rest_states > 0
     rest_states = np.where(inside, rest_states, shard["proved_rest_state"])
     codes[rest_states > 0] = PROVED
@@ -177,7 +177,7 @@ def proved_columns(starts: MemberConvergence, shard: Table) -> dict[str, Array]:
     codes[~inside & (ended == MOTION_PROOFS.index("false"))] = FALSE
     return {
         "convergence": codes,
-        **known,
+        **columns,
         "proved_rest_state": rest_states,
         "proved_time": np.where(inside, 0.0, shard["proved_time"]),
     }
@@ -203,29 +203,29 @@ def keep_proofs(plan: Plan, results: Path, *, brief: bool = False) -> None:
             proof_for(results, plan.base_of(variant), problem, brief=brief)
 
 
-def one_state_code(proof: Proof) -> int:
+def sole_state_code(proof: Proof) -> int:
     """Return whether a body has one rest state in the range, a minimum, by its own proof.
 
     Where a spring has no length, a tied body may have one more, of which the proof says nothing.
     """
     if sum(state.proved for state in proof.states) > 1:
-        return NOT_ONE_STATE
+        return NOT_SOLE_STATE
     if proof.needs_lengths:
         return STATES_UNDECIDED
     if proof.globally_stable:
-        return ONE_STATE
+        return SOLE_STATE
     none = proof.proved and not proof.states
     no_minimum = proof.unique and proof.globally_stable is False
-    return NOT_ONE_STATE if none or no_minimum else STATES_UNDECIDED
+    return NOT_SOLE_STATE if none or no_minimum else STATES_UNDECIDED
 
 
-PROOF_COLUMNS = (*KNOWN_COLUMNS, *START_COLUMNS)
+PROOF_COLUMNS = (*CONVERGENCE_COLUMNS, *START_COLUMNS)
 """The columns of a sweep from which it follows what is proved of its members now."""
 
 
 def stored_convergence(table: Table) -> MemberConvergence:
     """Return what the columns of a table say, without later proofs."""
-    return MemberConvergence(*(table[name] for name in KNOWN_COLUMNS))
+    return MemberConvergence(*(table[name] for name in CONVERGENCE_COLUMNS))
 
 
 def convergence_now(table: Table, proofs: ProvedConvergence | None) -> MemberConvergence:

@@ -87,7 +87,7 @@ class MotionProver:
         }
         columns["proved_time"][:] = np.nan
         selected = self.selection.selected(start, stop, plan.members)
-        for variant, rows, own in rows_of_variants(plan, plan.variants, start, stop):
+        for variant, rows, values in rows_of_variants(plan, plan.variants, start, stop):
             if not shares_proof(plan, variant):
                 for row in np.flatnonzero(selected[rows]):
                     body = _body_of(partial(plan.config_of, start + int(rows[row])), ())
@@ -96,7 +96,7 @@ class MotionProver:
                 if variant not in self._shared:
                     keys = plan.varied_keys_of(variant)
                     self._shared[variant] = _body_of(partial(plan.base_of, variant), keys)
-                self._fill(columns, self._shared[variant], own, rows, selected)
+                self._fill(columns, self._shared[variant], values, rows, selected)
         return columns
 
     def _fill(
@@ -120,17 +120,19 @@ class MotionProver:
         some = {key: entries[enclosed] for key, entries in values.items()}
         try:
             centre, error = body.starts.states(some, len(rows))
-            found = body.many.follow_all(centre, error, self.selection.steps)
+            motions = body.many.follow_all(centre, error, self.selection.steps)
         except Exception:  # an error must not stop the sweep: these members are not decided
             return
-        for row, one in zip(rows, found, strict=True):
-            word = str(one.decision or (Undecided.NO_STEP if one.lost else Undecided.STEP_LIMIT))
-            if isinstance(one.decision, Convergence):
+        for row, motion in zip(rows, motions, strict=True):
+            word = str(
+                motion.decision or (Undecided.NO_STEP if motion.lost else Undecided.STEP_LIMIT)
+            )
+            if isinstance(motion.decision, Convergence):
                 word = "proved"
-                columns["proved_rest_state"][row] = one.decision.rest_state
-                columns["proved_time"][row] = one.time
+                columns["proved_rest_state"][row] = motion.decision.rest_state
+                columns["proved_time"][row] = motion.time
             columns["motion_proof"][row] = MOTION_PROOFS.index(word)
-            columns["proof_steps"][row] = one.steps
+            columns["proof_steps"][row] = motion.steps
 
 
 def _body_of(made: Callable[[], Config], keys: tuple[VariedKey, ...]) -> _Body:

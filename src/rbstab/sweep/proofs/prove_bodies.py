@@ -29,7 +29,7 @@ from rbstab.sweep.proofs.convergence import (
     MemberConvergence,
     of_body,
 )
-from rbstab.sweep.proofs.one_state import OneState
+from rbstab.sweep.proofs.sole_state import SoleState
 from rbstab.sweep.proofs.starts import ProvedStarts
 
 BUDGET = 10.0
@@ -49,7 +49,7 @@ class BodyProofs(NamedTuple):
     """What was proved of the members of a plan.
 
     Attributes:
-        found: The convergence of each member.
+        convergence: The convergence of each member.
         reached: Whether the body of each member was reached in time, shape (members,).
         bodies: The number of distinct bodies.
         reached_bodies: How many of them were reached.
@@ -57,10 +57,10 @@ class BodyProofs(NamedTuple):
         seconds: The time that was taken, s.
         brief: How many proofs ended early because nobody asked for them (`proof_for`).
         boxes: The proofs for many bodies at once.
-        one_state: Which bodies have one rest state, by any proof.
+        sole_state: Which bodies have one rest state, by any proof.
     """
 
-    found: MemberConvergence
+    convergence: MemberConvergence
     reached: Array
     bodies: int
     reached_bodies: int
@@ -68,7 +68,7 @@ class BodyProofs(NamedTuple):
     seconds: float
     brief: int = 0
     boxes: Sequence[BoxProof] = ()
-    one_state: OneState = OneState()
+    sole_state: SoleState = SoleState()
 
 
 def prove_bodies(  # noqa: PLR0913 (options by name)
@@ -104,12 +104,12 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
     """
     begin = monotonic()
     bodies = bodies_of(plan) if bodies is None else bodies
-    known = np.ones(len(bodies), dtype=bool)
+    decided = np.ones(len(bodies), dtype=bool)
     decidable = bodies.of_member >= 0
-    known[bodies.of_member[decidable & (stored.codes == NO_PROOF)]] = False
-    waiting = bodies.order[~known[bodies.order]].tolist()
-    reached, answers = known.copy(), stored.copy()
-    count, ended_early = int(known.sum()), 0
+    decided[bodies.of_member[decidable & (stored.codes == NO_PROOF)]] = False
+    waiting = bodies.order[~decided[bodies.order]].tolist()
+    reached, answers = decided.copy(), stored.copy()
+    count, ended_early = int(decided.sum()), 0
     progress(count, len(bodies))
     end = math.inf if budget is None else begin + budget
     interrupt = stop or Event()
@@ -139,17 +139,17 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
 def _add(plan: Plan, members: Array, proof: Proof, answers: MemberConvergence) -> None:
     """Add what the proof of a body says of the members that have it."""
     first, stop = int(members[0]), int(members[-1]) + 1
-    row = {key: found.tolist()[0] for key, found in plan.values(first, first + 1).items()}
+    row = {key: entries.tolist()[0] for key, entries in plan.values(first, first + 1).items()}
     varied = plan.varied_keys_of(plan.variant_of(row))
-    keys = tuple(one for one in varied if is_of_initial_state(one.path))
+    keys = tuple(varied_key for varied_key in varied if is_of_initial_state(varied_key.path))
     # The members may be far apart.
-    some = plan.values(first, stop, [one.key for one in keys]).items()
+    some = plan.values(first, stop, [varied_key.key for varied_key in keys]).items()
     values = {key: entries[members - first] for key, entries in some}
     starts = ProvedStarts(plan.config_of(first), keys, proof)
     problem = next(iter(plan.initial_value_problems.values()))
-    found = of_body(starts, values, len(members), at_poles=problem.quaternion)
+    convergence = of_body(starts, values, len(members), at_poles=problem.quaternion)
     # What is stored may be more: a proof for all bodies within tolerances.
-    merged = found.beside(MemberConvergence(*(column[members] for column in answers)))
+    merged = convergence.beside(MemberConvergence(*(column[members] for column in answers)))
     for column, entries in zip(answers, merged, strict=True):
         column[members] = entries
 

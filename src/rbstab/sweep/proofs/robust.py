@@ -17,7 +17,7 @@ from rbstab.elements.motors import LimitedForce
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
 from rbstab.experiment.robust.covering import (
     counterexample_between,
-    known_of,
+    member_claims,
     valid_proofs,
 )
 from rbstab.experiment.robust.record import BodiesRecord
@@ -54,12 +54,14 @@ class BoxProofs:
         Returns:
             The level, J: such a member has one rest state, a minimum, and its motions with v(0)
             below the level converge to it; 0 where no such proof says anything. And whether its
-            body has one rest state, by its code in `ONE_STATE_WORDS`. Both of shape (members,).
+            body has one rest state, by its code in `SOLE_STATE_WORDS`. Both of shape (members,).
         """
         if self._last is None or self._last[0] != (start, stop):
             levels, codes = np.zeros(stop - start), np.zeros(stop - start, np.int8)
             for variant, rows, numbers in self._members(start, stop):
-                levels[rows], codes[rows] = known_of(self._records[variant], *numbers, len(rows))
+                levels[rows], codes[rows] = member_claims(
+                    self._records[variant], *numbers, len(rows)
+                )
             self._last = (start, stop), (levels, codes)
         return self._last[1]
 
@@ -74,28 +76,28 @@ class BoxProofs:
             stop: One after the last member, as in `range`.
             table: Their table, with `START_COLUMNS`.
         """
-        (levels, _), found = self.of(start, stop), np.zeros(stop - start, dtype=bool)
+        (levels, _), in_region = self.of(start, stop), np.zeros(stop - start, dtype=bool)
         if not levels.any():
-            return found
+            return in_region
         for _, rows, numbers in self._members(start, stop):
             if not levels[rows].any():  # so without a controller, where nothing is ever proved
                 continue
             v, rest, Theta = (table[name][rows] for name in START_COLUMNS)
             error = ROUND_OFF * (np.abs(v) + np.abs(rest) + _load_energies(*numbers, len(rows)))
             in_range = np.all(np.abs(Theta) <= OPEN_RANGE, axis=-1)
-            found[rows] = in_range & (v + error < levels[rows])
-        return found
+            in_region[rows] = in_range & (v + error < levels[rows])
+        return in_region
 
     def counterexamples(self) -> dict[str, BodiesRecord]:
         """Return by variant a body between the bounds of the plan that has not one rest state."""
-        found: dict[str, BodiesRecord] = {}
+        by_variant: dict[str, BodiesRecord] = {}
         if all(record.proved for records in self._records.values() for record in records):
-            return found  # the values of a million members take a while
+            return by_variant  # the values of a million members take a while
         for variant, _, numbers in self._members(0, self.plan.members):
             record = counterexample_between(self._records[variant], *numbers)
             if record is not None:
-                found[variant] = record
-        return found
+                by_variant[variant] = record
+        return by_variant
 
     def _members(
         self, start: int, stop: int

@@ -70,7 +70,7 @@ class ProvedStarts:
         Returns:
             The numbers, from 1 for the lowest; 0 where nothing is proved; shape (members,).
         """
-        found = np.zeros(members, dtype=np.int32)
+        numbers = np.zeros(members, dtype=np.int32)
         for first in range(0, members, BATCH_SIZE):
             batch = slice(first, min(first + BATCH_SIZE, members))
             some = {varied.key: values[varied.key][batch] for varied in self.varied_keys}
@@ -80,9 +80,9 @@ class ProvedStarts:
                 if not has_code(self.base):
                     raise
                 # Code of a user may not accept bounded numbers; then nothing is proved.
-                return found
-            found[batch], _ = reached_states(self.proof, *starts)
-        return found
+                return numbers
+            numbers[batch], _ = reached_states(self.proof, *starts)
+        return numbers
 
     def starts(self, values: Mapping[str, Array], members: int) -> Starts:
         """Return bounds on the starts of members, around the exact decimals of their configs.
@@ -92,8 +92,8 @@ class ProvedStarts:
             members: The number of members.
         """
         with np.errstate(all="ignore"):
-            motion, own = self._start(values, self.system)
-            state = self.system.start(motion, own)
+            motion, own_states = self._start(values, self.system)
+            state = self.system.start(motion, own_states)
             kinetic = self.system.body.kinetic_energy(motion.Omega, motion.V)
             system, unclear = _in_modes(self.system, state)
             energy = _bounded(kinetic) + system.stored_energy(motion, state)
@@ -118,9 +118,9 @@ class ProvedStarts:
         with np.errstate(all="ignore"):
             system = enclosed_system(self.base, bounded_decimals)
             state = system.start(*self._start(values, system))
-        found = [_bounded(entry) for entry in state]
-        centre = np.stack([_column(entry.value, members) for entry in found], axis=1)
-        error = np.stack([_column(SLACK * entry.error, members) for entry in found], axis=1)
+        bounded = [_bounded(entry) for entry in state]
+        centre = np.stack([_column(entry.value, members) for entry in bounded], axis=1)
+        error = np.stack([_column(SLACK * entry.error, members) for entry in bounded], axis=1)
         return centre, error
 
     def _start(self, values: Mapping[str, Array], system: System) -> tuple[Motion, Array]:

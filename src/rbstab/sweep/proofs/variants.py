@@ -46,10 +46,10 @@ def rows_of_variants(
 
 def members_of_variants(plan: Plan, variants: Iterable[str]) -> Array:
     """Return which members have one of some variants, shape (members,)."""
-    found = np.zeros(plan.members, bool)
+    has_variant = np.zeros(plan.members, bool)
     for _, rows, _ in rows_of_variants(plan, variants, 0, plan.members, ()):
-        found[rows] = True
-    return found
+        has_variant[rows] = True
+    return has_variant
 
 
 def shares_proof(plan: Plan, variant: str) -> bool:
@@ -68,8 +68,8 @@ def undecided_reason(plan: Plan, variant: str) -> str | None:
     if has_code(base) and not may_run_code(base):
         # It may be a stored plan, whose code must not run.
         return CODE_NOT_RUN
-    found = nothing_proved(plan.initial_value_problems[variant])
-    return None if found is None else found.why
+    undecided = nothing_proved(plan.initial_value_problems[variant])
+    return None if undecided is None else undecided.why
 
 
 def without_theorem(plan: Plan) -> dict[str, Array]:

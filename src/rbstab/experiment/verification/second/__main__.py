@@ -53,8 +53,8 @@ def solve(box: Any, contractor: Any, settled: Sequence[Any], wrong: Callable[...
     for size in SIZES:
         left = codac.pave(box, contractor, size).boxes(PavingOut.outer) if left else []
         left = [b for b in left if not b.is_empty() and not any(map(b.is_subset, settled))]
-        for found in filter(wrong, left[:MOST_TRIED]):
-            return REFUTED, found
+        for counterexample in filter(wrong, left[:MOST_TRIED]):
+            return REFUTED, counterexample
         if len(left) > MOST:
             break
     return (OPEN, left[0]) if left else None
@@ -87,8 +87,8 @@ class Search:
 
     def is_other(self, box: Any) -> bool:
         """Return whether a zero that is not listed is near a box."""
-        found = self.isolate(box)
-        return found is not None and not any(map(found[0].intersects, self.zeros))
+        isolated = self.isolate(box)
+        return isolated is not None and not any(map(isolated[0].intersects, self.zeros))
 
     def newton(self, box: Any) -> Any:
         """Return the image of a box under Newton's operator."""
@@ -129,16 +129,16 @@ def listed(searches: dict[int, Search], claims: Any) -> tuple[str, str]:
         ends = zip(*state["enclosure"], strict=True)
         box = IntervalVector([Interval(interval(a).ub(), interval(b).lb()) for a, b in ends])
         search = searches.get((1 if box[1].mid() > 0 else -1) if state["held"] else 0, searches[0])
-        found, place = search.isolate(box), f"the box of rest state {number}"
-        if found is None:
+        isolated, place = search.isolate(box), f"the box of rest state {number}"
+        if isolated is None:
             return OPEN, f"No zero of the gradient was isolated near {place}."
-        zero, index = found[0], search.index(found[0])
+        zero, index = isolated[0], search.index(isolated[0])
         if not zero.intersects(box) or (index is not None and state["index"] not in {None, index}):
             return REFUTED, f"No zero of the gradient of index {state['index']} is in {place}."
         if not search.inside(zero, box) or index is None:
             return OPEN, f"A zero may be at the end of {place}, or have another index."
         search.zeros.append(zero)
-        search.settled.append(found[1])
+        search.settled.append(isolated[1])
     for search in searches.values() if claims["complete"] else ():
         other = solve(search.box, search.contractor, search.settled, search.is_other)
         if other is not None:
@@ -151,9 +151,9 @@ def bounded(U: Any, boxes: Sequence[Any], level: Any) -> tuple[str, str]:
     """Check that U is not below a level at the ends of a range, and at its other rest states."""
     low = codac.CtcInverse_Interval(U, Interval(-codac.oo, level.ub()))
     for box in boxes:
-        found = solve(box, low, (), lambda b: U.eval(IntervalVector(b.mid())).ub() < level.lb())
-        if found is not None:
-            return found[0], f"U is, or may be, below its level near {found[1]}."
+        below = solve(box, low, (), lambda b: U.eval(IntervalVector(b.mid())).ub() < level.lb())
+        if below is not None:
+            return below[0], f"U is, or may be, below its level near {below[1]}."
     return PROVED, "U is not below its level where the range ends, nor where others rest."
 
 
@@ -161,11 +161,13 @@ def verdicts(data: Any) -> Iterator[tuple[str, ...]]:
     """Yield range, claim, verdict and text of each claim; first of the energy itself."""
     x = codac.VectorVar(3)
     U = AnalyticFunction([x], expression(data["energy"], x))
-    slopes = AnalyticFunction([x], codac.vec(*(expression(one, x) for one in data["slopes"])))
-    for angles, known in data["samples"]:
+    slopes = AnalyticFunction(
+        [x], codac.vec(*(expression(operations, x) for operations in data["slopes"]))
+    )
+    for angles, energy in data["samples"]:
         Theta = IntervalVector([interval(angle) for angle in angles])
-        own, given = U.diff(Theta), slopes.eval(Theta)
-        pairs = [(U.eval(Theta), known), *((given[k], own(0, k).mid()) for k in range(3))]
+        gradient, given = U.diff(Theta), slopes.eval(Theta)
+        pairs = [(U.eval(Theta), energy), *((given[k], gradient(0, k).mid()) for k in range(3))]
         if not all(abs(a.mid() - b) <= SAME * (1 + abs(b)) for a, b in pairs):
             yield "the config", "energy", REFUTED, "U is not the least stored energy of the config."
             return
@@ -178,15 +180,15 @@ def verdicts(data: Any) -> Iterator[tuple[str, ...]]:
             faces[axis, sign][axis] = Interval(sign) * ends[axis]
         signs = (0, -1, 1) if data["stop"] else (0,)
         searches = {s: Search(slopes, faces.pop((1, s), box), s, zeros) for s in signs}
-        found = listed(searches, claims)
-        yield claims["name"], "rest states", *found
-        if "level" in claims and found[0] == PROVED:
+        finding = listed(searches, claims)
+        yield claims["name"], "rest states", *finding
+        if "level" in claims and finding[0] == PROVED:
             # For all θ1 and θ3, U rises without end beyond a box that confines all rest states.
             border = [f for (k, _), f in faces.items() if k == 1 or not claims.get("everywhere")]
-            found = OPEN, "The list is not complete: other rest states may be below the level."
+            finding = OPEN, "The list is not complete: other rest states may be below the level."
             if claims["complete"]:
-                found = bounded(U, border + zeros[1:], interval(claims["level"]))
-            yield claims["name"], "certified region", *found
+                finding = bounded(U, border + zeros[1:], interval(claims["level"]))
+            yield claims["name"], "certified region", *finding
 
 
 if __name__ == "__main__":

@@ -26,7 +26,9 @@ def question(ranges: list[Any], energy: Energy, system: System) -> dict[str, Any
     At some attitudes the least energy, J, comes from the system: it is quadratic in all but Θ.
     """
     U = energy.U if energy.plain is None else energy.plain
-    named = [one | {"name": EVERYWHERE if one.get("everywhere") else IN_RANGE} for one in ranges]
+    named = [
+        claims | {"name": EVERYWHERE if claims.get("everywhere") else IN_RANGE} for claims in ranges
+    ]
     at_rest, samples = configurations(system), list[Any]()
     unit, most = np.eye(at_rest.size), 0.95 * float(energy.stop or RANGE_END[1])
     for Theta in np.random.default_rng(0).uniform(-1, 1, (16, 3)) * [3, most, 3]:
@@ -35,8 +37,8 @@ def question(ranges: list[Any], energy: Energy, system: System) -> dict[str, Any
         H = np.array([at_rest.gradient(q + e)[3:] - b for e in unit[3:]]).reshape(len(b), len(b))
         samples.append([Theta.tolist(), float(at_rest.energy(q) - 0.5 * b @ np.linalg.solve(H, b))])
     slopes = [operations_of(derivative(U, {k: expr(1)})) for k in range(3)]
-    found = {"energy": operations_of(U), "slopes": slopes, "stop": bool(energy.stop)}
-    return found | {"ranges": named, "samples": samples}
+    asked = {"energy": operations_of(U), "slopes": slopes, "stop": bool(energy.stop)}
+    return asked | {"ranges": named, "samples": samples}
 
 
 def answers(data: dict[str, Any]) -> Iterator[list[str]]:

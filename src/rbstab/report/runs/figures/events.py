@@ -62,9 +62,9 @@ def _sliding(result: Result) -> list[Curves]:
         mode = result["mode"][:, axis].astype(float)
         marks: list[Mark] = [Line(t, mode, "mode", step=True)]
         if "transition_time" in result:
-            own = result["transition_axis"] == axis + 1
+            on_axis = result["transition_axis"] == axis + 1
             for kind, (colour, symbol) in KINDS.items():
-                times = result["transition_time"][own & (result["transition_kind"] == kind)]
+                times = result["transition_time"][on_axis & (result["transition_kind"] == kind)]
                 marks.append(Points(times, 0.0 * times, kind, colour=colour, symbol=symbol))
         panels.append((Axis(f"mode of axis {axis + 1}", whole=True), [*marks, limit]))
     energies = [

@@ -5,15 +5,15 @@ from rbstab.report.model.figure import MUTED, Axis, Figure, Level, Line, Panel, 
 from rbstab.report.runs.figures.curves import TIME
 
 
-def fitted_figure(found: Fitted) -> Figure:
+def fitted_figure(fit: Fitted) -> Figure:
     """Return two panels for each measured column: the motion, and its residuals.
 
     The fitted motion is joined by straight lines between the measured times. The levels beside the
     residuals are at twice the scatter.
     """
-    panels, t = [], found.measured.times
-    values = found.measured.values.T, found.computed.T, found.residuals.T
-    for column, measured, computed, residuals in zip(found.columns, *values, strict=True):
+    panels, t = [], fit.measured.times
+    values = fit.measured.values.T, fit.computed.T, fit.residuals.T
+    for column, measured, computed, residuals in zip(fit.columns, *values, strict=True):
         points = Points(t, measured, "measured", MUTED), Line(t, computed, "fitted")
         panels.append(Panel(TIME, Axis(column.name, column.unit), points))
         axis, end = Axis(f"residual of {column.name}", column.unit), 2 * column.scatter

@@ -40,7 +40,7 @@ def difference_table(name: str, members: Members) -> list[Table]:
         *(f"{share} of the pairs below" for share in ("5%", "95%")),
         *("share of the pairs above 0", "pairs", "equal pairs"),
     ]
-    rows, notes = [], [V_NOTE] if rankings[0].groups.has_own_v else []
+    rows, notes = [], [V_NOTE] if rankings[0].groups.v_differs else []
     for ranking in rankings:
         labels, label = ranking.groups.labels, ranking.quantity.axis.label
         others = [k for k in range(len(labels)) if k not in ranking.zero]
@@ -55,10 +55,10 @@ def difference_table(name: str, members: Members) -> list[Table]:
             notes.append(f"Always 0 with {zero}, by construction: {label}.")
         for k in others:
             if k != reference:
-                found = ranking.difference(k, reference)
-                smaller = _smaller(found, labels[k], labels[reference], sampled=sampled)
+                difference = ranking.difference(k, reference)
+                smaller = _smaller(difference, labels[k], labels[reference], sampled=sampled)
                 subtraction = f"{labels[k]} minus {labels[reference]}"
-                numbers = _numbers(found, sampled=sampled)
+                numbers = _numbers(difference, sampled=sampled)
                 rows.append((ranking.quantity.axis.text, subtraction, smaller, *numbers))
     sure = "the interval of the median excludes zero, " if sampled else ""
     note = " ".join([*notes, PAIR_NOTE.format(sure=sure) + (INTERVAL_NOTE if sampled else "")])
@@ -66,25 +66,25 @@ def difference_table(name: str, members: Members) -> list[Table]:
     return [Table.of(f"{name}-pairs", title, heads, rows, note)]
 
 
-def _smaller(found: PairedDifference, first: str, second: str, *, sampled: bool) -> str:
+def _smaller(difference: PairedDifference, first: str, second: str, *, sampled: bool) -> str:
     """Return which of two conditions has the smaller values, or why none is named."""
-    if not found.pairs and not found.equal:
+    if not difference.pairs and not difference.equal:
         return "no common case"
-    if not found.is_alike(sampled=sampled):
-        return first if found.median < 0 else second
-    if found.equal > found.pairs:
-        return "equal in most pairs" if found.pairs else "equal in all pairs"
-    if sampled and not found.is_sure:
+    if not difference.is_alike(sampled=sampled):
+        return first if difference.median < 0 else second
+    if difference.equal > difference.pairs:
+        return "equal in most pairs" if difference.pairs else "equal in all pairs"
+    if sampled and not difference.is_sure:
         return "no sure difference"
     return f"none: less than {MATTERS:.0%}"
 
 
-def _numbers(found: PairedDifference, *, sampled: bool) -> tuple[Entry, ...]:
+def _numbers(difference: PairedDifference, *, sampled: bool) -> tuple[Entry, ...]:
     """Return the numbers of a difference; without a sample it has no interval."""
-    ends = found.low, found.high
+    ends = difference.low, difference.high
     interval = " to ".join(Cell.number(end).text for end in ends) if sampled else ""
     # An interval without ends is that of few pairs.
     if sampled and ends == (-math.inf, math.inf):
         interval = NO_VALUE
-    above = 1.0 - found.negative
-    return found.median, interval, *found.ends, above, found.pairs, found.equal
+    above = 1.0 - difference.negative
+    return difference.median, interval, *difference.ends, above, difference.pairs, difference.equal

@@ -28,14 +28,14 @@ class Conditions:
     """Groups of members with the same condition; without conditions, one group without a title.
 
     slices are the members of each. Each row of pairs, shape (rows, conditions), has the numbers of
-    members that differ only in their condition; pairs is None if there are no such rows. has_own_v
+    members that differ only in their condition; pairs is None if there are no such rows. v_differs
     says whether v may be another function in each condition.
     """
 
     parameters: tuple[Parameter, ...]
     slices: list[Slice]
     pairs: Array | None
-    has_own_v: bool
+    v_differs: bool
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -48,14 +48,14 @@ def conditions_of(members: Members) -> Conditions:
     """Return the conditions of a sweep; none if they are too many to compare."""
     plan, slices = members.plan, [Slice("", np.arange(len(members)))]
     if plan is None:
-        return Conditions((), slices, None, has_own_v=False)
+        return Conditions((), slices, None, v_differs=False)
     variant = [p for p in members.parameters if p.axis.categories]
     each = {axis.name for axis in plan.axes if axis.each}
     chosen = [p for p in members.parameters if p.axis.categories or p.name in each]
     if math.prod(len(p.entries) for p in chosen) > MAX_GROUPS:
         chosen = variant
     if not chosen:
-        return Conditions((), slices, None, has_own_v=False)
+        return Conditions((), slices, None, v_differs=False)
     for parameter in chosen:
         slices = [
             Slice(

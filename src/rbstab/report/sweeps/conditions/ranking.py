@@ -44,7 +44,7 @@ class Ranking:
         self.groups, self.quantity, self.sampled = groups, quantity, sampled
         # Columns are read as a whole.
         self._values = np.asfortranarray(quantity.ranked[groups.pairs])
-        self._known: dict[tuple[int, int], PairedDifference] = {}
+        self._differences: dict[tuple[int, int], PairedDifference] = {}
         self._sign = -1 if quantity.name == REGULARITY else 1
         columns = [column[~np.isnan(column)] for column in self._values.T]
         zero = [k for k, column in enumerate(columns) if len(column) and not column.any()]
@@ -56,17 +56,21 @@ class Ranking:
 
     def difference(self, first: int, second: int) -> PairedDifference:
         """Return the differences of the first condition from the second; computed once."""
-        if (first, second) not in self._known:
-            found = paired_difference(self._values[:, first], self._values[:, second])
-            self._known[first, second] = found
-        return self._known[first, second]
+        if (first, second) not in self._differences:
+            paired = paired_difference(self._values[:, first], self._values[:, second])
+            self._differences[first, second] = paired
+        return self._differences[first, second]
 
     @cached_property
     def best(self) -> int | None:
         """The condition that none is better than in common cases; None if there is none."""
         for best in self.order:
             others = [self.difference(best, k) for k in self.order if k != best]
-            better = (self._sign * one.median > 0 for one in others if not self._is_alike(one))
+            better = (
+                self._sign * difference.median > 0
+                for difference in others
+                if not self._is_alike(difference)
+            )
             if not any(better):
                 return best
         return None
@@ -77,7 +81,7 @@ class Ranking:
         if len(self.order) < 2:
             return ""
         labels, label = self.groups.labels, self.quantity.axis.label
-        if self.quantity.name == SETTLING and self.groups.has_own_v:
+        if self.quantity.name == SETTLING and self.groups.v_differs:
             label += ", each of its own v"
         name = NAMES[self.quantity.name].format(label)
         if self.zero:
@@ -87,32 +91,36 @@ class Ranking:
         if best is None:
             return f"{name}: none is better than all others."
         compared = {k: self.difference(best, k) for k in self.order if k != best}
-        compared = {k: one for k, one in compared.items() if one.pairs or one.equal}
+        compared = {
+            k: difference
+            for k, difference in compared.items()
+            if difference.pairs or difference.equal
+        }
         if not compared:
             return ""
-        alike = [labels[k] for k, one in compared.items() if self._is_alike(one)]
+        alike = [labels[k] for k, difference in compared.items() if self._is_alike(difference)]
         if alike:
             sure = "sure difference that matters" if self.sampled else "difference that matters"
             if len(alike) == len(compared):
                 return f"{name}: no {sure} between {listed([labels[best], *alike], last=' and ')}."
             return f"{name} is smallest with {labels[best]}; no {sure} from {listed(alike)}."
-        second, found = next(iter(compared.items()))
-        smaller = round(found.negative * found.pairs)
-        often = "all" if smaller == found.pairs else f"{grouped(smaller)} of the"
+        second, margin = next(iter(compared.items()))
+        smaller = round(margin.negative * margin.pairs)
+        often = "all" if smaller == margin.pairs else f"{grouped(smaller)} of the"
         total = len(self.groups.pairs if self.groups.pairs is not None else ())
-        cases = counted(found.pairs, "case")
-        cases += f" that differ, of {grouped(total)}" if found.pairs < total else ""
+        cases = counted(margin.pairs, "case")
+        cases += f" that differ, of {grouped(total)}" if margin.pairs < total else ""
         interval = ""
         if self.sampled:
-            low, high = self._text(-found.high), self._text(-found.low)
+            low, high = self._text(-margin.high), self._text(-margin.low)
             interval = f" ({CONFIDENCE:.0%} interval: {low} to {high})"
         return (
             f"{name} is smallest with {labels[best]}: smaller than with {labels[second]} in "
-            f"{often} {cases}, by {self._text(-found.median)} in the median{interval}."
+            f"{often} {cases}, by {self._text(-margin.median)} in the median{interval}."
         )
 
-    def _is_alike(self, found: PairedDifference) -> bool:
-        return found.is_alike(sampled=self.sampled)
+    def _is_alike(self, difference: PairedDifference) -> bool:
+        return difference.is_alike(sampled=self.sampled)
 
     def _text(self, difference: float) -> str:
         """Return a difference with its unit; an infinite one is that from a value after the end."""
@@ -135,7 +143,9 @@ def ranking_sentences(members: Members) -> list[str]:
     """Return which condition is better, and how surely; what is compared first."""
     groups = conditions_of(members)
     sentences = failure_sentences(members, groups) if groups.parameters else []
-    sentences += [one.sentence for one in rankings_of(members) if one.quantity.name in NAMES]
+    sentences += [
+        ranking.sentence for ranking in rankings_of(members) if ranking.quantity.name in NAMES
+    ]
     sentences = [sentence for sentence in sentences if sentence]
     if not sentences or groups.pairs is None:
         return sentences
@@ -155,19 +165,21 @@ def failure_sentences(members: Members, groups: Conditions) -> list[str]:
     if not failed.any():
         return []
     of_each = [failed[part.chosen] for part in groups.slices]
-    counts = [int(np.count_nonzero(own)) for own in of_each]
+    counts = [int(np.count_nonzero(mask)) for mask in of_each]
     parts = [
-        f"{label}: {grouped(count)} of {grouped(len(own))}"
-        for label, count, own in zip(groups.labels, counts, of_each, strict=True)
+        f"{label}: {grouped(count)} of {grouped(len(mask))}"
+        for label, count, mask in zip(groups.labels, counts, of_each, strict=True)
     ]
     sentence = f"Runs that ended early: {'; '.join(parts)}."
     best, worst = int(np.argmin(counts)), int(np.argmax(counts))
     if groups.pairs is None or counts[best] == counts[worst]:
         return [sentence]
-    one, other = failed[groups.pairs[:, best]], failed[groups.pairs[:, worst]]
-    only_best, only_worst = (int(np.count_nonzero(k)) for k in (one & ~other, other & ~one))
+    best_failed, worst_failed = failed[groups.pairs[:, best]], failed[groups.pairs[:, worst]]
+    only_best, only_worst = (
+        int(np.count_nonzero(k)) for k in (best_failed & ~worst_failed, worst_failed & ~best_failed)
+    )
     text = (
-        f"In {grouped(only_worst)} of the same {counted(len(one), 'case')} only "
+        f"In {grouped(only_worst)} of the same {counted(len(best_failed), 'case')} only "
         f"{groups.labels[worst]} ended early, in {grouped(only_best)} only {groups.labels[best]}"
     )
     if not members.is_drawn:

@@ -75,26 +75,26 @@ def cell_values(grid: MapGrid, values: Array, *, is_share: bool = False) -> Arra
             finite does not count. A cell with too few values is NaN.
         is_share: Whether the mean is wanted.
     """
-    own = values[grid.chosen].astype(float)
-    known = np.isfinite(own)
-    counts = np.bincount(grid.cells[known], minlength=grid.size)
+    chosen = values[grid.chosen].astype(float)
+    finite = np.isfinite(chosen)
+    counts = np.bincount(grid.cells[finite], minlength=grid.size)
     if is_share:
-        sums = np.bincount(grid.cells[known], weights=own[known], minlength=grid.size)
-        found = sums / np.maximum(counts, 1)
+        sums = np.bincount(grid.cells[finite], weights=chosen[finite], minlength=grid.size)
+        averages = sums / np.maximum(counts, 1)
     else:
-        own = np.where(known, own, np.nan)
-        (found,) = quantiles_by_group(grid.cells, grid.size, Ascending(own), (0.5,))
-    enough: Array = np.where(counts >= grid.min_members, found, np.nan)
+        chosen = np.where(finite, chosen, np.nan)
+        (averages,) = quantiles_by_group(grid.cells, grid.size, Ascending(chosen), (0.5,))
+    enough: Array = np.where(counts >= grid.min_members, averages, np.nan)
     return enough.reshape(grid.shape)
 
 
 def cells_of(members: Members, grid: MapGrid, quantity: MemberQuantity) -> Cells:
     """Return the map of a quantity, with the members in its cells."""
     values = cell_values(grid, quantity.values, is_share=quantity.is_share)
-    own = quantity.values[grid.chosen]
-    known = np.isfinite(own)
+    chosen = quantity.values[grid.chosen]
+    finite = np.isfinite(chosen)
     # The member with the least distance stands for a cell, one without a value only if no other.
-    distance = np.where(known, np.abs(own - values.ravel()[grid.cells]), np.inf)
+    distance = np.where(finite, np.abs(chosen - values.ravel()[grid.cells]), np.inf)
     # A cell with too few values has no median; the first member with a value then stands for it.
     distance[np.isnan(distance)] = 0.0
     nearest = np.full(grid.size, np.inf)
@@ -108,7 +108,7 @@ def cells_of(members: Members, grid: MapGrid, quantity: MemberQuantity) -> Cells
     is_early = (outcomes >= LEFT_RANGE) & (not quantity.is_share)
     reason = np.where(is_early, outcomes - LEFT_RANGE + FIRST_REASON, 0)
     gaps = np.full(grid.size, -1)
-    gaps[grid.cells[~known][::-1]] = reason[~known][::-1]
+    gaps[grid.cells[~finite][::-1]] = reason[~finite][::-1]
     gaps[grid.counts < grid.min_members] = 1
     gaps[np.isfinite(values.ravel()) | (grid.counts == 0)] = -1
     reasons = (quantity.missing, f"fewer than {grid.min_members} members", *OUTCOMES[LEFT_RANGE:])

@@ -56,7 +56,7 @@ class Effects:
 
     def __init__(self, members: Members, free: list[Parameter], slices: list[Slice]) -> None:
         self._slices = slices
-        self._shown = [q for one in shown_of(members) if (q := one.of_several).varies]
+        self._shown = [q for quantity in shown_of(members) if (q := quantity.of_several).varies]
         # What a parameter without any effect explains.
         self._chance = 0.0
         # What is not known explains nothing.
@@ -109,8 +109,8 @@ class Effects:
                     counts = np.bincount(groups, quantity.values[part.chosen], size)
                     middle, low, high = wilson(counts, np.bincount(groups, minlength=size))
                 else:
-                    found = quantiles_by_group(groups, size, ascending[colour], ORDERS)
-                    low, middle, high = np.where(np.isinf(found), quantity.end, found)
+                    quantiles = quantiles_by_group(groups, size, ascending[colour], ORDERS)
+                    low, middle, high = np.where(np.isinf(quantiles), quantity.end, quantiles)
                 if len(self._slices) == 1:
                     marks.append(Band(x, low, high))
                 marks.append(Line(x, middle, part.title, colour))
@@ -133,8 +133,8 @@ def explained(values: Array, groups: Array) -> float:
     Returns:
         A ratio between 0 and 1; NaN if the values do not vary.
     """
-    known = np.isfinite(values)
-    values, groups = values[known], groups[known]
+    finite = np.isfinite(values)
+    values, groups = values[finite], groups[finite]
     if not len(values) or np.ptp(values) <= 1e-9 * np.abs(values).max():
         return float("nan")
     # Scaled to at most 1, so that squares do not overflow.

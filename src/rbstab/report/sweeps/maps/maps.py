@@ -79,8 +79,8 @@ def over_parameters(
     if len(free) == 1:
         maps = curves(what, free[0])
     elif members.is_drawn:
-        found = Effects(members, free, slices)
-        maps, effects = _sample_maps(what, found.order), found.blocks(name)
+        parameter_effects = Effects(members, free, slices)
+        maps, effects = _sample_maps(what, parameter_effects.order), parameter_effects.blocks(name)
     else:
         maps = _grid_maps(what, free)
     maps = [replace(figure, command=command) for figure in maps]
@@ -137,7 +137,7 @@ def map_figures(
     """
     name, members, slices = what
     grids = [map_grid(*axes, chosen=part.chosen) for part in slices]
-    shown = [one for one in shown_of(members) if _is_clear(one, grids)]
+    shown = [quantity for quantity in shown_of(members) if _is_clear(quantity, grids)]
     over = f"over {axes[0].axis.label} and {axes[1].axis.label}"
     if any((grid.counts == 0).any() for grid in grids):
         caption = f"{caption} {EMPTY}".strip()
@@ -145,12 +145,12 @@ def map_figures(
         count = first_of(shown)
         chosen = {"first": shown[:count], "map": shown[count:]}
     else:
-        compared = [one for one in shown if one.name != START_OVER_LEVEL]
-        chosen = {f"map-{one.name}": [one] for one in compared[:most]}
+        compared = [quantity for quantity in shown if quantity.name != START_OVER_LEVEL]
+        chosen = {f"map-{quantity.name}": [quantity] for quantity in compared[:most]}
     figures = []
-    for key, own in chosen.items():
-        panels = tuple(panel for one in own for panel in _panels(what, grids, one))
-        label = "Maps" if len(slices) == 1 else own[0].of_several.axis.label
+    for key, quantities in chosen.items():
+        panels = tuple(panel for quantity in quantities for panel in _panels(what, grids, quantity))
+        label = "Maps" if len(slices) == 1 else quantities[0].of_several.axis.label
         columns = 2 if len(slices) == 1 else 3
         title = f"{label[:1].upper()}{label[1:]} {over}"
         figure = Figure(f"{name}-{key}", title, panels, columns, caption=caption)
@@ -170,17 +170,17 @@ def point_figure(what: Mapped, over: tuple[Parameter, Parameter]) -> Figure:
 
 def _points(word: MemberQuantity, x: Parameter, y: Array) -> tuple[Points, ...]:
     """Return the members with each word as points over a parameter and over other values."""
-    found = []
+    points = []
     for code, label in enumerate(word.axis.categories):
-        own = np.flatnonzero(word.values == code)
-        across, numbers = x.values[own].astype(float), tuple(own.tolist())
+        indices = np.flatnonzero(word.values == code)
+        across, numbers = x.values[indices].astype(float), tuple(indices.tolist())
         texts = tuple(
             f"{label}\n{x.axis.label} = {number(a)}\nmember {k}"
             for a, k in zip(across.tolist(), numbers, strict=True)
         )
         colour = point_colour(word, code)
-        found.append(Points(across, y[own].astype(float), label, colour, code, texts, numbers))
-    return tuple(found)
+        points.append(Points(across, y[indices].astype(float), label, colour, code, texts, numbers))
+    return tuple(points)
 
 
 def curves(what: Mapped, parameter: Parameter) -> list[Figure]:
@@ -199,7 +199,7 @@ def curves(what: Mapped, parameter: Parameter) -> list[Figure]:
         panels.append(Panel(parameter.axis, quantity.axis, marks))
     count, title = first_of(all_shown), f"Along {parameter.axis.label}"
     chosen = {"first": tuple(panels[:count]), "curves": tuple(panels[count:])}
-    return [Figure(f"{what.name}-{key}", title, own, 2) for key, own in chosen.items() if own]
+    return [Figure(f"{what.name}-{key}", title, group, 2) for key, group in chosen.items() if group]
 
 
 def _along(parameter: Parameter, quantity: MemberQuantity, part: Slice) -> tuple[Array, Array]:
@@ -233,9 +233,9 @@ def _panels(what: Mapped, grids: list[MapGrid], shown: MemberQuantity) -> list[P
         maps = [replace(cells, span=span) for cells in maps]
     x, y = grids[0].x, grids[0].y
     # Over two parameters of one kind a circle is round.
-    one_kind = x.axis.unit == y.axis.unit and not x.axis.categories and not y.axis.categories
+    same_kind = x.axis.unit == y.axis.unit and not x.axis.categories and not y.axis.categories
     ends = (x.middles[[0, -1]], y.middles[[0, -1]])
-    square = one_kind and np.allclose(ends[0], ends[1], rtol=0.02, atol=0.0)
+    square = same_kind and np.allclose(ends[0], ends[1], rtol=0.02, atol=0.0)
     return [
         Panel(x.axis, y.axis, (cells,), part.title or quantity.axis.text, square=square)
         for cells, part in zip(maps, what.slices, strict=True)

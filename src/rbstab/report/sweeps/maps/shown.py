@@ -30,13 +30,13 @@ def shown_of(members: Members) -> list[MemberQuantity]:
     # Those that return lean by less than is wanted of them.
     tilts = [final_tilt(members)] if members.outcome_counts[RETURNS] < len(members) else []
     over_level = start_over_level(members)
-    found = [*tilts, *main_quantities(members), *([] if over_level is None else [over_level])]
-    return [*_words(members), *(quantity for quantity in found if quantity.varies)]
+    quantities = [*tilts, *main_quantities(members), *([] if over_level is None else [over_level])]
+    return [*_words(members), *(quantity for quantity in quantities if quantity.varies)]
 
 
 def first_of(shown: list[MemberQuantity]) -> int:
     """Return how many of those come first: what became of the members, but two panels at least."""
-    return max(2, sum(one.name in FIRST for one in shown))
+    return max(2, sum(quantity.name in FIRST for quantity in shown))
 
 
 def point_colour(word: MemberQuantity, code: int) -> int:
@@ -46,12 +46,12 @@ def point_colour(word: MemberQuantity, code: int) -> int:
 
 
 def _words(members: Members) -> list[MemberQuantity]:
-    found = [outcome_words(members), proof_words(members)]
+    words = [outcome_words(members), proof_words(members)]
     basins = basins_of(members)
     if basins is not None:
         codes = np.where(basins.codes < 0, np.nan, basins.codes)
         labels = tuple(f"rest state {k + 1}" for k in range(len(basins.energies)))
         axis = Axis("approaches", categories=labels)
         share = "share that approaches rest state 1", (basins.codes == 0).astype(float)
-        found.append(MemberQuantity("basins", axis, codes, "no rest state was found", share=share))
-    return [word for word in found if len(word.axis.categories) > 1]
+        words.append(MemberQuantity("basins", axis, codes, "no rest state was found", share=share))
+    return [word for word in words if len(word.axis.categories) > 1]

@@ -216,7 +216,7 @@ function nearestPoint(figure, number, [left, top], x, y) {
 function valuesAt(figure, spot, x, y) {
   const { panel, number, at } = spot;
   const place = x.invert(at[0]);
-  const found = [];
+  const curves = [];
   for (const { mark, data } of layersOf(figure.name, number)) {
     if (mark.type !== "line" && mark.type !== "area") continue;
     const rows = data.values;
@@ -224,9 +224,9 @@ function valuesAt(figure, spot, x, y) {
     // A curve that goes back and forth, such as an orbit, has no one value at a place.
     if (!ascends(rows)) continue;
     const value = curveAt(rows, place, panel, mark.interpolate === "step-after");
-    if (value !== null) found.push([rows[0].text ?? rows[0].series, value, Math.abs(y(value) - at[1])]);
+    if (value !== null) curves.push([rows[0].text ?? rows[0].series, value, Math.abs(y(value) - at[1])]);
   }
-  const nearest = found.sort((a, b) => a[2] - b[2]).slice(0, MOST);
+  const nearest = curves.sort((a, b) => a[2] - b[2]).slice(0, MOST);
   if (!nearest.length) return null;
   const lines = nearest.map(([label, value]) => `${label || panel.y.label} = ${valueText(panel.y, value)}`);
   return { lines: [`${panel.x.label} = ${valueText(panel.x, place)}`, ...lines], member: -1, spot };
@@ -267,16 +267,16 @@ function follow(figure) {
   const frame = box.appendChild(Object.assign(document.createElement("div"), { className: "cell", hidden: true }));
   const hide = () => (tip.hidden = frame.hidden = true);
   const show = (event) => {
-    const found = shownAt(figure, event);
-    tip.hidden = !found;
-    frame.hidden = !found?.cell;
-    if (!found) return;
-    tip.textContent = (command && found.member >= 0 ? [...found.lines, "Click: the command that runs it"] : found.lines).join("\n");
+    const shown = shownAt(figure, event);
+    tip.hidden = !shown;
+    frame.hidden = !shown?.cell;
+    if (!shown) return;
+    tip.textContent = (command && shown.member >= 0 ? [...shown.lines, "Click: the command that runs it"] : shown.lines).join("\n");
     const { left, top, width } = box.getBoundingClientRect();
     const [x, y] = [event.clientX - left, event.clientY - top];
     const isRight = x > width / 2;
     Object.assign(tip.style, { top: `${y + 14}px`, left: isRight ? "" : `${x + 14}px`, right: isRight ? `${width - x + 14}px` : "" });
-    if (found.cell) placeFrame(figure, frame, found);
+    if (shown.cell) placeFrame(figure, frame, shown);
   };
   figure.place.addEventListener("pointermove", show);
   figure.place.addEventListener("pointerleave", (event) => event.pointerType !== "touch" && hide());
@@ -288,11 +288,11 @@ function follow(figure) {
   });
   figure.place.addEventListener("pointerup", (event) => {
     const isTap = down?.pointerId === event.pointerId && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < 10;
-    const found = isTap && shownAt(figure, down);
+    const shown = isTap && shownAt(figure, down);
     down = null;
-    if (!found) return;
-    if (command && found.member >= 0) showCommand(box, `${command} ${found.member}`, found);
-    else if (time && clock.end > 0) setTime(figure.view.scale(found.spot.x).invert(found.spot.at[0]));
+    if (!shown) return;
+    if (command && shown.member >= 0) showCommand(box, `${command} ${shown.member}`, shown);
+    else if (time && clock.end > 0) setTime(figure.view.scale(shown.spot.x).invert(shown.spot.at[0]));
   });
   figure.place.addEventListener("pointercancel", () => (down = null));
   if (time) clock.listeners.push((now) => figure.view.signal("now", clock.end > 0 ? now : -1).runAsync());

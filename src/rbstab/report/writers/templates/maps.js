@@ -31,19 +31,19 @@ function cellAt(figure, spot, x, y) {
   // The title says of which condition the map is, or only of which quantity.
   if (panel.title && panel.title !== map.scale.text) lines.unshift(panel.title);
   if (!Number.isNaN(value)) lines.push(`${map.scale.label}: ${valueText(map.scale, value)}`);
-  const found = { lines, member: -1, role: "", spot, cell: [column, row] };
+  const shown = { lines, member: -1, role: "", spot, cell: [column, row] };
   const isHere = (point) => cellOf(map.edges[0], point.x) === column && cellOf(map.edges[1], point.y) === row;
   for (const { mark, data } of layersOf(figure.name, spot.number)) {
     const marked = mark.type === "point" && data.values.find((point) => point.member !== undefined && isHere(point));
     if (marked) lines.unshift(marked.series);
   }
-  if (!map.counts) return found;
+  if (!map.counts) return shown;
   const [count, member] = [numbersOf(map.counts)[cell], numbersOf(map.shown)[cell]];
   if (Number.isNaN(value) && count) lines.push(`${map.scale.label}: no value, ${map.reasons[numbersOf(map.gaps)[cell]]}`);
-  found.member = member;
-  found.role = count > 1 ? `${map.role} of ${count < 10000 ? count : count.toLocaleString("en-US")} members` : "";
-  lines.push(count === 0 ? "no member" : `member ${member}${found.role && `, ${found.role}`}`);
-  return found;
+  shown.member = member;
+  shown.role = count > 1 ? `${map.role} of ${count < 10000 ? count : count.toLocaleString("en-US")} members` : "";
+  lines.push(count === 0 ? "no member" : `member ${member}${shown.role && `, ${shown.role}`}`);
+  return shown;
 }
 
 /** Put the frame around the cell that is shown. */

@@ -46,7 +46,7 @@ class MotionView {
   bounds() {
     const anchors = this.ties.map((tie) => tie.anchor);
     const places = [...this.positions, ...anchors, ...(this.anchor ? [this.anchor] : [])];
-    const along = (axis, pick) => places.reduce((found, place) => pick(found, place[axis]), places[0][axis]);
+    const along = (axis, pick) => places.reduce((extreme, place) => pick(extreme, place[axis]), places[0][axis]);
     return [Math.min, Math.max].map((pick) => [0, 1, 2].map((axis) => along(axis, pick)));
   }
 
@@ -122,7 +122,7 @@ class MotionView {
   paintScale(pen, width, height) {
     const pixels = this.camera.pixels(width, height);
     const power = 10 ** Math.floor(Math.log10(BAR / pixels));
-    const length = [5, 2, 1].map((factor) => factor * power).find((one) => one * pixels <= BAR);
+    const length = [5, 2, 1].map((factor) => factor * power).find((step) => step * pixels <= BAR);
     const [right, y] = [width - 16, height - 14];
     const left = right - length * pixels;
     pen.lineWidth = 1.6;

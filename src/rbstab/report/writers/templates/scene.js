@@ -114,10 +114,10 @@ class Painter {
 
   paint() {
     this.shapes.sort((a, b) => b.depth - a.depth);
-    for (const shape of this.shapes) this.paintOne(shape);
+    for (const shape of this.shapes) this.paintShape(shape);
   }
 
-  paintOne({ places, colour, width, dash, radius, border }) {
+  paintShape({ places, colour, width, dash, radius, border }) {
     const pen = this.context;
     pen.beginPath();
     if (radius) {

@@ -112,7 +112,7 @@ def _place(values: Array, axis: Axis) -> Array:
 
 def _rgb(colours: Sequence[str]) -> NDArray[np.uint8]:
     """Return colours #rrggbb as red, green and blue, shape (n, 3)."""
-    return np.array([list(bytes.fromhex(one[1:])) for one in colours], np.uint8)
+    return np.array([list(bytes.fromhex(code[1:])) for code in colours], np.uint8)
 
 
 def _blended(colours: tuple[str, ...], shares: Array) -> list[str]:

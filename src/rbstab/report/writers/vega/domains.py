@@ -15,13 +15,15 @@ Domain = dict[str, tuple[float, float]]
 def domains_of(figure: Figure, layers: list[list[JSON]]) -> list[Domain]:
     """Return the ends of both axes of each panel, which has these layers."""
     domains: list[Domain] = []
-    for panel, own in zip(figure.panels, layers, strict=True):
+    for panel, panel_layers in zip(figure.panels, layers, strict=True):
         is_map = any(isinstance(mark, Cells) for mark in panel.marks)
         # Nothing is left free along the time.
         padding = {"x": figure.shares_time or is_map, "y": is_map}
         domains.append(
             {
-                side: _ends(getattr(panel, side), _values(own, side), 0.0 if tight else PADDING)
+                side: _ends(
+                    getattr(panel, side), _values(panel_layers, side), 0.0 if tight else PADDING
+                )
                 for side, tight in padding.items()
             }
         )

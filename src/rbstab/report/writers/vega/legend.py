@@ -39,9 +39,9 @@ def legend_of(figure: Figure) -> list[JSON]:
     scales = {mark.scale for mark in marks if isinstance(mark, Cells) and mark.scale.categories}
     entries: dict[tuple[str, str], JSON] = {}
     for mark in sorted(marks, key=lambda mark: bool(getattr(mark, "group", ""))):
-        own = mark.scale.label if isinstance(mark, Cells) and len(scales) > 1 else ""
+        map_label = mark.scale.label if isinstance(mark, Cells) and len(scales) > 1 else ""
         for entry in _entries(mark):
-            of = own if entry["kind"] == "word" else ""
+            of = map_label if entry["kind"] == "word" else ""
             entries.setdefault((of, entry["label"]), entry | {"of": of})
     return [entry for entry in entries.values() if entry["label"]]
 
@@ -82,14 +82,14 @@ def reasons_of(cells: Cells) -> list[str]:
     """Return why cells of a map have no value: the reasons that occur."""
     if cells.members is None:
         return []
-    found = set(np.unique(cells.members.gaps).tolist())
-    return [reason for number, reason in enumerate(cells.members.reasons) if number in found]
+    occurring = set(np.unique(cells.members.gaps).tolist())
+    return [reason for number, reason in enumerate(cells.members.reasons) if number in occurring]
 
 
 def legend_views(entries: list[JSON], width: float) -> list[JSON]:
     """Return the legend of a file: views without anything else, one for each map of words."""
     groups = dict.fromkeys(entry["of"] for entry in entries)
-    return [_view(of, [one for one in entries if one["of"] == of], width) for of in groups]
+    return [_view(of, [entry for entry in entries if entry["of"] == of], width) for of in groups]
 
 
 def _view(of: str, entries: list[JSON], width: float) -> JSON:

@@ -118,8 +118,8 @@ def _layer(
     """
     axes = {name: getattr(panel, way[0]) for way, name in shown.items() if way[0] in "xy"}
     entries = {
-        name: _numbers(own, axes.get(name)) if isinstance(own, np.ndarray) else own
-        for name, own in columns.items()
+        name: _numbers(column, axes.get(name)) if isinstance(column, np.ndarray) else column
+        for name, column in columns.items()
     }
     rows = [
         {"series": series} | dict(zip(entries, row, strict=True))
@@ -167,7 +167,7 @@ def _line(mark: Line, panel: Panel, columns: dict[str, Array]) -> Iterator[JSON]
 
 def _points(mark: Points, panel: Panel, columns: dict[str, Array]) -> JSON:
     more = {"text": mark.texts, "member": mark.members}
-    rows: dict[str, Any] = columns | {name: own for name, own in more.items() if own}
+    rows: dict[str, Any] = columns | {name: values for name, values in more.items() if values}
     style = {
         "type": "point",
         "color": colour(mark.colour),

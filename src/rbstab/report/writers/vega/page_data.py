@@ -10,7 +10,7 @@ from rbstab.report.model.figure import Axis, Cells, Figure, Panel
 from rbstab.report.writers.vega.cells import edges_of
 from rbstab.report.writers.vega.legend import legend_of, legend_views
 from rbstab.report.writers.vega.marks import JSON
-from rbstab.report.writers.vega.specification import OWN, specification
+from rbstab.report.writers.vega.specification import INDEPENDENT_SCALES, specification
 
 WIDE = 800
 """The width of the specification in pixels; the page changes it."""
@@ -25,7 +25,7 @@ def page_data(figure: Figure) -> JSON:
         "spec": spec,
         "legend": legend,
         "names": legend_views(legend, WIDE),
-        "own": OWN,
+        "own": INDEPENDENT_SCALES,
         "panels": [_panel_data(panel, arrays) for panel in figure.panels],
         "arrays": arrays,
         "columns": figure.columns,
@@ -61,10 +61,10 @@ def _map_data(cells: Cells, panel: Panel, arrays: list[JSON]) -> JSON:
     """Return a map; its arrays are numbers of `arrays`, where those of several maps stand once."""
 
     def number(array: NDArray[Any]) -> int:
-        found = packed_array(array)
-        if found not in arrays:
-            arrays.append(found)
-        return arrays.index(found)
+        packed = packed_array(array)
+        if packed not in arrays:
+            arrays.append(packed)
+        return arrays.index(packed)
 
     data: JSON = {
         "x": cells.x.tolist(),

@@ -19,7 +19,7 @@ FONT = "Liberation Sans, Arimo, sans-serif"
 INK = {"ink": "#1c2024", "paper": "#ffffff", "grid": "#e4e8ec"}
 """The colours of a figure on a light page."""
 
-ONE_ROW, SEVERAL_ROWS = 240, 170
+SINGLE_ROW, SEVERAL_ROWS = 240, 170
 """The height of a panel in pixels, where panels are in one row and in several."""
 
 LONGEST_TITLE = 40
@@ -34,7 +34,7 @@ NUMBER = "format(datum.value, '.6~g')"
 WITH_DEGREES = f"[{NUMBER}, format(datum.value * 180 / PI, '.3~g') + '°']"
 """An angle at a tick: in rad, and below that in degrees."""
 
-OWN = dict.fromkeys(("fill", "stroke", "strokeDash", "shape"), "independent")
+INDEPENDENT_SCALES = dict.fromkeys(("fill", "stroke", "strokeDash", "shape"), "independent")
 """Each legend has scales of its own: maps may have one word in two colours."""
 
 BESIDE_TOUCH = "event.pointerType != 'touch'"
@@ -77,22 +77,22 @@ def specification(figure: Figure, *, width: float, for_page: bool = False) -> JS
     if for_page:
         params += _zooms(figure)
     elif legend := legend_views(legend_of(figure), width):
-        view = {"vconcat": [*legend, view], "spacing": 4, "resolve": {"scale": OWN}}
+        view = {"vconcat": [*legend, view], "spacing": 4, "resolve": {"scale": INDEPENDENT_SCALES}}
     return {"config": _config(), "params": params} | view
 
 
 def _layers(figure: Figure, number: int) -> list[JSON]:
     """Return the layers of a panel, without the look of its axes."""
     panel = figure.panels[number]
-    found = [
+    layers = [
         layer
         for mark in panel.marks
         for layer in (
             _map(figure, number, mark) if isinstance(mark, Cells) else layers_of(mark, panel)
         )
     ]
-    if found:
-        return found
+    if layers:
+        return layers
     at = {side: {"field": side, "type": "quantitative"} for side in ("x", "y")}
     nothing = {"x": None, "y": None}
     mark = {"type": "point", "opacity": 0}
@@ -102,7 +102,7 @@ def _layers(figure: Figure, number: int) -> list[JSON]:
 def _panel(figure: Figure, number: int, layers: list[JSON], at: JSON) -> JSON:
     """Return a panel with these layers and axes; its width is left open."""
     panel = figure.panels[number]
-    high: float = ONE_ROW if len(figure.panels) <= figure.columns else SEVERAL_ROWS
+    high: float = SINGLE_ROW if len(figure.panels) <= figure.columns else SEVERAL_ROWS
     if any(isinstance(mark, Shares) for mark in panel.marks):
         high = BAR * (len(panel.y.categories) + 1)
     for layer in layers:
@@ -199,8 +199,8 @@ def _zooms(figure: Figure) -> list[JSON]:
     views = [f"p{number}_data" for number in range(len(figure.panels))]
     zooms = [(f"zoom{number}", ["x", "y"], [view]) for number, view in enumerate(views)]
     return [
-        {"name": name, "select": how | {"encodings": sides}, "bind": "scales", "views": own}
-        for name, sides, own in ([("zoom", ["x"], views)] if figure.shares_time else zooms)
+        {"name": name, "select": how | {"encodings": sides}, "bind": "scales", "views": targets}
+        for name, sides, targets in ([("zoom", ["x"], views)] if figure.shares_time else zooms)
     ]
 
 

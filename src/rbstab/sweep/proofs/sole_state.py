@@ -14,12 +14,12 @@ from rbstab.experiment.robust.sentences import named_body
 from rbstab.files.counts import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.proofs.bodies import bodies_of, named_members, ranges_of
-from rbstab.sweep.proofs.columns import NOT_ONE_STATE, ONE_STATE, STATES_UNDECIDED
+from rbstab.sweep.proofs.columns import NOT_SOLE_STATE, SOLE_STATE, STATES_UNDECIDED
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence
 from rbstab.sweep.proofs.variants import members_of_variants
 
 
-class OneState(NamedTuple):
+class SoleState(NamedTuple):
     """Which distinct bodies of a sweep have one rest state in the range, a minimum.
 
     Variants whose members all share a proof are left out.
@@ -105,27 +105,27 @@ class OneState(NamedTuple):
         }
 
 
-def one_state_of(proofs: ProvedConvergence, found: MemberConvergence) -> OneState:
+def sole_state_of(proofs: ProvedConvergence, convergence: MemberConvergence) -> SoleState:
     """Return which distinct bodies of a sweep have one rest state.
 
     Args:
         proofs: The proofs in the folder of results.
-        found: What is known of all members, with what proofs of single bodies say.
+        convergence: What is known of all members, with what proofs of single bodies say.
     """
-    count = len(found.one_state)
+    count = len(convergence.sole_state)
     of_bodies = members_of_variants(proofs.plan, proofs.boxes.variants)
-    own: Array = np.where(of_bodies, found.one_state, 0)
+    body_codes: Array = np.where(of_bodies, convergence.sole_state, 0)
     levels, of_boxes = proofs.boxes.of(0, count)
-    codes = np.where(of_boxes == STATES_UNDECIDED, own, of_boxes)
+    codes = np.where(of_boxes == STATES_UNDECIDED, body_codes, of_boxes)
     counterexamples = proofs.boxes.counterexamples()
     if not codes.any() and not counterexamples:
-        return OneState()
+        return SoleState()
     first = bodies_of(proofs.plan, proofs.boxes.variants).first
     levels = levels[first]
-    return OneState(
+    return SoleState(
         len(first),
-        int(np.count_nonzero(codes[first] == ONE_STATE)),
-        first[codes[first] == NOT_ONE_STATE].tolist(),
+        int(np.count_nonzero(codes[first] == SOLE_STATE)),
+        first[codes[first] == NOT_SOLE_STATE].tolist(),
         levels[levels > 0].tolist(),
         counterexamples,
         len(proofs.plan.variants) > 1,

@@ -44,7 +44,7 @@ class RegionCheck(NamedTuple):
 
 
 @dataclass(eq=False)
-class KnownRun:
+class AssessedRun:
     """A run. What follows from its result and its proof is found once, where it is needed first.
 
     Args:

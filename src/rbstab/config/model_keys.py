@@ -12,18 +12,18 @@ from rbstab.config.schema import VARIANTS, model_of
 from rbstab.config.source import Path
 
 
-def unknown_key(key: str, known: Iterable[str], elsewhere: Iterable[str] = ()) -> tuple[str, str]:
+def unknown_key(key: str, keys: Iterable[str], elsewhere: Iterable[str] = ()) -> tuple[str, str]:
     """Return the problem of an unknown key, and what is expected.
 
     Args:
         key: The key.
-        known: The keys that may stand there.
+        keys: The keys that may stand there.
         elsewhere: Dotted keys of other sections.
     """
-    known = list(known)
-    near = closest(key, known)
+    keys = list(keys)
+    near = closest(key, keys)
     meant = closest_keys(key, elsewhere) if near is None else [near]
-    listed = f"expected one of {', '.join(known)}" if known else "expected no key"
+    listed = f"expected one of {', '.join(keys)}" if keys else "expected no key"
     return "is unknown", did_you_mean(meant) or listed
 
 

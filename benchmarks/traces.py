@@ -10,10 +10,9 @@ from unittest.mock import patch
 
 from benchmarks.measure import by_turns, line
 from benchmarks.swept import Sweeping, plan_of
-from rbstab.store.dataset import Dataset
+from rbstab.store.dataset import Dataset, Motions
 from rbstab.store.dataset_file import Checksum, write_dataset
 from rbstab.store.disk.atomic import write_all
-from rbstab.store.motions import Motions
 from rbstab.sweep.folder import sweep_folder
 from rbstab.sweep.members.traces import layout_of
 

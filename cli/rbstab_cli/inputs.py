@@ -13,8 +13,8 @@ from rbstab.config.load import config_to_read, load_config
 from rbstab.config.schema import Config
 from rbstab.config.source import BEGIN
 from rbstab.config.warnings import config_warnings
-from rbstab.files.existence import is_file
-from rbstab.files.shell_words import shell_word
+from rbstab.files.paths import is_file
+from rbstab.files.text import shell_word
 from rbstab_cli import exit_codes
 from rbstab_cli.errors import Failed
 from rbstab_cli.printing import say

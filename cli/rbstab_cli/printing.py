@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from rbstab.files.names import printable
+from rbstab.files.text import printable
 from rbstab_cli.streams import is_utf8
 
 if TYPE_CHECKING:

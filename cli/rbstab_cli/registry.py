@@ -103,7 +103,7 @@ def _unknown_command(name: str) -> str:
     path = Path(name)
     suffix = path.suffix.lower()
     if suffix in {".yaml", ".yml", ".h5"}:
-        from rbstab.files.shell_words import shell_word
+        from rbstab.files.text import shell_word
         from rbstab.report.reading.kinds import Kind, kind_of
         from rbstab.store.errors import StoreError
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from rbstab.files.existence import is_dir, is_file
+from rbstab.files.paths import is_dir, is_file
 from rbstab.listing.folder import listed_folder, results_in
 from rbstab.report.model.words import counted, listed, untrusted
 from rbstab.report.reading.kinds import Kind, kind_of, sweep_folder_of

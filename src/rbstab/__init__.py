@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from rbstab.integrate.status import RunStatus
     from rbstab.listing.opening import open_proof, open_result, open_sweep
     from rbstab.packaged.examples import example
+    from rbstab.store.dataset import Motions
     from rbstab.store.errors import StoreError
-    from rbstab.store.motions import Motions
     from rbstab.store.result import write_result
     from rbstab.store.table import Table
     from rbstab.sweep.folder.stored_traces import SweepTraces, open_traces
@@ -68,7 +68,7 @@ _MODULES = {
     "ConfigError": "rbstab.config.errors",
     "Enclose": "rbstab.experiment.convergence.convergence",
     "Fitted": "rbstab.experiment.tuning.fitted",
-    "Motions": "rbstab.store.motions",
+    "Motions": "rbstab.store.dataset",
     "Proof": "rbstab.experiment.stored_proof.proof",
     "Result": "rbstab.experiment.answers.result",
     "RunStatus": "rbstab.integrate.status",

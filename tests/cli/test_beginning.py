@@ -7,7 +7,7 @@ from cli.conftest import ended, rbstab, success
 from support.printed_paths import printed, words_of
 
 from rbstab.config.load import load_config
-from rbstab.files.shell_words import chained_commands, shell_word
+from rbstab.files.text import chained_commands, shell_word
 
 FILES = ["README.md", "experiment.yaml", "sweep.yaml"]
 

@@ -13,7 +13,7 @@ from support.made_runs import made_file
 from support.printed_paths import printed
 from support.stored_proofs import store_proof_of
 
-from rbstab.files.shell_words import shell_word
+from rbstab.files.text import shell_word
 from rbstab_cli.commands.running import sweep
 
 HELD = GOOD.replace("variant: free", "variant: permanent")

@@ -9,7 +9,7 @@ from cli.conftest import ended, json_of, rbstab, success
 from support.sweeps import shard_files
 
 from rbstab import load_plan, open_traces, simulate
-from rbstab.files.shell_words import shell_word
+from rbstab.files.text import shell_word
 from rbstab.integrate.engines import EngineMissingError, engine
 from rbstab.store.disk.lock import locked
 from rbstab_cli.work.sweeps.progress import duration

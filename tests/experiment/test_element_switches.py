@@ -17,7 +17,7 @@ from rbstab.analysis.configuration import configurations
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.elements.ligament import Ligament
-from rbstab.experiment.stored_proof.switches import may_switch
+from rbstab.experiment.stored_proof.almost_every_start import may_switch
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 NARROW = 1e-9

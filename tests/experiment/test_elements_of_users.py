@@ -28,9 +28,9 @@ from rbstab.config.load import (
     load_config,
 )
 from rbstab.config.tolerances import tolerances_of
-from rbstab.experiment.own_states import own_states_of
 from rbstab.experiment.robust.bodies import CODE_VARIES, prove_within
 from rbstab.experiment.stored_proof.identity import proof_id
+from rbstab.experiment.stored_run import own_states_of
 from rbstab.report.reading.sources import read_sources
 from rbstab.store.result import write_result
 from rbstab_cli.main import cli

@@ -21,7 +21,7 @@ from rbstab.analysis.settling import value_round_off
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.experiment.simulate import simulate
-from rbstab.experiment.stored_certificate import certificate_lines
+from rbstab.experiment.stored_run import certificate_lines
 
 ACCURACY = 1e-9
 """Relative to the largest value of a quantity over the run."""

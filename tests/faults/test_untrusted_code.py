@@ -18,7 +18,7 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.user_code.permission import CodeNotAllowedError
 from rbstab.elements.user_code import loaded
 from rbstab.experiment.proof import CODE_NOT_RUN
-from rbstab.experiment.stored_config import stored_config
+from rbstab.experiment.stored_run import stored_config
 from rbstab.experiment.summary import summary_of
 from rbstab_cli.commands.beginning import check as check_command
 from rbstab_cli.commands.proofs import stability

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ import pytest
 
 from rbstab.config.errors import ConfigError
 from rbstab.experiment.robust.bodies import all_bodies
-from rbstab.files.existence import exists, is_dir, is_file
+from rbstab.files.paths import exists, is_dir, is_file
 from rbstab.report.reading.kinds import kind_of
 from rbstab.store.disk.paths import check_folder, path_exists, path_is_dir, path_is_file
 from rbstab.store.errors import StoreError

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rbstab.files.names import printable, readable_name
+from rbstab.files.text import printable, readable_name
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import sys
 import pytest
 from support.printed_paths import read_by_windows
 
-from rbstab.files.shell_words import chained_commands, quoted, shell_word
+from rbstab.files.text import chained_commands, quoted, shell_word
 
 NAMES = ["results/a.h5", "my results/a.h5", "it's", "a&b", "a;b", "$HOME", "größe", "-o", "a(b)"]
 

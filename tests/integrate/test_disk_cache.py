@@ -65,7 +65,7 @@ def test_a_smaller_limit_of_the_user_stays(tmp_path):
 
 def test_the_cache_never_grows_above_its_limit(tmp_path):
     code = (
-        "import rbstab.integrate.heyoka.disk_cache as cache\n"
+        "import rbstab.integrate.heyoka.compile_cache as cache\n"
         f"{COMPILE}\n"
         "sizes = []\n"
         "for number in range(1, 5):\n"

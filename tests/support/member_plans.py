@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from rbstab.sweep.members.single import SingleRuns
-from rbstab.sweep.plan.dump import plan_data
-from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.load import load_plan, plan_data
 from rbstab.sweep.plan.plan import Plan
 from support.config_elements import STRUT, TIE, config_data
 from support.inputs import LEGS, SINE, couple, driven, force

@@ -5,7 +5,7 @@ from functools import cache
 
 from rbstab.experiment.proof import prove
 from rbstab.experiment.proof_cache import proof_file
-from rbstab.experiment.stored_config import stored_config
+from rbstab.experiment.stored_run import stored_config
 from rbstab.store.dataset_file import write_dataset
 from rbstab.store.document import write_document
 from rbstab.store.result import open_result

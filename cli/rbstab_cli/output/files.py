@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from rbstab.experiment.proof_cache import PROOFS
-from rbstab.files.names import readable_name
+from rbstab.files.text import readable_name
 from rbstab.store.disk.atomic import write_atomically
 from rbstab.store.disk.paths import check_folder, check_writable, path_exists, read_regular
 from rbstab.store.errors import StoreError

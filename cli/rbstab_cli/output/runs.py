@@ -17,7 +17,7 @@ from rbstab.experiment.answers.run_answer import RunAnswer
 from rbstab.experiment.answers.wanted import wanted
 from rbstab.experiment.convergence.convergence import ATTRIBUTE
 from rbstab.experiment.proof_cache import why_unreadable
-from rbstab.experiment.stored_certificate import certificate_lines
+from rbstab.experiment.stored_run import certificate_lines
 from rbstab.store.result import Result
 from rbstab_cli.printing import Table, say
 

@@ -13,7 +13,7 @@ from rbstab.experiment.proof_cache import OLDER, cached_proof, is_older, proof_f
 from rbstab.experiment.run_certificate import CERTIFIED_REGION, GLOBAL_STABILITY
 from rbstab.experiment.run_to_file import prove_run, run_to_file
 from rbstab.experiment.store_run import FiledRun
-from rbstab.experiment.stored_certificate import certificate_lines
+from rbstab.experiment.stored_run import certificate_lines
 from rbstab.integrate.status import RunStatus
 from rbstab.store.errors import StoreError
 from rbstab.store.result import open_result

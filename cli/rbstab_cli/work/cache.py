@@ -6,7 +6,7 @@ import click
 def cache(clear: bool) -> None:
     """Print the size of the cache, or clear it."""
     try:
-        from rbstab.integrate.heyoka.disk_cache import cache_size, clear_cache
+        from rbstab.integrate.heyoka.compile_cache import cache_size, clear_cache
     except ImportError as error:
         raise click.UsageError(f"the engine heyoka cannot be used here: {error}") from error
     usage = cache_size()

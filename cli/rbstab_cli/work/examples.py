@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from rbstab.files.shell_words import quoted, shell_word
+from rbstab.files.text import quoted, shell_word
 from rbstab.packaged.examples import (
     UnknownExampleError,
     described,

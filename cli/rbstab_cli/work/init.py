@@ -7,7 +7,7 @@ import click
 from rbstab.config.errors import hint
 from rbstab.config.schema import VARIANTS
 from rbstab.elements.user_code.template import TEMPLATE
-from rbstab.files.shell_words import chained_commands, shell_word
+from rbstab.files.text import chained_commands, shell_word
 from rbstab.packaged.first_steps import CONFIG_FILE, first_files
 from rbstab_cli.output.files import write_file, write_new_files
 from rbstab_cli.printing import say

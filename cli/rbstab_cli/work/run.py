@@ -12,7 +12,7 @@ from rbstab.experiment.answers.facts import FACTS
 from rbstab.experiment.answers.rest_modes import rest_modes
 from rbstab.experiment.answers.rounded import NO_VALUE
 from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN, STARTS_AT_REST
-from rbstab.files.shell_words import shell_word
+from rbstab.files.text import shell_word
 from rbstab_cli import exit_codes
 from rbstab_cli.inputs import load_configs, load_members, refuse_engine_change
 from rbstab_cli.output.files import check_proofs_folder, check_results_folder

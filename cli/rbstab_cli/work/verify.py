@@ -14,9 +14,8 @@ from rbstab.experiment.proof_cache import PROOFS, WITHIN_TOLERANCES, proof_file
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import Verification
 from rbstab.experiment.verification.verify import verify as verified
-from rbstab.files.counts import grouped
-from rbstab.files.existence import is_dir, is_file
-from rbstab.files.shell_words import shell_word
+from rbstab.files.paths import is_dir, is_file
+from rbstab.files.text import grouped, shell_word
 from rbstab.proof.check.findings import Finding
 from rbstab.report.reading.kinds import RESULT, Kind, kind_of
 from rbstab.store.disk.paths import store_errors

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Any, NamedTuple
 
-from rbstab.files.names import printable, shortened
+from rbstab.files.text import printable, shortened
 
 
 class Location(NamedTuple):

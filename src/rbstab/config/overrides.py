@@ -8,7 +8,7 @@ from rbstab.config.numbers import replaced, unit_at, value_or_none
 from rbstab.config.schema import NO_VARIANT, VARIANTS, model_of, variant_of
 from rbstab.config.source import MAX_DEPTH, Path, Source, key_of, parse_source
 from rbstab.config.units import DEGREES, NumberKey, in_degrees, names_in, number_key, parse_key
-from rbstab.files.names import shortened
+from rbstab.files.text import shortened
 
 
 def override(source: Source, assignments: Iterable[str]) -> None:

@@ -24,14 +24,19 @@ from rbstab.config.elements import (
 )
 from rbstab.config.quantities import Text, Vector, components, value_error, version
 from rbstab.config.section import FrozenMapping, Section
-from rbstab.config.sections.body import BodySection, FreeInitial, HeldInitial, zero_vector
-from rbstab.config.sections.desired import Desired
+from rbstab.config.sections.body import (
+    BodySection,
+    Desired,
+    FreeInitial,
+    HeldInitial,
+    Reference,
+    zero_vector,
+)
 from rbstab.config.sections.integration import HeldIntegration, Integration, SlidingIntegration
-from rbstab.config.sections.reference import Reference
 from rbstab.config.sections.signals import MAX_KNOTS
 from rbstab.config.user_code.section import ALLOW
 from rbstab.elements.registry import CONNECTORS, stabilizers_of
-from rbstab.files.names import line
+from rbstab.files.text import line
 from rbstab.mechanics.states import PITCH
 
 SCHEMA_VERSIONS = (1, 2)

@@ -21,7 +21,7 @@ from rbstab.config.errors import (
     ConfigProblem,
     Location,
 )
-from rbstab.files.regular_file import open_regular
+from rbstab.files.paths import open_regular
 
 Path = tuple[str | int, ...]
 """The keys and list indices from the root of a document to a value."""

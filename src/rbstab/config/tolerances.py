@@ -28,7 +28,7 @@ from rbstab.config.numbers import (
 from rbstab.config.schema import Config
 from rbstab.config.source import Path, key_of
 from rbstab.config.units import NumberKey, names_in, number_key
-from rbstab.files.names import shortened
+from rbstab.files.text import shortened
 
 OPTION = "--within"
 

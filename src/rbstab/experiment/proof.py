@@ -21,7 +21,7 @@ from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof, no_proof
 from rbstab.experiment.stored_proof.reduced import RangeProof, proof_record, searched_record
 from rbstab.experiment.stored_proof.rotations import rotations_record
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.integrate.problem import Problem
 from rbstab.systems.system import System
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rbstab.config.schema import Config
-from rbstab.files.existence import exists
+from rbstab.files.paths import exists
 from rbstab.integrate.problem import Problem
 from rbstab.store.disk.paths import identity_of
 from rbstab.store.document import Model, read_model, write_document

@@ -19,7 +19,7 @@ from rbstab.experiment.store_run import (
     refuse_different,
     store_run,
 )
-from rbstab.experiment.stored_certificate import certificate_lines
+from rbstab.experiment.stored_run import certificate_lines
 from rbstab.integrate.problem import Problem, Progress
 from rbstab.store.disk.atomic import remove_abandoned
 from rbstab.store.disk.paths import check_writable, path_exists

@@ -24,7 +24,7 @@ from rbstab.experiment.convergence.convergence import EVERY_START, Convergence
 from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
 from rbstab.experiment.stored_proof.data import GOES_ON, STOP, UNSPRUNG, ProofData, ProvedStates
 from rbstab.experiment.stored_proof.starts import start_level, start_state
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.algebra import ZERO
 from rbstab.mechanics.motion import motion_from_centre

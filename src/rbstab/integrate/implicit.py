@@ -20,7 +20,7 @@ from rbstab.integrate.problem import Problem, Progress, Trajectory
 from rbstab.integrate.run import Run, range_left
 from rbstab.integrate.status import RunStatus, StopRun
 from rbstab.integrate.straight_line.equations import StraightLine
-from rbstab.integrate.switching.switch_record import SwitchRecord
+from rbstab.integrate.switching.records import SwitchRecord
 from rbstab.mechanics.attitude import regularity
 from rbstab.mechanics.constraint import mobility
 from rbstab.mechanics.motion import contact_directions

@@ -9,7 +9,7 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.source import parse_source
 from rbstab.experiment.answers.facts import FACTS, Shown
 from rbstab.experiment.answers.rounded import NO_VALUE, number
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.listing.folder import checked_content, only_result
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.sources import Run, SweepFile, read_sources

@@ -8,9 +8,8 @@ from typing import Any, NamedTuple
 from rbstab.experiment.answers.assessed_run import AssessedRun
 from rbstab.experiment.answers.facts import FACTS
 from rbstab.experiment.proof_cache import PROOFS, why_unreadable
-from rbstab.experiment.stored_config import stored_config
-from rbstab.files.counts import grouped
-from rbstab.files.shell_words import shell_word
+from rbstab.experiment.stored_run import stored_config
+from rbstab.files.text import grouped, shell_word
 from rbstab.processes.mapped import mapped
 from rbstab.report.model.words import listed
 from rbstab.report.reading.kinds import RESULT, Kind, kind_of

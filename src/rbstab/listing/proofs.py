@@ -9,8 +9,8 @@ from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.robust.sentences import within_sentences
 from rbstab.experiment.stability import statements_of
 from rbstab.experiment.start_sets.starts_record import StartsProof
-from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_run import stored_config
 from rbstab.listing.folder import proofs_in, results_in
 from rbstab.processes.mapped import mapped
 from rbstab.report.model.words import listed

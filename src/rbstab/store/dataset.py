@@ -1,16 +1,21 @@
-"""A dataset in memory: named arrays with dimensions, and attributes. All results are datasets."""
+"""A dataset in memory: named arrays with dimensions, and attributes. All results are datasets.
+
+Motions of runs are arrays with the dimensions run, time and axis.
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
-from rbstab.files.names import line
-from rbstab.store.variables import Variable, dataset_of, make_read_only, no_such_array
+from rbstab.files.text import line
+from rbstab.store.variables import RUN, Variable, dataset_of, make_read_only, no_such_array
 
 if TYPE_CHECKING:
     import xarray
+
 
 Attributes = Mapping[str, str | int | float]
 
@@ -73,3 +78,41 @@ class Dataset:
             ImportError: xarray is not installed.
         """
         return dataset_of(self.variables, self.attributes)
+
+
+MOTIONS = "a file of traces of a sweep"
+"""The kind of the files."""
+
+
+class Motions(Dataset):
+    """The trajectories of one or several runs at common times, as arrays by name.
+
+    An array has the shape (time,) or (time, 3); with several runs, (run, time) or (run, time, 3).
+    The arrays are read-only.
+
+    Attributes:
+        variables: Arrays by name, with dimensions and SI units, including the coordinates `time`,
+            s, `axis` and `run`.
+        attributes: Metadata: texts and numbers.
+    """
+
+    def _facts(self) -> list[str]:
+        """Return how many runs, if several, samples and arrays there are."""
+        several = RUN in self and self.variables[RUN].dimensions == (RUN,)
+        return [*([f"{len(self[RUN])} runs"] if several else []), *super()._facts()]
+
+
+def stack_motions(runs: list[Motions]) -> Motions:
+    """Join the motions of single runs along the dimension `run`; their times must be equal."""
+    stacked = {}
+    for name, variable in runs[0].variables.items():
+        if name == RUN:
+            stacked[name] = variable._replace(
+                dimensions=(RUN,), data=np.stack([m[RUN] for m in runs])
+            )
+        elif variable.dimensions == (name,):
+            stacked[name] = variable
+        elif all(name in run for run in runs):
+            data = np.stack([run[name] for run in runs])
+            stacked[name] = variable._replace(dimensions=(RUN, *variable.dimensions), data=data)
+    return Motions(stacked, runs[0].attributes)

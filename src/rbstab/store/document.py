@@ -8,7 +8,7 @@ from typing import Any, NoReturn, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from rbstab.files.names import printable, shortened
+from rbstab.files.text import printable, shortened
 from rbstab.store.disk.atomic import write_atomically
 from rbstab.store.disk.paths import read_regular, store_errors
 from rbstab.store.errors import NotAResultError, StoreError

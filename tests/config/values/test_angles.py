@@ -14,8 +14,7 @@ from rbstab.config.load import load_config, resolved, run_id
 from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.simulate import simulate
 from rbstab.mechanics.attitude import quaternions, rotation, rotations
-from rbstab.sweep.plan.dump import plan_data
-from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.load import load_plan, plan_data
 
 # By hand: 90° about z; the composition of turns about x, the new y and the new z.
 ROTATIONS = [

@@ -20,7 +20,7 @@ from rbstab.experiment.run_certificate import (
     REST_STATES,
     rest_state_check,
 )
-from rbstab.experiment.stored_certificate import certificate_lines
+from rbstab.experiment.stored_run import certificate_lines
 
 SHORT = ("integration.duration=0.2", "integration.samples=11")
 

@@ -19,7 +19,7 @@ from click.testing import CliRunner
 
 import rbstab
 from rbstab.experiment.proof_cache import cached_proof
-from rbstab.experiment.stored_config import stored_config
+from rbstab.experiment.stored_run import stored_config
 from rbstab.report.reading.sources import read_sources
 from rbstab.sweep.folder.shard_inventory import shard_inventory
 from rbstab.sweep.folder.sweep_folder import read_folder

@@ -18,8 +18,7 @@ from rbstab.report.sweeps.members import OUTCOMES, read_members
 from rbstab.report.sweeps.sections import UNREADABLE
 from rbstab.store.errors import NotAResultError
 from rbstab.sweep.folder.sweep_table import read_sweep
-from rbstab.sweep.plan.dump import plan_yaml
-from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.load import load_plan, plan_yaml
 from rbstab.sweep.proofs.columns import CONVERGENCE
 
 

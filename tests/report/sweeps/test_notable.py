@@ -6,7 +6,7 @@ import numpy as np
 from support.made_sweeps import GRID, code
 from support.sections import sweep_sections, tables, texts
 
-from rbstab.files.shell_words import shell_word
+from rbstab.files.text import shell_word
 from rbstab.report.sweeps.notable import notable
 
 X = "initial_angular_velocity_0"

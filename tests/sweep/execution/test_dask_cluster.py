@@ -15,7 +15,7 @@ from rbstab.sweep.execution.dask_cluster import ClusterError, cluster
 from rbstab.sweep.execution.events import ShardDone, Started, Warned
 from rbstab.sweep.execution.run import AHEAD
 from rbstab.sweep.folder.sweep_table import read_sweep
-from rbstab.sweep.plan.dump import plan_data
+from rbstab.sweep.plan.load import plan_data
 
 pytestmark = pytest.mark.slow
 

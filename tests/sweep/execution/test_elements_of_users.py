@@ -15,8 +15,7 @@ from rbstab.sweep.folder.member_answers import proving_command
 from rbstab.sweep.folder.members_file import varied_columns
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.options import SweepOptions
-from rbstab.sweep.plan.dump import plan_yaml
-from rbstab.sweep.plan.load import load_plan, plan_to_read
+from rbstab.sweep.plan.load import load_plan, plan_to_read, plan_yaml
 from rbstab.sweep.plan.plan import plan_id
 from rbstab.sweep.proofs.variants import without_theorem
 from rbstab.sweep.sweep import sweep_to_folder

@@ -10,8 +10,7 @@ from support.pose import attitude
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import load_config
 from rbstab.sweep.members.binding import Binding
-from rbstab.sweep.plan.dump import plan_data
-from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.load import load_plan, plan_data
 from rbstab.sweep.plan.plan import plan_id
 
 SHORT: dict[str, Any] = {"duration": 0.4, "samples": 21, "rtol": 1e-10, "engine": "heyoka"}

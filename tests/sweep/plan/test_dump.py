@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from rbstab.sweep.plan.dump import plan_yaml
-from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.load import load_plan, plan_yaml
 from rbstab.sweep.plan.plan import plan_id
 
 READY = sorted((Path(__file__).parents[3] / "configs" / "sweeps").glob("*.yaml"))

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from rbstab.sweep.plan.dump import plan_yaml
-from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.load import load_plan, plan_yaml
 from rbstab.sweep.plan.plan import plan_id
 from rbstab.sweep.plan.proof_selection import DEFAULT_STEPS, ProofSelection
 

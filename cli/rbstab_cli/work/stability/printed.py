@@ -15,7 +15,7 @@ from rbstab.experiment.answers.words import run_words
 from rbstab.experiment.disturbed.bound import Bound
 from rbstab.experiment.stability import Stability, kind_of
 from rbstab.experiment.stored_proof.almost_every_start import almost_every_start
-from rbstab.files.names import printable
+from rbstab.files.text import printable
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import is_upright
 from rbstab.store.result import Result

@@ -8,7 +8,7 @@ from typing import Any
 import click
 import numpy as np
 
-from rbstab.experiment.own_states import final_state
+from rbstab.experiment.stored_run import final_state
 from rbstab.listing.folder import checked_content
 from rbstab.listing.opening import open_sweep
 from rbstab.listing.table_files import FORMS, NETCDF, write_columns

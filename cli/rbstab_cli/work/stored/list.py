@@ -7,8 +7,7 @@ from pathlib import Path
 import click
 
 from rbstab.experiment.answers.words import word_of
-from rbstab.files.names import printable
-from rbstab.files.shell_words import shell_word
+from rbstab.files.text import printable, shell_word
 from rbstab.listing.folder import FIRST, Entry, entries_of, listed_folder, proofs_in
 from rbstab.report.model.words import counted
 from rbstab.report.reading.kinds import Kind, kind_of

@@ -4,9 +4,8 @@ from pathlib import Path
 
 import click
 
-from rbstab.files.existence import is_file
-from rbstab.files.names import printable
-from rbstab.files.shell_words import shell_word
+from rbstab.files.paths import is_file
+from rbstab.files.text import printable, shell_word
 from rbstab.listing.proofs import proof_rows, what_it_says
 from rbstab.report.reading.kinds import Kind, not_a_result, sweep_folder_of
 from rbstab.store.errors import NotAResultError

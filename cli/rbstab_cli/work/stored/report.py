@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from rbstab.files.shell_words import quoted
+from rbstab.files.text import quoted
 from rbstab.report.model.document import Report, Unread
 from rbstab.report.reading.sources import read_sources
 from rbstab.report.writers.plain_data import data_of

@@ -12,10 +12,9 @@ from rbstab.experiment.answers.rest_modes import rest_modes
 from rbstab.experiment.answers.rounded import number, vector
 from rbstab.experiment.answers.words import run_words
 from rbstab.experiment.convergence.convergence import ATTRIBUTE
-from rbstab.experiment.own_states import final_state
-from rbstab.experiment.stored_config import stored_config
+from rbstab.experiment.stored_run import final_state, stored_config
 from rbstab.experiment.summary import ReferenceValue, reference_values_of
-from rbstab.files.names import printable
+from rbstab.files.text import printable
 from rbstab.mechanics.quaternion import turned_back
 from rbstab.report.runs.paper_cases import changed_keys
 from rbstab.store.errors import StoreError

@@ -8,7 +8,7 @@ import numpy as np
 
 from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.robust.sentences import sentences_of
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.processes import processors
 from rbstab.report.model.words import counted
 from rbstab.sweep.folder.member_answers import MAX_COUNTED

@@ -3,7 +3,7 @@
 import time
 from threading import Event
 
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.integrate.status import RunStatus
 from rbstab.sweep.execution.events import (
     Comparing,

@@ -8,8 +8,7 @@ from typing import NoReturn
 
 import click
 
-from rbstab.files.counts import grouped
-from rbstab.files.shell_words import shell_word
+from rbstab.files.text import grouped, shell_word
 from rbstab.report.model.words import listed
 from rbstab.sweep.execution.computing import ExecutorError
 from rbstab.sweep.folder.sweep_folder import resuming_command

@@ -9,8 +9,8 @@ import click
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE
 from rbstab.experiment.answers.rounded import NO_VALUE, number
-from rbstab.files.counts import grouped
-from rbstab.files.existence import exists
+from rbstab.files.paths import exists
+from rbstab.files.text import grouped
 from rbstab.integrate.status import RunStatus
 from rbstab.processes.processors import processor_count
 from rbstab.store.disk.lock import is_locked

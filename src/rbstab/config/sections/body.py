@@ -1,12 +1,24 @@
-"""The sections of the body and of its initial state."""
+"""The sections of the body, its initial state, the desired attitude, and printed values.
 
+Only answers depend on the desired attitude. Reports compare the printed values with a run.
+"""
+
+import math
 from typing import Annotated, Any
 
 from pydantic import AfterValidator, ConfigDict, Field, ValidationInfo, field_validator
 
-from rbstab.config.quantities import ZERO, Positive, PositiveDefinite, Vector, value_error
+from rbstab.config.quantities import (
+    ZERO,
+    LongText,
+    Positive,
+    PositiveDefinite,
+    Text,
+    Vector,
+    value_error,
+)
 from rbstab.config.section import Section, required
-from rbstab.config.sections.angles import OR_DEGREES, Attitude
+from rbstab.config.sections.angles import OR_ANGLE_IN_DEGREES, OR_DEGREES, Attitude
 
 
 def zero_vector(description: str) -> Any:
@@ -86,3 +98,39 @@ class FreeInitial(HeldInitial):
                 "expected one of the two",
             )
         return None
+
+
+def _check_tilt(tilt: float) -> float:
+    if tilt > math.pi:
+        degrees = f"{math.degrees(tilt):.6g}"
+        raise value_error(f"is {degrees}°", "expected at most 180°; degrees are {deg: 10}")
+    return tilt
+
+
+class Desired(Section):
+    """The desired attitude, and the largest tilt with which a body rests there."""
+
+    orientation: Attitude = zero_vector("Θ, rad, or {deg: [...]}")
+    within: Annotated[Positive, AfterValidator(_check_tilt), OR_ANGLE_IN_DEGREES] = Field(
+        math.radians(10.0), description="largest tilt, rad, or {deg: ...}"
+    )
+
+
+class FinalState(Section):
+    """Final values printed in the source."""
+
+    orientation: Vector | None = None
+    angular_velocity: Vector | None = None
+    position: Vector | None = None
+    velocity: Vector | None = None
+
+
+class Reference(Section):
+    """Printed values that reports compare with the run."""
+
+    source: Text
+    note: LongText | None = None
+    final: FinalState | None = None
+    peak_contact_displacement: Vector | None = Field(
+        None, description="the value of E farthest from zero, by axis, m"
+    )

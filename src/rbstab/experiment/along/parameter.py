@@ -8,7 +8,7 @@ from rbstab.config.numbers import changed_numbers, keys_of, numbers_below, unit_
 from rbstab.config.schema import Config
 from rbstab.config.units import NumberKey, number_key
 from rbstab.experiment.answers.threshold import NamedNumber, named_number
-from rbstab.files.names import shortened
+from rbstab.files.text import shortened
 from rbstab.mechanics.numbers import Array
 
 

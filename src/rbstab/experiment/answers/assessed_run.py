@@ -13,7 +13,7 @@ from rbstab.experiment.convergence.convergence import Convergence, stored_conver
 from rbstab.experiment.convergence.with_proof import with_later_proof
 from rbstab.experiment.proof_cache import cached_proof
 from rbstab.experiment.run_certificate import CERTIFIED_REGION
-from rbstab.experiment.stored_certificate import certificate_lines
+from rbstab.experiment.stored_run import certificate_lines
 from rbstab.experiment.summary import (
     Summary,
     is_driven,

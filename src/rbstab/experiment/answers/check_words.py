@@ -10,7 +10,7 @@ from rbstab.experiment.run_certificate import (
     GLOBAL_STABILITY,
     LEAST_REST_STATES,
 )
-from rbstab.experiment.stored_certificate import compares_v_minus_work
+from rbstab.experiment.stored_run import compares_v_minus_work
 
 AT_MOST, AT_LEAST = ("≤", ">", operator.le), ("≥", "<", operator.ge)
 

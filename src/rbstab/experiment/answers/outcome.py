@@ -17,7 +17,7 @@ from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.convergence import stored_convergence
 from rbstab.experiment.convergence.zero_description import UNSTABLE
 from rbstab.experiment.summary import is_driven, settling_time_of, stands_still
-from rbstab.files.names import printable
+from rbstab.files.text import printable
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.mechanics.quaternion import turned_back

@@ -1,7 +1,7 @@
 """The result of a run, with what follows from its arrays: the class that users have."""
 
 from rbstab.experiment.answers.outcome import Outcome, outcome_of
-from rbstab.experiment.stored_config import stored_config
+from rbstab.experiment.stored_run import stored_config
 from rbstab.experiment.summary import settling_time_of
 from rbstab.mechanics.attitude import quaternions, rotations
 from rbstab.mechanics.numbers import Array

@@ -36,7 +36,7 @@ from rbstab.experiment.run_certificate import (
     GLOBAL_STABILITY,
     LEAST_REST_STATES,
 )
-from rbstab.experiment.stored_certificate import certificate_lines
+from rbstab.experiment.stored_run import certificate_lines
 from rbstab.experiment.summary import at_rest_from, lyapunov_function_of, moves_on_in
 from rbstab.integrate.status import RunStatus
 from rbstab.store.result import Result

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.config.schema import Config
-from rbstab.config.sections.desired import Desired
+from rbstab.config.sections.body import Desired
 from rbstab.mechanics.attitude import tilt
 
 

@@ -38,7 +38,7 @@ from rbstab.experiment.run_certificate import (
     proved_checks,
     rest_state_check,
 )
-from rbstab.experiment.stored_certificate import certificate_lines
+from rbstab.experiment.stored_run import certificate_lines
 from rbstab.experiment.summary import NO_REST_STATE
 from rbstab.integrate.problem import Problem
 from rbstab.store.result import Result

@@ -7,7 +7,7 @@ from typing import Any
 
 from rbstab.config.tolerances import decimal_text
 from rbstab.experiment.answers.rounded import LEVEL_DIGITS, number, rounded_down, rounded_up
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.proof.disturbed.forms import Load
 from rbstab.proof.disturbed.invariant import Claim
 

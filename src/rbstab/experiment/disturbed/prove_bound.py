@@ -13,7 +13,7 @@ from rbstab.config.user_code.permission import of_users, without_code
 from rbstab.experiment.answers.state_words import angles
 from rbstab.experiment.disturbed.bound import Bound, Largest, Sizes, names_of
 from rbstab.experiment.disturbed.breaking import smallest_breaking
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.mechanics.attitude import tilt as tilt_of
 from rbstab.proof.disturbed.candidates import Samples
 from rbstab.proof.disturbed.forms import Forms, Load, NoFormsError, forms_of

@@ -8,7 +8,7 @@ from rbstab.experiment.answers.rounded import rounded_down
 from rbstab.experiment.answers.state_words import angles
 from rbstab.experiment.robust.largest import Largest
 from rbstab.experiment.robust.record import BodiesRecord
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 
 
 def within_sentences(texts: Sequence[str], record: BodiesRecord) -> list[str]:

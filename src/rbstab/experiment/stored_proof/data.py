@@ -8,8 +8,7 @@ from rbstab.config.schema import Config
 from rbstab.experiment.convergence.convergence import ASK_FOR_PROOF
 from rbstab.experiment.stored_proof.entries import OnRotations, ProvedEnergy, ProvedFamily
 from rbstab.experiment.stored_proof.identity import PROOF_VERSION
-from rbstab.files.counts import grouped
-from rbstab.files.names import line
+from rbstab.files.text import grouped, line
 from rbstab.mechanics.states import PITCH
 from rbstab.proof.entries import Entry, ProvedMinimum, ProvedRegion, ProvedState, Triple
 

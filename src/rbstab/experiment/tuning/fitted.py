@@ -8,7 +8,7 @@ import numpy as np
 
 from rbstab.config.files.measured import Measured
 from rbstab.config.schema import Config
-from rbstab.files.names import line
+from rbstab.files.text import line
 from rbstab.mechanics.numbers import Array
 
 BELOW = 0.975

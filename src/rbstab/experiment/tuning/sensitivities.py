@@ -16,7 +16,7 @@ from rbstab.config.load import load_config
 from rbstab.config.numbers import Entry, entries_of, shifted
 from rbstab.config.schema import Config
 from rbstab.config.source import Path as KeyPath
-from rbstab.files.names import line
+from rbstab.files.text import line
 from rbstab.integrate.engines import INSTALL_HEYOKA, EngineMissingError, engine
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array

@@ -15,7 +15,7 @@ from rbstab.experiment.tuning.sensitivities import (
     check_suited,
     unsuited_motions,
 )
-from rbstab.files.names import line
+from rbstab.files.text import line
 
 MAX_TITLE_LENGTH = 200
 

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from rbstab.integrate.problem import Problem
 from rbstab.integrate.switching.chatter import most_axes_stick
-from rbstab.integrate.switching.switch_record import SwitchRecord
+from rbstab.integrate.switching.records import SwitchRecord
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.connector import connector_of
 from rbstab.systems.modes import first_mode

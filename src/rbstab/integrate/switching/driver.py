@@ -16,8 +16,8 @@ from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.integrate.status import RunStatus, StopRun
 from rbstab.integrate.switching.connector_switches import ConnectorSwitches, SoFar, side_of_axes
 from rbstab.integrate.switching.course import Transition
-from rbstab.integrate.switching.impact_record import ImpactRecord
 from rbstab.integrate.switching.phase import Phases, depend_on_loads
+from rbstab.integrate.switching.records import ImpactRecord
 from rbstab.mechanics.numbers import Array
 from rbstab.systems.filippov import RedundantTiesError, after_events, held_axes, slide_modes
 from rbstab.systems.impact import (

@@ -11,7 +11,7 @@ from typing import NamedTuple, Self
 
 from rbstab.experiment.answers.facts import Shown
 from rbstab.experiment.answers.rounded import number
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import Figure
 from rbstab.report.model.words import with_unit

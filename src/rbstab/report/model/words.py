@@ -3,8 +3,7 @@
 import re
 from collections.abc import Iterable
 
-from rbstab.files.counts import grouped
-from rbstab.files.names import printable
+from rbstab.files.text import grouped, printable
 
 MAX_LENGTH = 1000
 """Maximum length of an untrusted text in a report; texts of a config are no longer than this."""

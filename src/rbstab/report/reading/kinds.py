@@ -7,7 +7,7 @@ from rbstab.config.errors import ConfigError
 from rbstab.config.load import source_of
 from rbstab.config.source import YAML
 from rbstab.experiment.proof_cache import PROOFS, WITHIN_TOLERANCES
-from rbstab.files.shell_words import shell_word
+from rbstab.files.text import shell_word
 from rbstab.store.disk.paths import path_is_dir, path_is_file
 from rbstab.sweep.folder.manifest import MANIFEST
 from rbstab.sweep.folder.sweep_folder import SHARDS, SWEEP_FILE, TRACES

@@ -14,8 +14,8 @@ from typing import Any, Self
 
 from rbstab.experiment.answers.assessed_run import AssessedRun
 from rbstab.experiment.proof_cache import cached_proof
-from rbstab.experiment.stored_config import stored_config
 from rbstab.experiment.stored_proof.proof import Proof
+from rbstab.experiment.stored_run import stored_config
 from rbstab.processes.mapped import mapped
 from rbstab.report.model.document import Unread
 from rbstab.report.model.words import untrusted

@@ -8,8 +8,8 @@ import numpy as np
 
 from rbstab.analysis.certificate.verdict import Check
 from rbstab.elements.declarations import OwnState
-from rbstab.experiment.own_states import own_states_of
-from rbstab.files.shell_words import shell_word
+from rbstab.experiment.stored_run import own_states_of
+from rbstab.files.text import shell_word
 from rbstab.report.model.words import untrusted
 from rbstab.report.reading.kinds import Kind, kind_of, not_a_result, sweep_folder_of
 from rbstab.store.disk.paths import path_is_file

@@ -7,7 +7,7 @@ from typing import Any, TypeGuard
 
 from rbstab.config.units import unit_of
 from rbstab.experiment.answers.rounded import NO_VALUE, number
-from rbstab.files.shell_words import chained_commands, shell_word
+from rbstab.files.text import chained_commands, shell_word
 from rbstab.report.model.document import Block, Cell, Head, Section, Table
 from rbstab.report.model.words import counted, untrusted
 from rbstab.report.reading.sources import Run

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from rbstab.config.sections.reference import Reference
+from rbstab.config.sections.body import Reference
 from rbstab.experiment.answers.facts import ended_early
 from rbstab.experiment.answers.rounded import NO_VALUE, vector
 from rbstab.experiment.summary import ReferenceValue, reference_values_of

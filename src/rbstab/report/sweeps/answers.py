@@ -8,8 +8,8 @@ import numpy as np
 
 from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN
 from rbstab.experiment.answers.words import words_with_meanings
-from rbstab.files.existence import is_file
-from rbstab.files.shell_words import shell_word
+from rbstab.files.paths import is_file
+from rbstab.files.text import shell_word
 from rbstab.report.model.document import Card, Cards, Statement
 from rbstab.report.sweeps.conditions.ranking import ranking_sentences
 from rbstab.report.sweeps.members import LEFT_RANGE, RETURNS, Members

@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from rbstab.files.counts import grouped
-from rbstab.files.existence import is_file
-from rbstab.files.shell_words import shell_word
+from rbstab.files.paths import is_file
+from rbstab.files.text import grouped, shell_word
 from rbstab.report.model.document import Table
 from rbstab.report.model.words import counted, untrusted
 from rbstab.report.sweeps.members import Members

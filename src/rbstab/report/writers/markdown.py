@@ -8,8 +8,8 @@ from urllib.parse import quote
 
 from markupsafe import Markup, escape
 
-from rbstab.files.existence import is_dir
-from rbstab.files.names import printable
+from rbstab.files.paths import is_dir
+from rbstab.files.text import printable
 from rbstab.report.model.document import Report
 from rbstab.report.writers.figure_files import figure_bytes, figures_of
 from rbstab.report.writers.signature import SIGNATURES, pictures_folder

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.files.names import printable
+from rbstab.files.text import printable
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import (
     Band,

@@ -8,7 +8,7 @@ from rich.padding import Padding
 from rich.table import Table as RichTable
 from rich.text import Text
 
-from rbstab.files.names import printable
+from rbstab.files.text import printable
 from rbstab.report.model.document import Animation, Block, Cards, Report, Table
 from rbstab.report.model.figure import Figure
 

@@ -4,7 +4,7 @@ from importlib.util import find_spec
 from io import StringIO
 from pathlib import Path
 
-from rbstab.files.existence import exists
+from rbstab.files.paths import exists
 from rbstab.report.model.document import Report
 from rbstab.report.writers.signature import SIGNATURES, is_report, pictures_folder
 from rbstab.store.disk.atomic import write_atomically

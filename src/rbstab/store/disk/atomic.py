@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from rbstab.files.existence import exists
+from rbstab.files.paths import exists
 from rbstab.store.disk.lock import try_lock
 from rbstab.store.errors import ResultExistsError
 

@@ -7,8 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from rbstab.files.existence import exists, is_dir, is_file
-from rbstab.files.regular_file import open_regular
+from rbstab.files.paths import exists, is_dir, is_file, open_regular
 from rbstab.store.errors import NotAResultError, StoreError
 
 Identity = tuple[int, ...]

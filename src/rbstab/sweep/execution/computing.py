@@ -28,8 +28,7 @@ from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.members.outcome import STATUSES, columns_of
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import TIME
-from rbstab.sweep.plan.dump import plan_data
-from rbstab.sweep.plan.load import load_plan
+from rbstab.sweep.plan.load import load_plan, plan_data
 from rbstab.sweep.plan.plan import Plan, plan_id
 
 CPU_INFO = Path("/proc/cpuinfo")

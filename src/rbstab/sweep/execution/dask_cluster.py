@@ -11,7 +11,7 @@ from pathlib import Path
 
 from distributed import Client, KilledWorker
 
-from rbstab.files.existence import is_file
+from rbstab.files.paths import is_file
 from rbstab.sweep.execution.computing import (
     Computed,
     ExecutorError,

@@ -15,7 +15,7 @@ from rbstab.experiment.answers.threshold import (
     short_key,
     threshold_of,
 )
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Table
 from rbstab.store.variables import safe_name

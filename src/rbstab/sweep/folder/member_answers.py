@@ -12,7 +12,7 @@ from rbstab.experiment.answers.facts import Fact, Shown
 from rbstab.experiment.answers.rounded import NO_VALUE, number
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.convergence.decisions import not_enclosed
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Table

@@ -19,7 +19,7 @@ from rbstab.sweep.folder.sweep_table import MEMBERS, digest_of_all, read_members
 from rbstab.sweep.members.engine import concatenated
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.plan.axes import VARIANT
-from rbstab.sweep.plan.dump import plan_yaml
+from rbstab.sweep.plan.load import plan_yaml
 from rbstab.sweep.plan.plan import Plan
 from rbstab.sweep.proofs.columns import CONVERGENCE_COLUMNS, MOTION_COLUMNS
 from rbstab.sweep.proofs.convergence import MemberConvergence, ProvedConvergence, proved_columns

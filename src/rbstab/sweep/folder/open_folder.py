@@ -25,7 +25,7 @@ from rbstab.sweep.folder.members_file import columns_beside_shards
 from rbstab.sweep.folder.sweep_folder import PLAN_FILE, SHARDS, TRACES, SweepFolder, read_folder
 from rbstab.sweep.members.outcome import columns_of
 from rbstab.sweep.members.traces import layout_of
-from rbstab.sweep.plan.dump import plan_yaml
+from rbstab.sweep.plan.load import plan_yaml
 from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan, plan_id
 from rbstab.sweep.plan.plan_file import NO_TRACES
 from rbstab.sweep.proofs.variants import shares_proof

@@ -14,7 +14,7 @@ from rbstab.config.source import parse_source
 from rbstab.experiment.answers.outcome import KIND_OF_STATUS, KINDS, OutcomeKind, outcome_codes
 from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN
 from rbstab.experiment.answers.wanted import Wanted, wanted
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.attitude import tilt
 from rbstab.mechanics.numbers import Array

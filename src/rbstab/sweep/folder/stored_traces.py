@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rbstab.files.names import line
+from rbstab.files.text import line
 from rbstab.mechanics.numbers import Array
+from rbstab.store.dataset import MOTIONS, Motions, stack_motions
 from rbstab.store.dataset_file import read_dataset
 from rbstab.store.disk.paths import path_exists
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.motions import MOTIONS, Motions, stack_motions
 from rbstab.store.variables import RUN, Variable, dataset_of, make_read_only
 from rbstab.sweep.folder.sweep_folder import SweepFolder, read_folder
 from rbstab.sweep.folder.sweep_table import read_members_file

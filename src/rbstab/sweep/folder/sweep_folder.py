@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from rbstab.files.shell_words import shell_word
+from rbstab.files.text import shell_word
 from rbstab.mechanics.numbers import Array
+from rbstab.store.dataset import MOTIONS
 from rbstab.store.dataset_file import checksum_of, write_dataset
 from rbstab.store.disk.paths import path_exists, path_is_file, store_errors
 from rbstab.store.errors import NotAResultError, StoreError
-from rbstab.store.motions import MOTIONS
 from rbstab.store.table import Table, columns_from, read_table
 from rbstab.store.variables import RUN
 from rbstab.sweep.folder.manifest import Manifest, read_manifest

@@ -8,8 +8,8 @@ from rbstab.config.schema import Config
 from rbstab.integrate.heyoka.compiled_map import compiled_map
 from rbstab.integrate.heyoka.symbols import parameters_and_start
 from rbstab.mechanics.numbers import Array
+from rbstab.sweep.plan.axes import varied_numbers, varied_paths
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.plan.varied_numbers import varied_numbers, varied_paths
 
 
 class Binding:

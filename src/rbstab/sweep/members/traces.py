@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rbstab.mechanics.numbers import Array
-from rbstab.store.motions import Motions
+from rbstab.store.dataset import Motions
 from rbstab.store.variables import RUN, Variable
 from rbstab.sweep.members.outcome import element_states
 from rbstab.sweep.plan.plan import Plan

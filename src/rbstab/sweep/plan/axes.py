@@ -1,10 +1,15 @@
-"""The varied keys of a plan, and its axes: groups of keys that vary together."""
+"""The varied keys of a plan, and its axes: groups of keys that vary together.
 
+Varied numbers are those of a base config, with the values of many members.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from rbstab.config.numbers import changed_numbers
+from rbstab.config.schema import Config
 from rbstab.config.source import Path
 from rbstab.config.units import NumberKey, number_key
 from rbstab.sweep.plan.distributions import Distribution, FiniteList, Member
@@ -98,3 +103,27 @@ class Axis:
         """The number of entries of each list of the axis; None if it has no list."""
         lists = [k.distribution for k in self.varied_keys if isinstance(k.distribution, FiniteList)]
         return lists[0].length if lists else None
+
+
+def varied_numbers(
+    base: Config | Mapping[str, Any],
+    varied_keys: Sequence[VariedKey],
+    values: Mapping[str, Any],
+) -> dict[Path, Any]:
+    """Return the values of all varied numbers by their paths, in the order of the keys.
+
+    Args:
+        base: The base, or its plain data.
+        varied_keys: The keys that the base has.
+        values: The values (or factors) of each key: a number, or an array for many members.
+    """
+    return {
+        path: numbers
+        for varied in varied_keys
+        for path, numbers in varied.numbers(base, values[varied.key]).items()
+    }
+
+
+def varied_paths(base: Config, varied_keys: Sequence[VariedKey]) -> list[Path]:
+    """Return the paths of all varied numbers, in the order of the keys."""
+    return list(varied_numbers(base, varied_keys, {varied.key: 1.0 for varied in varied_keys}))

@@ -12,7 +12,7 @@ from rbstab.config.overrides import override
 from rbstab.config.schema import VARIANTS, Config, model_of
 from rbstab.config.source import Source
 from rbstab.config.user_code.permission import Code
-from rbstab.files.existence import is_file
+from rbstab.files.paths import is_file
 from rbstab.sweep.plan.plan_file import Problems
 
 

@@ -1,4 +1,7 @@
-"""Load a plan from a file or from plain data."""
+"""Load a plan from a file or from plain data, and convert it to YAML or plain data.
+
+A converted plan has its base with all defaults filled in.
+"""
 
 from collections.abc import Iterable, Mapping
 from math import prod
@@ -6,7 +9,8 @@ from pathlib import Path as FilePath
 from typing import Any
 
 from rbstab.config.errors import ConfigError
-from rbstab.config.load import PLAN_ONLY, source_of
+from rbstab.config.files.dump import as_yaml
+from rbstab.config.load import PLAN_ONLY, VARIANT_SECTIONS, source_of
 from rbstab.config.schema import Experiment
 from rbstab.config.source import key_of
 from rbstab.config.user_code.permission import Code
@@ -15,7 +19,7 @@ from rbstab.sweep.plan.bases import read_bases
 from rbstab.sweep.plan.designs import DESIGNS, Design, RandomDesign
 from rbstab.sweep.plan.keys import check_axes, check_changes, check_keys, check_names
 from rbstab.sweep.plan.plan import MAX_MEMBERS, Plan
-from rbstab.sweep.plan.plan_file import GRID, PlanFile, Problems
+from rbstab.sweep.plan.plan_file import GRID, PlanFile, Problems, Proofs
 from rbstab.sweep.plan.validity import problems_of_members
 
 MEMBER_KEYS = ("vary", "design", "members", "seed")
@@ -70,7 +74,6 @@ def load_plan(
         if not changes and not allow_python:
             return plan
         # Imported late: it stands on this module.
-        from rbstab.sweep.plan.dump import plan_data
 
         allow_python = allow_python or plan.may_run_code
         plan = plan_data(plan)
@@ -162,3 +165,35 @@ def _variants(axes: tuple[Axis, ...]) -> tuple[str, ...]:
     """Return the values of `controller.variant`; empty if the variant does not vary."""
     distributions = [k.distribution for axis in axes for k in axis.varied_keys if k.path == VARIANT]
     return tuple(distributions[0].root) if distributions else ()
+
+
+def plan_yaml(plan: Plan) -> str:
+    """Return a plan as YAML. It needs no other file, and loads as the same plan."""
+    return as_yaml(plan_data(plan))
+
+
+def plan_data(plan: Plan) -> dict[str, Any]:
+    """Return a plan as plain data. It needs no other file, and loads as the same plan."""
+    proofs = None if plan.prove is None else Proofs(motion=plan.prove)
+    file = plan.file.model_copy(update={"prove": proofs})
+    data = file.model_dump(mode="json", exclude_none=True)
+    return data | {"base": _base(list(plan.templates.values()))}
+
+
+def _base(bases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Merge the bases of all variants into one.
+
+    Leave out values that differ between variants: defaults, and the name of the variant.
+    """
+    if len(bases) == 1:
+        return bases[0]
+    merged = dict(bases[0])
+    for name in VARIANT_SECTIONS:
+        sections = [base[name] for base in bases]
+        merged[name] = {
+            key: value
+            for section in sections
+            for key, value in section.items()
+            if all(other.get(key, value) == value for other in sections)
+        }
+    return merged

@@ -16,15 +16,14 @@ from rbstab.config.load import changed_config, identifying, identity_of
 from rbstab.config.numbers import replaced, value_or_none
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import may_run_code
-from rbstab.files.names import line
+from rbstab.files.text import line
 from rbstab.integrate.problem import Problem
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey
+from rbstab.sweep.plan.axes import VARIANT, Axis, VariedKey, varied_numbers
 from rbstab.sweep.plan.designs import Design
 from rbstab.sweep.plan.distributions import FiniteList, Member
 from rbstab.sweep.plan.plan_file import PLAN_VERSION, PlanFile, TraceSelection
 from rbstab.sweep.plan.proof_selection import ProofSelection
-from rbstab.sweep.plan.varied_numbers import varied_numbers
 
 MAX_MEMBERS = 100_000_000
 """Largest number of members. A billion would take two cores most of a day and fill a disk."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rbstab.config.numbers import is_of_initial_state
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.plan.axes import VariedKey
 from rbstab.sweep.plan.plan import Plan

@@ -27,8 +27,8 @@ from rbstab.config.tolerances import Tolerance
 from rbstab.experiment.robust.bodies import bodies_for
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.mechanics.numbers import Array
+from rbstab.sweep.plan.axes import varied_numbers
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.plan.varied_numbers import varied_numbers
 from rbstab.sweep.proofs.bodies import body_keys
 from rbstab.sweep.proofs.variants import rows_of_variants, shares_proof, undecided_reason
 

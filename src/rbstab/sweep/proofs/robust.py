@@ -24,8 +24,8 @@ from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.stored_proof.starts import OPEN_RANGE
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Table
+from rbstab.sweep.plan.axes import varied_numbers
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.plan.varied_numbers import varied_numbers
 from rbstab.sweep.proofs.variants import rows_of_variants
 
 ROUND_OFF = 1e-9

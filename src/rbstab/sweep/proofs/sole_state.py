@@ -11,7 +11,7 @@ import numpy as np
 from rbstab.experiment.answers.words import Sureness
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.robust.sentences import named_body
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.sweep.proofs.bodies import bodies_of, named_members, ranges_of
 from rbstab.sweep.proofs.columns import NOT_SOLE_STATE, SOLE_STATE, STATES_UNDECIDED

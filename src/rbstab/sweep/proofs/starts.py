@@ -16,8 +16,7 @@ from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.stored_proof.starts import reached_states
 from rbstab.mechanics.motion import Motion
 from rbstab.mechanics.numbers import Array
-from rbstab.sweep.plan.axes import VariedKey
-from rbstab.sweep.plan.varied_numbers import varied_numbers
+from rbstab.sweep.plan.axes import VariedKey, varied_numbers
 from rbstab.systems.modes import guards_at, has_modes, with_modes
 from rbstab.systems.system import System
 

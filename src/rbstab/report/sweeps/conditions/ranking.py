@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from rbstab.experiment.answers.rounded import number
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.report.model.words import counted, listed
 from rbstab.report.sweeps.conditions.paired_conditions import Conditions, conditions_of
 from rbstab.report.sweeps.conditions.paired_difference import PairedDifference, paired_difference

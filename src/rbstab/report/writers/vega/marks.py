@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from rbstab.files.counts import grouped
+from rbstab.files.text import grouped
 from rbstab.mechanics.numbers import Array
 from rbstab.report.model.figure import (
     Axis,

@@ -1,13 +1,15 @@
-"""Whether a path exists, and as what, with the errors of the disk.
+"""Whether a path exists, and as what, with the errors of the disk; opening regular files only.
 
 From Python 3.14 on, `Path.exists`, `is_file` and `is_dir` are False for every error: a file on a
-disk that does not answer would count as absent, and could be replaced.
+disk that does not answer would count as absent, and could be replaced. Reading a pipe or a device
+may wait for ever, or never end.
 """
 
 import errno
 import os
 import stat
 from pathlib import Path
+from typing import BinaryIO
 
 _ABSENT = (errno.ENOENT, errno.ENOTDIR, errno.EBADF, errno.ELOOP)
 """Errors of paths that do not exist."""
@@ -56,3 +58,20 @@ def _status(path: Path) -> os.stat_result | None:
         raise
     except ValueError:  # no name has a null character
         return None
+
+
+def open_regular(path: Path) -> BinaryIO:
+    """Open a regular file for reading bytes.
+
+    Raises:
+        IsADirectoryError: The path is a folder.
+        OSError: The path is a pipe, a device or a socket, or the file cannot be opened.
+        ValueError: The path has a null character.
+    """
+    mode = path.stat().st_mode
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if not stat.S_ISREG(mode):
+        kind = "a pipe" if stat.S_ISFIFO(mode) else "a device or a socket"
+        raise OSError(errno.EINVAL, f"it is {kind}, not a file", str(path))
+    return path.open("rb")

@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 from support.paper_runs import paper_config
 
 import rbstab
+from rbstab.analysis import run_extremes
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.build import problem_of
 from rbstab.experiment.summary import at_rest_from, half_unit, settling_time_of, summary_of
@@ -93,10 +94,48 @@ def test_steps_of_heyoka_do_not_depend_on_samples():
         assert few[name].tobytes() == some[name].tobytes() == many[name].tobytes()
 
 
+def test_joined_steps_do_not_depend_on_samples_either(monkeypatch):
+    """A run of too many steps joins short ones: its peaks are lower bounds."""
+    whole = run(21, SPINS[0], "heyoka")
+    monkeypatch.setattr(step_ends, "MOST", 40)
+    run.cache_clear()
+    few, many = (run(samples, SPINS[0], "heyoka") for samples in COUNTS[::2])
+    run.cache_clear()
+    for name in ("peak_contact_displacement", "peak_distance", "largest_pitch"):
+        assert few[name].tobytes() == many[name].tobytes()
+        assert np.isnan(few[f"{name}_error"]).all()
+        assert (np.abs(few[name]) <= np.abs(whole[name]) + whole[f"{name}_error"]).all()
+    settled = float(whole["settling_time"])
+    assert few["settling_time"].tobytes() == many["settling_time"].tobytes()
+    assert abs(float(few["settling_time"]) - settled) <= float(few["settling_time_error"])
+
+
+def test_of_too_many_steps_only_the_short_ones_are_joined(monkeypatch):
+    monkeypatch.setattr(step_ends, "MOST", 400)
+    rng, ends = np.random.default_rng(5), step_ends.StepEnds()
+    system = problem_of(rbstab.load_config(config_of(5, SPINS[0], "scipy"))).system
+    lengths = [0.1] * 20 + [1e-6] * 5000 + [0.1] * 20 + rng.uniform(0, 1e-3, 3000).tolist()
+    times = np.concatenate([[0.0], np.cumsum(lengths)])
+    for t in times.tolist():
+        ends.add(t, np.array([t]), system)
+    kept, whole = np.array(ends.times), np.array(ends.whole)
+    assert not ends.complete
+    assert len(kept) <= 400
+    assert (kept[0], kept[-1]) == (times[0], times[-1])
+    assert [y[0] for y in ends.states] == kept.tolist()
+    # Each whole step is one of the run, and the joined ones are short.
+    before = times[np.searchsorted(times, kept[1:]) - 1]
+    assert (whole[1:] == (before == kept[:-1])).all()
+    assert whole[1:][np.diff(kept) > 0.05].sum() == 40
+    assert np.diff(kept)[~whole[1:]].max() <= 4 * times[-1] / 400
+    part = ends.until(3.0)
+    assert len(part.times) == len(part.whole) == (kept <= 3.0).sum()
+
+
 def test_without_steps_extremes_are_those_of_samples(monkeypatch):
-    """A run of too many steps keeps none: its peaks are lower bounds, and it rests from a bound."""
+    """Where no steps are known, peaks are lower bounds, and the run rests from a bound."""
     whole = run(21, SPINS[2])
-    monkeypatch.setattr(step_ends, "MOST", 10)
+    monkeypatch.setattr(run_extremes._StepsOfRun, "steps", lambda _: None)
     run.cache_clear()
     result = run(21, SPINS[2])
     run.cache_clear()

@@ -10,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.problems import ENGINES
 
+from rbstab.analysis.run_extremes import PARTS_IN_QUATERNIONS, THETA_ROWS, VALUE, divided
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.integrate import step_ends
@@ -188,3 +189,18 @@ def test_the_length_of_q_changes_no_motion(name):
         )
         runs.append(q.to_angles(trajectory.states.T, Theta))
     assert runs[1] == pytest.approx(runs[0], abs=1e-9)
+
+
+def test_only_a_step_near_the_pole_is_divided_into_many_parts():
+    system, q = in_quaternions(problem(TIED).system)
+    start = np.zeros(system.audited_size)
+    start[: system.size] = q.from_angles(problem(TIED).start)
+    table = np.zeros((2, 2, VALUE + 1))
+    counts = []
+    for rate in (0.0, np.inf):
+        table[0, 1, THETA_ROWS] = rate
+        steps = divided(system, (0.0, 1e-3), start, 0.0, table)
+        assert steps is not None
+        counts.append(len(steps.begin))
+    assert counts[0] < 10
+    assert counts[1] >= PARTS_IN_QUATERNIONS

@@ -177,7 +177,7 @@ def test_of_two_results_in_a_folder_one_must_be_named(usual, tmp_path):
 
 
 def test_a_peak_of_samples_alone_is_a_lower_bound(usual, tmp_path, monkeypatch):
-    """A run of too many steps does not keep them."""
+    """A run of too many steps joins them, here all."""
     monkeypatch.setattr(step_ends, "MOST", 10)
     coarse = run_file(tmp_path, "coarse", "integration.duration=1", "integration.samples=3")
     assert not summary_of(open_result(coarse)).displacement_resolved

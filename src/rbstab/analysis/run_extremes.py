@@ -81,16 +81,20 @@ def extremes_of(
         deadline: The deadline of the run; None for no limit.
     """
     ends, steps, turn = trajectory.ends, None, 0.0
-    if ends is not None and ends.complete and len(ends.times) > 1:
+    joined = np.empty(0, dtype=bool)
+    # Where a body in quaternions turns past θ2 = ±90°, only whole steps tell how.
+    if ends is not None and len(ends.times) > 1 and (ends.complete or not problem.quaternion):
         rest = float(quantities["energy_at_rest"])
         steps_of_run = _StepsOfRun(ends, rest, deadline, problem.start[THETA])
-        steps, turn = steps_of_run.steps(), steps_of_run.turn
+        steps, turn, joined = steps_of_run.steps(), steps_of_run.turn, steps_of_run.joined
     if steps is None:
         v = quantities["lyapunov"]
         if has_no_potential(problem.system):
             v = v + quantities["contact_work"]
         return extremes_of_samples(quantities, v)
     extremes = _extremes(steps, quantities)
+    if joined.any():
+        extremes = _with_joined(extremes, steps, joined)
     if problem.quaternion:
         extrema = pitch_of_sine(extremes.extrema)
         if turn > LONGEST_TURN:
@@ -104,6 +108,21 @@ def extremes_of(
         pitch = extremes.extrema.value[THETA_ROWS.start + PITCH]
         np.clip(pitch, -stop.angle, stop.angle, out=pitch)
     return extremes
+
+
+def _with_joined(extremes: Extremes, steps: Steps, joined: Array) -> Extremes:
+    """Return extremes with errors for joined steps: within them the motion is not known."""
+
+    def widened(crossings: Crossings) -> Crossings:
+        place = np.maximum(np.searchsorted(steps.begin, crossings.time) - 1, 0)
+        length = np.where(joined[place] & (crossings.time > 0), steps.length[place], 0.0)
+        return crossings._replace(error=np.maximum(crossings.error, length))
+
+    return Extremes(
+        extremes.extrema._replace(error=np.full_like(extremes.extrema.error, np.nan)),
+        widened(extremes.settling),
+        widened(extremes.displacement_settling),
+    )
 
 
 def extremes_of_samples(quantities: Mapping[str, Array], v: Array) -> Extremes:
@@ -227,6 +246,7 @@ class _StepsOfRun:
 
     Attributes:
         turn: The largest turn in doubt, see `QuaternionCoordinates.angles_along`.
+        joined: Which steps are joined from short ones, so that only their ends are known.
     """
 
     def __init__(
@@ -237,6 +257,7 @@ class _StepsOfRun:
         self.Theta = Theta.copy()
         self.q = quaternion_of(ends.systems[0])
         self._table, self.turn = np.empty(0), 0.0
+        self.joined = ~np.array(ends.whole[1:], dtype=bool)
         self._equations: dict[int, tuple[StraightLine, Watch]] = {}
 
     def steps(self) -> Steps | None:
@@ -247,7 +268,8 @@ class _StepsOfRun:
         for number, system in enumerate(ends.systems[1:]):
             if self.deadline is not None and self.deadline.remaining() < 0:
                 return None
-            if previous is not system or ends.times[number] == ends.times[number - 1]:
+            changed = previous is not system or ends.times[number] == ends.times[number - 1]
+            if previous is None or (changed and not self.joined[number]):
                 before = self._observed(system, number)
             after = self._observed(system, number + 1)
             rows.append((before, after))
@@ -264,6 +286,7 @@ class _StepsOfRun:
             table[0][:, THETA_ROWS], table[1][:, THETA_ROWS] = turned[..., :-1], turned[..., 1:]
             only = np.zeros(len(rows), dtype=int)
             leave_open(table, self.q, (y[:, :-1], y[:, 1:]), np.diff(times), only[:1], only)
+        table[:, 1][..., self.joined] = 0.0
         self._table = table
         return Steps(
             np.zeros(1, dtype=int),
@@ -300,6 +323,9 @@ class _StepsOfRun:
         derivatives, ends = np.empty((2, 2, len(step))), self.ends
         for number in np.unique(step).tolist():
             places = np.flatnonzero(step == number)
+            if self.joined[number]:
+                derivatives[..., places] = 0.0
+                continue
             rates, watch = self._of(ends.systems[number + 1])
             length = ends.times[number + 1] - ends.times[number]
             for end in range(2):
@@ -308,14 +334,16 @@ class _StepsOfRun:
         return derivatives
 
     def _divide(self, step: int) -> Steps | None:
+        if self.joined[step]:
+            return None
         ends = self.ends
         times = ends.times[step], ends.times[step + 1]
-        Theta = self._table[0, 0, THETA_ROWS, step]
-        return divided(ends.systems[step + 1], times, ends.states[step], self.rest, Theta)
+        table = self._table[..., step]
+        return divided(ends.systems[step + 1], times, ends.states[step], self.rest, table)
 
 
 def divided(
-    system: System, times: tuple[float, float], start: Array, rest: float, Theta: Array
+    system: System, times: tuple[float, float], start: Array, rest: float, table: Array
 ) -> Steps | None:
     """Return a step as shorter ones, made from its begin; None if they are too many.
 
@@ -324,14 +352,15 @@ def divided(
         times: Its begin and its end, s.
         start: The audited state at its begin.
         rest: The energy at rest, J.
-        Theta: Θ at its begin, rad.
+        table: The values and rates of what is watched at its ends, shape (2, 2, q).
     """
     if times[0] == times[1]:
         return None
     from scipy.integrate import DOP853  # imported late: batches and most runs need none of it
 
     rates = audited_rates_of(system)
-    longest = (times[1] - times[0]) / PARTS_IN_QUATERNIONS if quaternion_of(system) else np.inf
+    is_open = quaternion_of(system) and np.isinf(table[:, 1, THETA_ROWS]).any()
+    longest = (times[1] - times[0]) / PARTS_IN_QUATERNIONS if is_open else np.inf
     solver = DOP853(
         lambda t, y: rates(y, t),
         times[0],
@@ -348,7 +377,7 @@ def divided(
         parts.add(solver.t, solver.y, system)
     if solver.status != "finished":
         return None
-    steps = _StepsOfRun(parts, rest, None, Theta).steps()
+    steps = _StepsOfRun(parts, rest, None, table[0, 0, THETA_ROWS]).steps()
     return steps and steps._replace(divide=lambda _: None)
 
 

@@ -6,9 +6,10 @@ from support.paper_runs import paper_config
 
 from rbstab.integrate.heyoka import ensemble
 from rbstab.integrate.heyoka.symbols import parameter_values
-from rbstab.sweep.folder.scipy_comparison import compare, members_to_compare
+from rbstab.sweep.folder.scipy_comparison import _NOT_COMPARED, compare, members_to_compare
 from rbstab.sweep.members.binding import Binding
 from rbstab.sweep.members.ensemble import ensemble_engine
+from rbstab.sweep.members.outcome import COLUMNS
 from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.plan.load import load_plan
 from rbstab.systems.parameters import parameters
@@ -35,6 +36,10 @@ def test_four_members_are_spread_over_a_plan(counts):
         assert len(set(values[chosen].tolist())) == len(chosen)
     gaps = np.diff([0, *chosen, plan.members - 1])
     assert gaps.max() <= plan.members / 2
+
+
+def test_no_error_of_a_column_is_compared():
+    assert {name for name in COLUMNS if name.endswith("_error")} <= set(_NOT_COMPARED)
 
 
 def test_every_variant_is_compared_but_sliding():

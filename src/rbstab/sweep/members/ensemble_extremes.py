@@ -178,8 +178,7 @@ class _StepsOfMembers:
         start = np.zeros(system.audited_size)
         start[: system.size] = self._states[:, step]
         times = float(self._times[step]), float(self._times[self._after[step]])
-        Theta = self._table[0, 0, THETA_ROWS, step]
-        return divided(system, times, start, float(self._rest[member]), Theta)
+        return divided(system, times, start, float(self._rest[member]), self._table[..., step])
 
     def _observed(self, y: Array, t: Array, of: Array) -> Array:
         """Return what is watched and its rates at states of members, shape (2, q, p)."""

@@ -84,9 +84,11 @@ COLUMNS: dict[str, Column] = {
     "peak_time": _vector("s", "when E is farthest from 0, by axis"),
     "smallest_regularity": _number("f8", "1", "the smallest cos θ2"),
     "settling_time": _number("f8", "s", "from here v < 1e-3 v(0); NaN: it did not settle"),
+    "settling_time_error": _number("f8", "s", "bound of its error"),
     "displacement_settling_time": _number(
         "f8", "s", "from here |E| < 1 mm; NaN: it did not settle"
     ),
+    "displacement_settling_time_error": _number("f8", "s", "bound of its error"),
     "steps": _number("i4", "1", "accepted steps"),
 }
 """The columns of each shard. The folder of a sweep lists its columns, so a new column does not make
@@ -150,5 +152,7 @@ def outcome_of(quantities: Mapping[str, Array], extremes: Extremes) -> dict[str,
         "peak_time": np.where(settling[:, np.newaxis] == 0.0, 0.0, peaks.time[E_ROWS].T),
         "smallest_regularity": np.cos(np.minimum(pitch, np.pi / 2)),
         "settling_time": settling,
+        "settling_time_error": extremes.settling.error,
         "displacement_settling_time": extremes.displacement_settling.time,
+        "displacement_settling_time_error": extremes.displacement_settling.error,
     }

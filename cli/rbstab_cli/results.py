@@ -117,7 +117,7 @@ def _stands_beside_results(path: Path) -> bool:
             return path.absolute() in map(pictures_folder, parent.glob("*.md"))
         # A config is not left out: the message about it names the command that runs it.
         is_other = kind is Kind.RUN and path.suffix.lower() in OTHER_FILES and is_file(path)
-        proofs = (Kind.PROOF, Kind.TOLERANCES, Kind.PROOFS)
+        proofs = (Kind.PROOF, Kind.BOUND, Kind.TOLERANCES, Kind.PROOFS)
         return is_part or is_other or kind in (Kind.PART, *proofs)
     except (StoreError, OSError):
         # Reading it says why.

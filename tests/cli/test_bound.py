@@ -1,7 +1,9 @@
-"""Protects `rbstab stability --bound`."""
+"""Protects `rbstab stability --bound`, and the section `bound` of a config."""
 
 import pytest
 from cli.conftest import GOOD, ended, json_of
+
+from rbstab.store.document import read_document, write_document
 
 HELD = GOOD.replace("variant: free", "variant: permanent")
 
@@ -18,6 +20,53 @@ def test_what_is_proved_of_disturbances_is_printed_first_and_is_in_the_json(fold
     assert (bound["proved"], bound["couple"], bound["force"]) == (True, 60.0, None)
     assert (bound["tilt"], bound["why"], bound["largest"]) == (0.5, "", None)
     assert bound["level"] > 0
+
+
+STATED = HELD + "bound: {couple: 60, tilt: 0.5}\n"
+
+
+@pytest.mark.slow
+def test_a_config_states_a_bound_as_the_options_do(folder):
+    (folder / "held.yaml").write_text(HELD)
+    (folder / "stated.yaml").write_text(STATED)
+    (asked,) = json_of(
+        *("stability", "held.yaml", "--no-run", "--bound", "couple=60", "--within-tilt", "0.5")
+    )
+    (stated,) = json_of("stability", "stated.yaml", "--no-run")
+    assert stated["bound"] == asked["bound"]
+    assert stated["bound"]["proved"]
+    # The options stand in place of the section.
+    (other,) = json_of(
+        *("stability", "stated.yaml", "--no-run", "--bound", "force=5@0,0,0.4"),
+        *("--within-tilt", "0.25"),
+    )
+    found = other["bound"]
+    assert (found["couple"], found["force"], found["tilt"]) == (None, 5.0, 0.25)
+
+
+@pytest.mark.slow
+def test_run_stores_the_proof_of_a_stated_bound_and_show_and_report_print_it(folder):
+    (folder / "stated.yaml").write_text(STATED)
+    without = ended(0, "run", "stated.yaml", "--no-prove").stdout
+    assert "  Bound:       not decided: no proof of the stated bound is stored" in without
+    said = "  Bound:       proved: any disturbance couple up to 60 N m keeps the tilt of this"
+    assert said in ended(0, "run", "stated.yaml").stdout
+    assert len(list((folder / "results" / "proofs").glob("bound-*.json"))) == 1
+    assert said in ended(0, "show", "results/stated.h5").stdout
+    (facts,) = json_of("run", "stated.yaml")
+    assert facts["answers"]["bound"]["word"] == "proved"
+    ended(0, "report", "results/stated.h5", "-o", "page.md")
+    assert "tilt it far? **proved**. Any disturbance couple up to 60 N m" in (
+        (folder / "page.md").read_text()
+    )
+    (proof,) = (folder / "results" / "proofs").glob("bound-*.json")
+    assert "proof of a bound on disturbances" in ended(0, "show", str(proof)).stdout
+
+
+def test_a_search_proves_no_stated_bound(folder):
+    (folder / "stated.yaml").write_text(STATED)
+    (facts,) = json_of("stability", "stated.yaml", "--search-only", "--no-run")
+    assert facts["bound"] is None
 
 
 def test_without_the_option_there_is_none(folder):
@@ -46,3 +95,24 @@ REFUSED = {
 def test_wrong_options_are_refused(folder, words):
     done = ended(2, "stability", "good.yaml", *words.split())
     assert REFUSED[words] in " ".join(done.stderr.split())
+
+
+@pytest.mark.slow
+def test_verify_checks_the_proof_of_a_stated_bound(folder):
+    (folder / "stated.yaml").write_text(STATED)
+    ended(0, "stability", "stated.yaml", "--no-run")
+    (proof,) = (folder / "results" / "proofs").glob("bound-*.json")
+    assert "Bound: checked (" in ended(0, "verify", str(proof), "--config", "stated.yaml").stdout
+    both = ended(0, "verify", "results", "--config", "stated.yaml").stdout
+    assert both.endswith("2 of 2 proofs verified\n")
+    data = read_document(proof)
+    data["claim"]["loads"][0]["size"] = "300"
+    write_document(proof, data)
+    done = ended(4, "verify", str(proof))
+    assert "Bound: REFUSED" in done.stdout
+    data["claim"]["version"] = 2
+    write_document(proof, data)
+    done = ended(5, "verify", str(proof), "--config", "stated.yaml")
+    assert f"{proof}: not decided: this checker does not know claims of this ver" in done.stdout
+    shown = ended(0, "show", str(proof)).stdout
+    assert "It cannot be read: the claim has another version." in shown

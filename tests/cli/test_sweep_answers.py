@@ -1,11 +1,13 @@
 """`rbstab sweep` says unasked how many members are proved to converge, after it has stored them."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from cli.conftest import GOOD, json_of, rbstab, success
+from support.gusts import mast
 from support.printed_paths import printed, words_of
 
 import rbstab as rbstab_package
@@ -222,3 +224,30 @@ def test_the_command_that_proves_them_works_wherever_the_sweep_is_now(folder):
     assert "proved for 2 of the members" in done.stdout
     assert "no proof:" not in rbstab("show", str(kept)).stdout
     assert not Path("results/kept one").exists()
+
+
+@pytest.mark.heavy
+def test_a_stated_bound_is_proved_and_said(folder):
+    """By the command, in its JSON, and by show; and not with --no-prove."""
+    plan = {"base": mast(), "vary": {"elements.gust0.amplitude": {"values": [15, 60]}}}
+    Path("gusts.yaml").write_text(json.dumps(plan))
+    bare = success("sweep", "gusts.yaml", "--no-prove", "-o", "bare").stdout
+    assert "for ever: not proved." in bare
+    lines = success("sweep", "gusts.yaml").stdout.splitlines()
+    said = dict(line.strip().split(":", 1) for line in lines if ": " in line)
+    assert said["Worst tilt"].endswith("member 1, couple up to 60 N m.")
+    assert said["Leaves"].strip() == "tilt above 0.5 rad: 1 of 2 members (50 %) by 3 s."
+    assert said["Bound"].endswith("keeps the tilt below 0.5 rad for ever: proved.")
+    assert said["For ever"].strip().startswith("1 of 2 members stay below 0.5 rad: proved; not")
+    shown = rbstab("show", "results/gusts").stdout
+    assert all(f"{word}:" in shown and text in shown for word, text in list(said.items())[2:6])
+    for command in (("sweep", "gusts.yaml"), ("show", "results/gusts")):
+        found = json_of(*command)["answers"]["disturbed"]
+        assert (found["proved"], found["left"], found["worst_member"]) == (1, 1, 1)
+        assert found["interval"] is None
+    table = rbstab_package.open_sweep("results/gusts")
+    assert table.words("stated_bound").tolist() == ["proved", "larger load"]
+    assert rbstab_package.open_sweep("bare/gusts/members.h5").words("stated_bound")[0] == "no proof"
+    assert json_of("show", "results/gusts")["answers"]["disturbed"]["statements"].keys() == {
+        *("Worst tilt", "Leaves", "Bound", "For ever")
+    }

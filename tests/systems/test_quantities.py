@@ -6,11 +6,18 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from support.differences import along
 from support.paper_runs import paper_config
 from support.pose import attitude
 from support.systems import random_state, random_system
 
+from rbstab.mechanics.attitude import (
+    half_sine_squared,
+    half_sine_squared_rate,
+    rate_matrix,
+    rotation,
+)
 from rbstab.systems.quantities import BY_NAME, PEAKS, named_elements, observed_in
 
 ROW = """
@@ -120,6 +127,18 @@ def test_rates_are_derivatives(name, rate, rng):
     rate_of_change = along(lambda y: formula(name)(system.observe(y)), y, system.rates(y))
     assert slope(system.observe(y)) == pytest.approx(rate_of_change, rel=1e-6, abs=1e-8)
     assert rate is None or BY_NAME[rate].unit == f"{BY_NAME[name].unit}/s"
+
+
+def test_the_rate_of_the_tilt_is_its_derivative(rng):
+    """Of sin²(φ/2), by differences, and φ is that of SciPy's rotations."""
+    Theta, Omega = rng.uniform(-1.4, 1.4, 3), rng.normal(size=3)
+    shift = 1e-6 * rate_matrix(Theta) @ Omega
+    A, before, after = map(rotation, (Theta, Theta - shift, Theta + shift))
+    assert half_sine_squared(A) == pytest.approx(
+        np.sin(Rotation.from_matrix(A).magnitude() / 2) ** 2
+    )
+    expected = (half_sine_squared(after) - half_sine_squared(before)) / 2e-6
+    assert half_sine_squared_rate(A, Omega) == pytest.approx(expected, rel=1e-6, abs=1e-9)
 
 
 def test_the_rate_of_v_is_what_the_audit_integrates(rng):

@@ -9,13 +9,8 @@ from rbstab_cli.options import FILE, PATH, declare, flag, output, repeatable, re
     "stability",
     "rbstab stability experiment.yaml --within controller=±20%",
     "stability.stability:stability",
-    excludes={"--search-only": ("--within", "--largest-within", "--bound")},
-    needs={
-        "--figure": "--along",
-        "--bound": "--within-tilt",
-        "--within-tilt": "--bound",
-        "--largest": "--bound",
-    },
+    excludes={"--search-only": ("--within", "--largest-within", "--bound", "--largest")},
+    needs={"--figure": "--along", "--bound": "--within-tilt", "--within-tilt": "--bound"},
 )
 @takes("configs")
 @flag("--search-only", help="Search for rest states without a proof.")
@@ -61,13 +56,13 @@ from rbstab_cli.options import FILE, PATH, declare, flag, output, repeatable, re
     metavar="KIND=SIZE",
     help="Prove that any disturbance up to SIZE keeps the tilt below that of --within-tilt for "
     "ever: couple=100, N m; force=50, N, at the centre of gravity, or force=50@0.1,0,0.4 at a "
-    "point of the body, m. Repeatable: a couple and a force together.",
+    "point of the body, m. Repeatable: a couple and a force together.  [default: bound of CONFIG]",
 )
 @click.option("--within-tilt", "tilt", metavar="RAD", help="The tilt of --bound, rad, below π/2.")
 @flag(
     "--largest",
     "largest_bound",
-    help="Find the largest SIZE of --bound that is proved, and the smallest that breaks it.",
+    help="Find the largest disturbances that are proved, and the smallest that break the bound.",
 )
 @takes("set", "allow_python")
 @results_folder("proofs are stored in DIR/proofs and read from there", "--results")
@@ -96,9 +91,9 @@ def stability() -> None:
     `turns` are folds and pitchforks, computed; `branches` are curves of rest states, stable where
     `index` is 0.
 
-    `bound` is what --bound proves: `proved` and `why` not, `couple`, `force`, `tilt`, and the
-    `level` below which V must start; with --largest, `largest` has what is `proved`, and what was
-    `found_to_break` it.
+    `bound` is what is proved of --bound, or of the section `bound` of CONFIG: `proved` and `why`
+    not, `couple`, `force`, `tilt`, and the `level` below which V must start; with --largest,
+    `largest` has what is `proved`, and what was `found_to_break` it.
     """
 
 
@@ -128,14 +123,14 @@ def stability() -> None:
 def verify() -> None:
     """Check proofs by a second program.
 
-    Checks the rest states of each PROOF and the region of each minimum. The checker shares no
-    bounds with the program that made the proof: it computes all of them anew, in intervals of 128
-    bits. If a claim is wrong or cannot be confirmed, the exit code is 4. If no claim is refused,
-    but a check takes too long (more than 3,000,000 evaluations of the energy), it is 5.
+    Checks the rest states of each PROOF and the region of each minimum, or a bound on disturbances.
+    The checker shares no bounds with the program that made the proof: it computes all of them anew,
+    in intervals of 128 bits. If a claim is wrong or cannot be confirmed, the exit code is 4. If no
+    claim is refused, but a check takes too long, it is 5.
 
     Each PROOF is a file of DIR/proofs, as `rbstab stability` writes it, or a folder of results DIR.
-    Of a folder all proofs of rest states are checked, or with --config the newest proof of that
-    config. Of several proofs, only refused ones are printed in full.
+    Of a folder all these proofs are checked, or with --config the newest ones of that config.
+    Of several proofs, only refused ones are printed in full.
 
     With --second, codac confirms or refutes rest states and certified regions from the equations of
     CONFIG, in five minutes at most. If it refutes a claim, the exit code is 4. If it leaves one

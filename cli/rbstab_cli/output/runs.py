@@ -33,7 +33,12 @@ MAX_SENTENCES = 10
 MAX_WIDTH = 160
 """The most characters of the names of files that share an answer."""
 
-QUESTIONS = {"this_start": "This start", "whole_range": "Whole range", "pushes": "Pushes"}
+QUESTIONS = {
+    "this_start": "This start",
+    "whole_range": "Whole range",
+    "pushes": "Pushes",
+    "bound": "Bound",
+}
 """What the sentences of an answer are about."""
 
 VIOLATED = "violated"

@@ -101,6 +101,11 @@ class Batch:
             if is_older(self.output, config):
                 say(f"{label}: {OLDER}")
             proof = proof_for(self.output, config, problem, brief=self.prove is None)
+            if config.bound is not None:
+                # Imported late: few configs state any.
+                from rbstab.experiment.disturbed.stored import bound_for
+
+                bound_for(self.output, config)
             proved = prove_run(run, config, problem, proof, self.enclose)
         except StoreError as error:
             self._not_stored(label, error)

@@ -10,7 +10,9 @@ from typing import Any, NamedTuple
 import click
 
 from rbstab.config.schema import Config
-from rbstab.experiment.proof_cache import PROOFS, WITHIN_TOLERANCES, proof_file
+from rbstab.experiment.disturbed.prove_bound import stated_in
+from rbstab.experiment.disturbed.stored import StoredBound, bound_file
+from rbstab.experiment.proof_cache import BOUND, PROOFS, WITHIN_TOLERANCES, proof_file
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.experiment.verification.verify import Verification
 from rbstab.experiment.verification.verify import verify as verified
@@ -35,7 +37,7 @@ class Checked(NamedTuple):
     """A proof, the file it is in, and what was found of it."""
 
     path: Path
-    proof: Proof
+    proof: Proof | StoredBound
     verification: Verification
 
 
@@ -113,7 +115,11 @@ def _counted(named: Sequence[Path], good: int, count: int, silent: int, others: 
 def _checked(path: Path, config: Config | None, *, second: bool) -> Checked | None:
     """Return a proof with what was found of it; print why it cannot be read, and return None."""
     try:
-        proof = read_model(path, Proof)
+        proof: Proof | StoredBound
+        if path.name.startswith(BOUND):
+            proof = read_model(path, StoredBound)
+        else:
+            proof = read_model(path, Proof)
     except StoreError as error:
         say(f"error: {error}")
         return None
@@ -148,11 +154,11 @@ def _files(proofs: Iterable[Path], config: Config | None) -> tuple[list[Path], i
 
 
 def _proofs_of_folder(folder: Path, config: Config | None) -> tuple[list[Path], int]:
-    """Return the proofs of rest states in a folder of results, or in its folder of proofs.
+    """Return the proofs of rest states, and of bounds, in a folder of results or of proofs.
 
     Args:
         folder: The folder.
-        config: Only the proof of this config is returned; None: all proofs.
+        config: Only the proofs of this config are returned; None: all proofs.
 
     Returns:
         The files, at least one, and how many proofs within tolerances are beside them.
@@ -168,8 +174,10 @@ def _proofs_of_folder(folder: Path, config: Config | None) -> tuple[list[Path], 
     files = [path for path in paths if not path.name.startswith(WITHIN_TOLERANCES)]
     others = len(paths) - len(files)
     if config is not None:
-        name = proof_file(folder, config).name
-        files = [path for path in files if path.name == name]
+        names, stated = [proof_file(folder, config).name], stated_in(config)
+        if stated is not None:
+            names.append(bound_file(folder, config, stated).name)
+        files = [path for path in files if path.name in names]
     if not files:
         whose = " of this config" if config is not None else ""
         raise Failed(
@@ -189,7 +197,7 @@ def _refuse_others(path: Path) -> None:
             "of rest states can be checked"
         )
     is_run = path.suffix == RESULT and is_file(path)
-    if kind is Kind.PROOF or (kind is Kind.RUN and not is_run):
+    if kind in (Kind.PROOF, Kind.BOUND) or (kind is Kind.RUN and not is_run):
         return
     what = "a result" if is_run else kind.words
     prove = f"Prove it: rbstab stability {shell_word(path)}. " if kind is Kind.CONFIG else ""

@@ -23,6 +23,8 @@ from rbstab.integrate.in_quaternions import LONGEST_TURN
 from rbstab.integrate.problem import Problem, Trajectory
 from rbstab.integrate.step_ends import StepEnds
 from rbstab.integrate.straight_line.equations import StraightLine, audited_rates_of
+from rbstab.mechanics.algebra import ZERO
+from rbstab.mechanics.attitude import half_sine_squared, tilt
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.quaternion import beyond_ends
@@ -36,8 +38,8 @@ ROWS = {name: slice(3 * number, 3 * number + 3) for number, name in enumerate(PE
 """The rows of each quantity with peaks among what is watched."""
 
 E_ROWS, THETA_ROWS = ROWS["contact_displacement"], ROWS["orientation"]
-SQUARE, VALUE = 3 * len(ROWS), 3 * len(ROWS) + 1
-"""The rows after them: |E|², m², and v, J."""
+SQUARE, TURN, VALUE = (3 * len(ROWS) + row for row in range(3))
+"""The rows after them: |E|², m²; sin²(φ/2) of the tilt φ from Θ = 0; and v, J."""
 
 SETTLED_DISTANCE = 1e-3
 """The contact point has settled when |E| stays below this distance, m."""
@@ -134,7 +136,8 @@ def extremes_of_samples(quantities: Mapping[str, Array], v: Array) -> Extremes:
     """
     E, times = quantities["contact_displacement"], quantities["time"]
     peaks = [row for name in PEAKS for row in quantities[name].T]
-    values = np.array([*peaks, (E * E).sum(axis=1), v])
+    turn = np.sin(0.5 * tilt(quantities["orientation"], ZERO)) ** 2
+    values = np.array([*peaks, (E * E).sum(axis=1), turn, v])
     if len(times) == 1:
         # Nothing is missed beside a single sample, and it does not show whether it stays there.
         extrema = Extrema(values, np.full_like(values, times[0]), np.zeros_like(values))
@@ -382,9 +385,9 @@ def divided(
 
 
 def watched_at(seen: Observation) -> list[Number]:
-    """Return what is watched at a state but for v: the quantities with peaks, and |E|²."""
-    peaks = values_of([BY_NAME[name] for name in PEAKS], seen)
-    return [*peaks, seen.motion.E @ seen.motion.E]
+    """Return what is watched at a state but for v: the rows up to `TURN`."""
+    peaks, motion = values_of([BY_NAME[name] for name in PEAKS], seen), seen.motion
+    return [*peaks, motion.E @ motion.E, half_sine_squared(motion.A)]
 
 
 def _watched(system: System, y: Array, t: Number = 0.0) -> Array:

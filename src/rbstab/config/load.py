@@ -51,6 +51,9 @@ NO_DIRECTION = (
 )
 """What is expected of a spring that has no length at the start."""
 
+WANTED = ("desired", "bound")
+"""The sections on which no motion depends."""
+
 SCIPY_ONLY = ("method", "atol")
 """Integration keys that only the engine scipy uses."""
 
@@ -299,7 +302,7 @@ def resolved_yaml(config: Config) -> str:
 
 def identifying(config: Config) -> dict[str, Any]:
     """Return what decides the motion: the resolved config without what is only wanted of it."""
-    return {name: value for name, value in resolved(config).items() if name != "desired"}
+    return {name: value for name, value in resolved(config).items() if name not in WANTED}
 
 
 def run_id(config: Config) -> str:

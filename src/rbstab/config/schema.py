@@ -32,6 +32,7 @@ from rbstab.config.sections.body import (
     Reference,
     zero_vector,
 )
+from rbstab.config.sections.bound import BoundSection
 from rbstab.config.sections.integration import HeldIntegration, Integration, SlidingIntegration
 from rbstab.config.sections.signals import MAX_KNOTS
 from rbstab.config.user_code.section import ALLOW
@@ -58,6 +59,7 @@ class Experiment(Section):
     initial: Any = Field(default_factory=HeldInitial)
     integration: Any
     desired: Desired | None = None
+    bound: BoundSection | None = None
     reference: Reference | None = None
 
     def __repr__(self) -> str:

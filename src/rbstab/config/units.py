@@ -28,6 +28,10 @@ _UNITS = (
         "initial.angular_velocity": "rad/s",
         "initial.position": "m",
         "initial.velocity": "m/s",
+        "bound.couple": "N m",
+        "bound.force": "N",
+        "bound.point": "m",
+        "bound.tilt": "rad",
     }
     | {f"controller.{place}": gain.unit for place, gain in GAINS.items()}
     | {f"initial.{name}": state.unit for name, state in OWN_STATES.items()}

@@ -26,6 +26,9 @@ PROOFS = "proofs"
 WITHIN_TOLERANCES = ("within-", "starts-")
 """The beginnings of the names of proofs for all bodies, or for all starts, within tolerances."""
 
+BOUND = "bound-"
+"""The beginning of the names of proofs of bounds on disturbances."""
+
 MAX_KEPT = 64
 """The most proofs that a process keeps."""
 

@@ -118,7 +118,7 @@ def _what_it_is(path: Path) -> tuple[str, str]:
         Kind.SWEEP: _open_it("open_sweep", path),
         Kind.PART: _open_it("open_sweep", sweep_folder_of(path), "Open the sweep"),
         Kind.PROOF: _open_it("open_proof", path),
-        Kind.TOLERANCES: "`rbstab show` prints it.",
+        **dict.fromkeys((Kind.BOUND, Kind.TOLERANCES), "`rbstab show` prints it."),
         Kind.PROOFS: "Name one of its files.",
         Kind.CONFIG: _open_it("simulate", path, "Run it"),
         Kind.PLAN: f"{_open_it('load_plan', path, 'Load it')}; `rbstab sweep` runs it",

@@ -4,6 +4,8 @@ from collections import defaultdict
 from pathlib import Path
 from typing import NamedTuple
 
+from rbstab.experiment.disturbed.prove_bound import stated_in
+from rbstab.experiment.disturbed.stored import StoredBound, bound_file
 from rbstab.experiment.proof_cache import proof_file
 from rbstab.experiment.robust.record import BodiesRecord
 from rbstab.experiment.robust.sentences import within_sentences
@@ -58,6 +60,13 @@ def what_it_says(path: Path) -> Said:
         starts = read_model(path, StartsProof)
         sentences = [f"{starts.sentence}."]
         return Said("proof for all starts within tolerances", sentences, starts.id, starts.seconds)
+    if kind == "bound":
+        stored = read_model(path, StoredBound)
+        try:
+            statements = stored.bound().statements
+        except ValueError as error:
+            statements = [f"It cannot be read: {error}."]
+        return Said("proof of a bound on disturbances", statements, stored.id, stored.seconds)
     proof = read_model(path, Proof)
     what = "proof of rest states and their regions"
     return Said(what, statements_of(proof), proof.id, proof.seconds)
@@ -84,17 +93,21 @@ def _titles_by_proof(folder: Path) -> dict[str, dict[str, None]]:
     """Return the titles of the runs in a folder by the names of the files of their proofs."""
     titles: defaultdict[str, dict[str, None]] = defaultdict(dict)
     runs = [path for path in results_in(folder) if kind_of(path) is Kind.RUN]
-    for title, name in mapped(_proof_of_run, runs):
-        titles[name][title] = None
+    for title, files in mapped(_proofs_of_run, runs):
+        for file in files:
+            titles[file.name][title] = None
     return titles
 
 
-def _proof_of_run(path: Path) -> tuple[str, str]:
-    """Return the title of a run, and the name that the file of its proof has; "" if unknown."""
+def _proofs_of_run(path: Path) -> tuple[str, list[Path]]:
+    """Return the title of a run, and the files that its proofs have."""
     try:
         result = open_result(path)
     except StoreError:
-        return "", ""
+        return "", []
     config = stored_config(result).config
-    name = "" if config is None else proof_file(path.parent, config).name
-    return str(result.attributes["title"]), name
+    files = [] if config is None else [proof_file(path.parent, config)]
+    stated = None if config is None else stated_in(config)
+    if config is not None and stated is not None:
+        files.append(bound_file(path.parent, config, stated))
+    return str(result.attributes["title"]), files

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from rbstab.mechanics.algebra import IDENTITY
 from rbstab.mechanics.numbers import Array, Number, cos, sin
 
 
@@ -54,6 +55,20 @@ def tilt(Theta: Array, desired: Array) -> Array:
     away = rotations(Theta) - rotation(desired)
     chord = np.sqrt((away * away).sum(axis=(1, 2)) / 8.0)
     return np.asarray(2.0 * np.arcsin(np.minimum(chord, 1.0)))
+
+
+def half_sine_squared(A: Array) -> Number:
+    """Return sin²(φ/2) = |A - I|²/8, by the Frobenius norm, of the tilt φ of A from Θ = 0.
+
+    It is smooth where φ is not, at 0, and as exact there.
+    """
+    away = (A - IDENTITY).ravel()
+    return (away @ away) / 8.0
+
+
+def half_sine_squared_rate(A: Array, Omega: Array) -> Number:
+    """Return the derivative of `half_sine_squared`: (A₃₂ - A₂₃, A₁₃ - A₃₁, A₂₁ - A₁₂) Ω / 4."""
+    return ((A - A.T)[[2, 0, 1], [1, 2, 0]] @ Omega) / 4.0
 
 
 def quaternions(A: Array) -> Array:

@@ -99,11 +99,32 @@ def operations_of(e: Expr) -> list[list[Any]]:
     return writer.operations
 
 
+def shared_operations(expressions: Sequence[Expr]) -> tuple[list[list[Any]], list[int]]:
+    """Return several expressions as operations, and the number of each."""
+    writer = _Writer()
+    numbers = [writer.sum(e) for e in expressions]
+    results = expressions_of(writer.operations)
+    assert all(results[k] == e for k, e in zip(numbers, expressions, strict=True))
+    return writer.operations, numbers
+
+
 def expression_of(operations: Sequence[Sequence[Any]]) -> Expr:
     """Return the expression that operations describe.
 
     Raises:
         WrongRecordError: They describe none.
+    """
+    results = expressions_of(operations)
+    if not results:
+        raise WrongRecordError("there are no operations")
+    return results[-1]
+
+
+def expressions_of(operations: Sequence[Sequence[Any]]) -> list[Expr]:
+    """Return the results of all operations.
+
+    Raises:
+        WrongRecordError: One of them cannot be read.
     """
     results: list[Expr] = []
     try:
@@ -111,9 +132,7 @@ def expression_of(operations: Sequence[Sequence[Any]]) -> Expr:
             results.append(_result(kind, rest, results))
     except (ArithmeticError, IndexError, TypeError, ValueError) as error:
         raise WrongRecordError(f"operation {len(results) + 1} cannot be read: {error}") from error
-    if not results:
-        raise WrongRecordError("there are no operations")
-    return results[-1]
+    return results
 
 
 def _result(kind: str, rest: Sequence[Any], results: Sequence[Expr]) -> Expr:

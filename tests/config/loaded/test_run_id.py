@@ -47,6 +47,7 @@ SAME = [
     (WITH_ELEMENTS, json.dumps(turned(config_data()))),
     # What is wanted of a motion does not change it.
     (VISCO_ELASTIC, VISCO_ELASTIC + "desired:\n  orientation: [0, 0.5, 0]\n  within: 0.2\n"),
+    (VISCO_ELASTIC, VISCO_ELASTIC + "bound: {couple: 20, tilt: {deg: 30}}\n"),
     # Keys without effect.
     (HEYOKA, HEYOKA + "  method: Radau\n"),
     (HEYOKA, HEYOKA + "  atol: 1e-6\n"),

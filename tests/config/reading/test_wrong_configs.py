@@ -53,6 +53,13 @@ KEYS = {
         # Sections that are no mapping.
         ("controller:\n", "controller: »5\n»more:\n", "controller, more"),
         *edits(SAMPLES, "samples: 11\nreference: »{}", "reference", "paper", "5"),
+        (SAMPLES, "samples: 11\nbound: »{couple: 1}", "bound.tilt"),
+        (SAMPLES, "samples: 11\nbound: {tilt: »1}", "bound.tilt"),
+        (SAMPLES, "samples: 11\nbound: {couple: 1, point: »[0, 0, 1], tilt: 1}", "bound.point"),
+        *edits(
+            *(SAMPLES, "samples: 11\nbound: {force: »{}, tilt: 1}", "bound.force"),
+            *("0", "-1", "1e10", "'1 N'"),
+        ),
         # Numbers.
         *edits(MASS, "mass: »{}", "body.mass", "-1", "0", "true", "'41'", "41 kg", "4,1"),
         *edits(MASS, "mass: »{}", "body.mass", "[41.0]", "{}", "~"),
@@ -221,6 +228,10 @@ ONLY_THE_PROGRAM = {
         ("title: Case", 'title: »"a\\0b"', "title"),
         *edits(MASS, "mass: »{}", "body.mass", ".nan", "1e999"),
         (DURATION, "duration: ».inf", "integration.duration"),
+        *edits(
+            *(SAMPLES, "samples: 11\nbound: {couple: 1, tilt: »{}}", "bound.tilt"),
+            *("1.5708", "0", "{deg: 90}"),
+        ),
         (SAMPLES, "samples: 11\n  rtol: »1e-14", "integration.rtol"),
         (SAMPLES, "samples: 11\n  coordinates: quaternion", "18:3 integration"),
         # The last ones are singular: the computed eigenvalue is round-off, of either sign.

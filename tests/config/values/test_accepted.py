@@ -36,6 +36,8 @@ ACCEPTED = [
     *BY_VARIANT.values(),
     VISCO_ELASTIC + "gravity: [0, 0, -9.81]\nschema_version: 1.0\n",
     VISCO_ELASTIC + "  engine: heyoka\n  coordinates: W\n  method: Radau\n  atol: 1\n",
+    VISCO_ELASTIC + "bound: {couple: 20, tilt: {deg: 89}}\n",
+    VISCO_ELASTIC + "bound: {force: 1e-9, point: [0, 0, 0.4], tilt: 1.57}\n",
     VISCO_ELASTIC + "reference:\n",
     VISCO_ELASTIC + "reference: {source: a, note: b, final: {position: [1, 2, 3]}}\n",
     edited("title: Case\n", ""),

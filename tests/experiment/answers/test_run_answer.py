@@ -104,7 +104,7 @@ def test_what_is_said_of_a_start(data, changes, enclose, sureness, words):
     proof = prove(config) if enclose else None
     how = Enclose.BRIEFLY if enclose == "enclosed" else Enclose.NOTHING
     result = rbstab.simulate(config, proof=proof, enclose=how)
-    _, this_start, whole_range, _ = answer_of(result, proof=proof)
+    _, this_start, whole_range, *_ = answer_of(result, proof=proof)
     assert this_start.sureness is sureness
     assert words in this_start.sentence
     assert math.isnan(settling_time_of(result)) == (sureness is OPEN)
@@ -181,7 +181,7 @@ def test_a_failed_check_of_the_computed_run_comes_first():
     broken = dataclasses.replace(
         result, variables=result.variables | {"certificate/verdict": variable}
     )
-    _, this_start, _, _ = answer_of(broken)
+    _, this_start, *_ = answer_of(broken)
     assert this_start.sureness is Sureness.NOT_DECIDED
     assert "the check audit of the computed run failed" in this_start.sentence
 

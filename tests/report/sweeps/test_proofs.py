@@ -132,7 +132,7 @@ def test_what_was_not_tried_has_its_reason(members):
     assert sentence == "No proof was made of the bodies of any member: COMMAND makes it."
     shaken = plain(VISCO_ELASTIC) | {"schema_version": 2, "elements": {"shake": force(SINE)}}
     (sentence,) = said(members(GRID, base=shaken))
-    assert sentence == "Not proved: an element supplies power, so v may rise."
+    assert sentence == "Convergence is not proved: an element supplies power, so v may rise."
 
 
 def test_members_that_no_theorem_covers_are_counted_with_the_reason(members):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rbstab.analysis.extrema import Crossings, Extrema
-from rbstab.analysis.run_extremes import E_ROWS, THETA_ROWS, Extremes
+from rbstab.analysis.run_extremes import E_ROWS, THETA_ROWS, TURN, Extremes
 from rbstab.sweep.members.outcome import COLUMNS, outcome_of
 
 TIMES = np.array([0.0, 2.0, 10.0])
@@ -26,8 +26,9 @@ def quantities_of(*members):
 
 def extremes_of(count):
     """Return extremes of some members, all of them different."""
-    numbers = np.arange(8.0)[:, np.newaxis] + 0.1 * np.arange(count)
-    extrema = Extrema(-numbers / 8.0, 1.0 + numbers, 1e-9 * numbers)
+    numbers = np.arange(9.0)[:, np.newaxis] + 0.1 * np.arange(count)
+    extrema = Extrema(-numbers / 9.0, 1.0 + numbers, 1e-9 * numbers)
+    extrema.value[TURN] *= -1.0  # a square
     settling, near = (Crossings(np.arange(count) + x, np.full(count, 1e-9)) for x in (0.0, 5.0))
     return Extremes(extrema, settling, near)
 
@@ -42,6 +43,9 @@ def test_each_extreme_has_its_column():
     assert columns["smallest_regularity"] == pytest.approx(np.cos(value[THETA_ROWS][1]))
     assert (columns["peak_contact_displacement_error"] == error[E_ROWS][2]).all()
     assert (columns["peak_orientation_error"] == error[THETA_ROWS][2]).all()
+    tilts, ends = (2 * np.arcsin(np.sqrt(s)) for s in (value[TURN], value[TURN] + error[TURN]))
+    assert columns["peak_tilt"] == pytest.approx(tilts, rel=1e-12)
+    assert columns["peak_tilt"] + columns["peak_tilt_error"] == pytest.approx(ends, rel=1e-12)
     assert columns["settling_time"].tolist() == [0.0, 1.0]
     assert columns["displacement_settling_time"].tolist() == [5.0, 6.0]
     # Where nothing moves, there is no time of a peak.

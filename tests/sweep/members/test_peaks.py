@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from support.paper_runs import paper_config
 
 from rbstab.analysis import extrema, run_extremes
@@ -67,7 +68,10 @@ def random_spins(samples, engine="heyoka", members=16, keep="summary"):
 
 @pytest.fixture(scope="module")
 def dense_peaks():
-    """The peaks of E and |Θ| of `random_spins` from 60,001 samples, and the times of those of E."""
+    """The peaks of E, |Θ| and the tilt of `random_spins` from 60,001 samples; times of those of E.
+
+    The tilt φ is that of SciPy's rotations.
+    """
     plan = random_spins(2)
     problems = [problem_of(plan.config_of(member)) for member in range(plan.members)]
     times = np.linspace(0.0, 2.0, 60_001)
@@ -82,7 +86,9 @@ def dense_peaks():
     (E, E_time), (Theta, _) = (
         sampled_peaks(times, np.moveaxis(values[name], 2, 0)) for name in watched
     )
-    return E.T, np.abs(Theta).T, E_time.T
+    turns = Rotation.from_euler("XYZ", values["orientation"].reshape(-1, 3)).magnitude()
+    tilts, _ = sampled_peaks(times, turns.reshape(plan.members, -1))
+    return E.T, np.abs(Theta).T, E_time.T, tilts
 
 
 def sampled_peaks(times, values):
@@ -102,7 +108,7 @@ def sampled_peaks(times, values):
     ],
 )
 def test_any_number_of_samples_gives_the_peaks_of_many(samples, engine, dense_peaks):
-    E, Theta, E_time = dense_peaks
+    E, Theta, E_time, tilts = dense_peaks
     outcome = columns(random_spins(samples, engine), engine)
     completed = outcome["status"] == STATUSES.index("completed")
     assert completed.sum() > 10
@@ -112,6 +118,10 @@ def test_any_number_of_samples_gives_the_peaks_of_many(samples, engine, dense_pe
         allowed = 1e-7 * np.abs(peaks).max(axis=1)
         assert (np.abs(values - peaks).max(axis=1) <= error + allowed)[completed].all(), name
         assert (error <= 1e-6 * np.abs(peaks).max(axis=1))[completed].all(), name
+    error = outcome["peak_tilt_error"][completed]
+    assert (np.abs(outcome["peak_tilt"] - tilts)[completed] <= error + 1e-7).all()
+    assert (error <= 1e-6).all()
+    assert np.ptp(tilts[completed]) > 0.1
     assert (np.abs(outcome["peak_time"] - E_time) < 1e-3)[completed].all()
     regularity = np.cos(np.minimum(Theta[:, 1], np.pi / 2))
     assert outcome["smallest_regularity"][completed] == pytest.approx(
@@ -120,7 +130,7 @@ def test_any_number_of_samples_gives_the_peaks_of_many(samples, engine, dense_pe
 
 
 SUMMARIES = (
-    *("peak_contact_displacement", "peak_orientation", "peak_time"),
+    *("peak_contact_displacement", "peak_orientation", "peak_tilt", "peak_time"),
     *("settling_time", "displacement_settling_time", "energy_residual"),
 )
 

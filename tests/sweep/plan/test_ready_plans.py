@@ -24,6 +24,7 @@ MEMBERS = {
     "strut_stiffness": 9 * 7,
     "shaken": 39 * 45,
     "gusts": 4 * 100,
+    "gusts_bound": 600,
     "cubic_spring": 13 * 10,
 }
 

@@ -1,36 +1,35 @@
-"""The options --bound and --within-tilt of `rbstab stability`."""
+"""The options --bound and --within-tilt of `rbstab stability`, and the section `bound`."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from typing import NamedTuple
+from pathlib import Path
 
 import click
 
 from rbstab.config.schema import Config
+from rbstab.config.sections.bound import LEAST, MOST
 from rbstab.experiment.disturbed.bound import UNITS, Bound
-from rbstab.experiment.disturbed.prove_bound import prove_bound
+from rbstab.experiment.disturbed.prove_bound import prove_bound, stated_in
+from rbstab.experiment.disturbed.stored import bound_for
 from rbstab.proof.disturbed.forms import Load
+from rbstab.proof.disturbed.record import Stated
+from rbstab.store.errors import StoreError
 from rbstab_cli.output.progress import working
-
-LEAST, MOST = 1e-9, 1e9
-
-
-class Asked(NamedTuple):
-    """What --bound and its options ask: bounds on loads, one on the tilt, rad, and the largest."""
-
-    given: dict[Load, Fraction]
-    tilt: Fraction
-    largest: bool
+from rbstab_cli.printing import say
 
 
-def asked_bound(texts: Sequence[str], tilt: str | None, *, largest: bool) -> Asked | None:
-    """Return what is asked, before anything is computed; None if nothing is.
+def asked_bound(
+    configs: Iterable[Config], texts: Sequence[str], tilt: str | None, *, largest: bool
+) -> Stated | None:
+    """Return what the options ask, before anything is computed; None if nothing is.
 
     Raises:
         UsageError: A text has another form, or a kind of load is given twice.
     """
+    if largest and not texts and all(config.bound is None for config in configs):
+        raise click.UsageError("--largest has no effect without --bound, or bound in a config")
     if not texts or tilt is None:
         return None
     angle = _number(tilt)
@@ -41,7 +40,7 @@ def asked_bound(texts: Sequence[str], tilt: str | None, *, largest: bool) -> Ask
     given = dict(map(_load, texts))
     if len({load.kind for load in given}) < len(texts):
         raise click.UsageError("--bound: expected at most one couple and one force")
-    return Asked(given, angle, largest)
+    return Stated(given, angle)
 
 
 def _load(text: str) -> tuple[Load, Fraction]:
@@ -68,7 +67,17 @@ def _number(text: str) -> Fraction | None:
     return None
 
 
-def proved_bound(name: str, config: Config, asked: Asked) -> Bound:
-    """Prove what is asked of one config."""
+def proved_bound(
+    name: str, config: Config, asked: Stated | None, results: Path, *, largest: bool
+) -> Bound | None:
+    """Prove what is asked of one config, or else what it states; None if it is nothing."""
+    asked = asked or stated_in(config)
+    if asked is None:
+        return None
     with working(f"{name}: all disturbances"):
-        return prove_bound(config, asked.given, asked.tilt, largest=asked.largest)
+        if not largest:
+            try:
+                return bound_for(results, config, asked)
+            except StoreError as error:
+                say(f"warning: {error}; the proof is not stored")
+        return prove_bound(config, asked.given, asked.tilt, largest=largest)

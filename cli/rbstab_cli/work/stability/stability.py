@@ -59,7 +59,7 @@ def stability(
     tolerances = checked_tolerances(loaded, withins, largest)
     loci = checked_along(loaded.values(), alongs)
     limit = 0.0 if search_only else time_limit or SECONDS_OF_BODIES
-    asked = asked_bound(bounds, tilt, largest=largest_bound)
+    asked = asked_bound(loaded.values(), bounds, tilt, largest=largest_bound)
     enclose = Enclose.NOTHING if search_only else Enclose.UNTIL_PROVED
     every = []
     for path, config in loaded.items():
@@ -74,7 +74,9 @@ def stability(
                 largest,
                 time_limit,
             )
-        bound = None if asked is None else proved_bound(path.name, config, asked)
+        bound = None
+        if not search_only:
+            bound = proved_bound(path.name, config, asked, results, largest=largest_bound)
         problem = problem_of(config)
         with working(f"{path.name}: rest states"):
             proof = _proof(config, problem, results, search_only=search_only)

@@ -14,6 +14,7 @@ from rbstab.sweep.execution.computing import ExecutorError
 from rbstab.sweep.folder.sweep_folder import resuming_command
 from rbstab.sweep.options import SweepOptions
 from rbstab.sweep.plan.plan import Plan
+from rbstab.sweep.proofs.disturbed import keep_bounds
 from rbstab.sweep.sweep import Sweep, sweep_to_folder
 from rbstab_cli import exit_codes
 from rbstab_cli.errors import Failed
@@ -54,6 +55,9 @@ def run_sweep(
             with working("sweep") as work:
                 printer = EventPrinter(interrupted, work)
                 sweep = sweep_to_folder(plan, folder, options, printer, stop)
+            if sweep.finished and (unlimited is not None or plan.prove is not None):
+                with working("bounds on disturbances"):
+                    keep_bounds(plan, folder.parent, unlimited=bool(unlimited))
             if not as_json:
                 report_sweep(sweep, proofs_follow=unlimited is not None)
             _print_end(sweep, options, interrupted=interrupted.is_set())

@@ -81,6 +81,7 @@ def report_sweep(
     if answers is not None:
         outcomes = answers.outcomes
         _print_outcomes(outcomes._replace(proved=0) if proofs_follow else outcomes)
+        _print_disturbed(answers)
     _print_statuses(by_status, members)
     if answers is None:
         return
@@ -107,7 +108,11 @@ def counts_of(answers: MemberAnswers) -> str:
 
 def _answers_data(sweep_answers: MemberAnswers) -> Data:
     """Return the answers about the members of a sweep as data for JSON."""
-    answers = sweep_answers._asdict() | {"one_state": sweep_answers.sole_state.data}
+    disturbed = None if sweep_answers.disturbed is None else sweep_answers.disturbed.data
+    answers = sweep_answers._asdict() | {
+        "one_state": sweep_answers.sole_state.data,
+        "disturbed": disturbed,
+    }
     del answers["outcomes"], answers["summary"], answers["sole_state"]
     return {"answers": answers}
 
@@ -122,9 +127,17 @@ def _print_outcomes(outcomes: SweepOutcomes) -> None:
         print_statement("Decides", outcomes.deciding)
 
 
+def _print_disturbed(found: MemberAnswers) -> None:
+    """Print how far disturbances tilt the members, if the plan states a bound."""
+    if found.disturbed is not None:
+        for word, sentence in found.disturbed.statements.items():
+            print_statement(word, sentence)
+
+
 def print_member_answers(answers: MemberAnswers) -> None:
     """Print the answers about the members of a sweep: their outcomes, and how sure they are."""
     _print_outcomes(answers.outcomes)
+    _print_disturbed(answers)
     members = f"of {grouped(answers.members)} members"
     for word, count in answers.by_word.items():
         if count:

@@ -25,6 +25,7 @@ from rbstab.store.errors import StoreError
 from rbstab.store.result import Result
 
 if TYPE_CHECKING:
+    from rbstab.experiment.disturbed.bound import Bound
     from rbstab.experiment.stored_proof.proof import Proof
 
 
@@ -66,6 +67,19 @@ class AssessedRun:
             return None
 
     @cached_property
+    def bound(self) -> "Bound | None":
+        """What its folder has of the disturbances that its config states; None for nothing."""
+        if self.config is None or self.config.bound is None:
+            return None
+        # Imported late: few configs state any.
+        from rbstab.experiment.disturbed.stored import kept_bound
+
+        try:
+            return kept_bound(self.path.parent, self.config)
+        except StoreError:
+            return None
+
+    @cached_property
     def now(self) -> Result:
         """Its result, with what the proof decides in its certificate and its attributes."""
         return with_later_proof(self.result, self.config, self.proof)
@@ -73,7 +87,7 @@ class AssessedRun:
     @cached_property
     def answer(self) -> RunAnswer:
         """What is known about stability, and how surely."""
-        return answer_of(self.now, self.config, self.proof)
+        return answer_of(self.now, self.config, self.proof, self.bound)
 
     @cached_property
     def checks(self) -> tuple[Check, ...]:

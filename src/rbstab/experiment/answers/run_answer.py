@@ -42,6 +42,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.store.result import Result
 
 if TYPE_CHECKING:
+    from rbstab.experiment.disturbed.bound import Bound
     from rbstab.experiment.stored_proof.proof import Proof
 
 SAME_START = 1e-6
@@ -49,6 +50,8 @@ SAME_START = 1e-6
 
 UPRIGHT = 1e-3
 """rad: a body whose angles at rest are smaller rests upright, and needs no numbers."""
+
+NO_BOUND = f"no proof of the stated bound is stored; {ASK_FOR_PROOF} tries to make it"
 
 FALL = 1e-9
 """v has fallen if it did by more than this, relative to its largest value."""
@@ -99,18 +102,22 @@ class RunAnswer(NamedTuple):
         this_start: Whether the motion from this start comes to rest.
         whole_range: Where all motions that stay in the range end, or almost all.
         pushes: Which pushes are proved to return; None if no level is proved.
+        bound: Whether the disturbances that the config states never tilt the body far; None if it
+            states none.
     """
 
     outcome: Outcome
     this_start: Answer
     whole_range: Answer
     pushes: Answer | None
+    bound: Answer | None = None
 
     @property
     def answers(self) -> dict[str, Answer]:
         """The answers that are sentences, by their questions."""
         named = {"this_start": self.this_start, "whole_range": self.whole_range}
-        return named | ({} if self.pushes is None else {"pushes": self.pushes})
+        others = {"pushes": self.pushes, "bound": self.bound}
+        return named | {name: answer for name, answer in others.items() if answer is not None}
 
     def naming(self, command: str) -> "RunAnswer":
         """Return the same answers with another name of the command that makes a proof.
@@ -123,12 +130,17 @@ class RunAnswer(NamedTuple):
             return answer._replace(sentence=answer.sentence.replace(ASK_FOR_PROOF, command))
 
         return self._replace(
-            this_start=renamed(self.this_start), whole_range=renamed(self.whole_range)
+            this_start=renamed(self.this_start),
+            whole_range=renamed(self.whole_range),
+            bound=None if self.bound is None else renamed(self.bound),
         )
 
 
 def answer_of(
-    result: Result, config: Config | None = None, proof: "Proof | None" = None
+    result: Result,
+    config: Config | None = None,
+    proof: "Proof | None" = None,
+    bound: "Bound | None" = None,
 ) -> RunAnswer:
     """Return the answers of a run.
 
@@ -136,6 +148,7 @@ def answer_of(
         result: The result; what is proved of it stands in its certificate and its attributes.
         config: Its config, which may say at which attitude the body is to rest.
         proof: The proof of its rest states; if it is given, counterexamples have their numbers.
+        bound: What is proved of the disturbances that its config states.
     """
     pushes = pushes_of(config, proof)
     lines = {line.check: line for line in certificate_lines(result)}
@@ -148,7 +161,17 @@ def answer_of(
         _this_start(result, convergence, lines),
         _whole_range(result, convergence, lines.get(GLOBAL_STABILITY), proof),
         Answer(Sureness.PROVED, pushes) if pushes else None,
+        _of_bound(config, bound),
     )
+
+
+def _of_bound(config: Config | None, bound: "Bound | None") -> Answer | None:
+    if bound is not None and bound.proved:
+        return Answer(Sureness.PROVED, f"{bound.claimed}; {bound.about_start}")
+    if bound is not None:
+        return Answer(Sureness.NOT_DECIDED, f"{bound.claimed}: {bound.why}")
+    states_one = config is not None and config.bound is not None
+    return Answer(Sureness.NOT_DECIDED, NO_BOUND) if states_one else None
 
 
 def _this_start(result: Result, convergence: Convergence, lines: dict[str, Check]) -> Answer:

@@ -10,6 +10,7 @@ from rbstab.experiment.answers.rounded import LEVEL_DIGITS, number, rounded_down
 from rbstab.files.text import grouped
 from rbstab.proof.disturbed.forms import Load
 from rbstab.proof.disturbed.invariant import Claim
+from rbstab.proof.record import Record
 
 DOCUMENTED = "docs/proofs.md"
 
@@ -48,6 +49,7 @@ class Bound:
         is_inside: Whether what is proved is about this start, computed.
         largest: The largest loads, if they were asked for.
         without_inputs: Whether the config has inputs, which are left out.
+        record: What is claimed, with V and V', as the checker reads it; None if it is not proved.
     """
 
     loads: tuple[Load, ...]
@@ -60,6 +62,7 @@ class Bound:
     is_inside: bool = False
     largest: Largest | None = None
     without_inputs: bool = False
+    record: Record | None = None
 
     @property
     def proved(self) -> bool:
@@ -69,23 +72,39 @@ class Bound:
     @property
     def statements(self) -> list[str]:
         """Sentences, the answer first."""
-        body = "this body without its inputs" if self.without_inputs else "this body"
-        what = f"keeps the tilt of {body} below {decimal_text(self.tilt)} rad for ever"
-        any_load = f"Any disturbance {names_of(self.loads, self.sizes)}"
+        claimed = f"A{self.claimed[1:]}"
         if self.claim is None:
-            return [f"{any_load} {what}: not decided, as {self.why}.", *self._largest_sentences]
+            return [f"{claimed}: not decided, as {self.why}.", *self._largest_sentences]
         c, level, share = self.claim, float(self.claim.level), float(self._forced)
+        about = "" if self.start is None else f" T{self.about_start[1:]}."
         return [
-            f"{any_load} {what}, from rest at Θ = 0, and from every start with less tilt and "
-            f"V < {rounded_down(level)} J: proved ({grouped(self.boxes)} boxes). "
-            f"V = v + {decimal_text(c.cross)} p'∂T/∂ν ({DOCUMENTED}). The start of this config, "
-            f"with V = {number(self.start or 0.0, LEVEL_DIGITS)} J, is "
-            f"{'one of these starts' if self.is_inside else 'not one of these starts'} (computed).",
+            f"{claimed}: proved ({grouped(self.boxes)} boxes). "
+            f"V = v + {decimal_text(c.cross)} p'∂T/∂ν ({DOCUMENTED}).{about}",
             f"From these starts, V(t) <= e^(-{decimal_text(c.rate)} t) V(0) + "
             f"{rounded_up((1 - share) * level)} + {rounded_up(share * level)} s² J under a "
             f"disturbance that stays below a share s of that: proved.",
             *self._largest_sentences,
         ]
+
+    @property
+    def claimed(self) -> str:
+        """What is proved, or is not decided, in words without a full stop."""
+        body = "this body without its inputs" if self.without_inputs else "this body"
+        what = (
+            f"any disturbance {names_of(self.loads, self.sizes)} keeps the tilt of {body} below "
+            f"{decimal_text(self.tilt)} rad for ever"
+        )
+        if self.claim is None:
+            return what
+        level = rounded_down(float(self.claim.level))
+        return f"{what}, from rest at Θ = 0, and from every start with less tilt and V < {level} J"
+
+    @property
+    def about_start(self) -> str:
+        """Whether it is about the start of the config, in words without a full stop."""
+        inside = "one of these starts" if self.is_inside else "not one of these starts"
+        value = number(self.start or 0.0, LEVEL_DIGITS)
+        return f"the start of this config, with V = {value} J, is {inside} (computed)"
 
     @property
     def _forced(self) -> Fraction:

@@ -1,6 +1,6 @@
 """Attempts to prove that all disturbances below a bound keep a body near its rest state."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from rbstab.analysis.configuration import configurations, without_inputs
 from rbstab.config.build import problem_of, supplies_power, system_of
+from rbstab.config.quantities import ZERO
 from rbstab.config.schema import Config
 from rbstab.config.user_code.permission import of_users, without_code
 from rbstab.experiment.answers.state_words import angles
@@ -17,8 +18,10 @@ from rbstab.files.text import grouped
 from rbstab.mechanics.attitude import tilt as tilt_of
 from rbstab.proof.disturbed.candidates import Samples
 from rbstab.proof.disturbed.forms import Forms, Load, NoFormsError, forms_of
-from rbstab.proof.disturbed.invariant import Claim, prove
+from rbstab.proof.disturbed.invariant import prove
 from rbstab.proof.disturbed.matrices import Matrices
+from rbstab.proof.disturbed.record import Stated, claim_record
+from rbstab.proof.exact.decimals import as_decimal
 from rbstab.proof.exact.expr import numbers
 from rbstab.systems.system import System
 
@@ -42,6 +45,31 @@ OFF_DESIRED = "the desired attitude is not Θ = 0, from where the tilt is counte
 NO_CANDIDATE = "no V of this form was found that falls up to that tilt if nothing disturbs the body"
 
 
+def stated_in(config: Config) -> Stated | None:
+    """Return the bounds that a config states, as exact decimals; None if it states none."""
+    section = config.bound
+    if section is None:
+        return None
+    loads = {"couple": Load("couple"), "force": Load("force", section.point or ZERO)}
+    sizes = {loads[kind]: getattr(section, kind) for kind in loads}
+    given = {load: as_decimal(size) for load, size in sizes.items() if size is not None}
+    return Stated(given, as_decimal(section.tilt))
+
+
+def forms_for(config: Config, loads: Sequence[Load]) -> Forms:
+    """Return V and V' of a config under loads, without its inputs.
+
+    Raises:
+        NoFormsError: There are none.
+    """
+    user = next(iter(of_users(config)), None)
+    if user is not None:
+        raise NoFormsError(f"{user} is code of a user")
+    if config.desired is not None and any(config.desired.orientation):
+        raise NoFormsError(OFF_DESIRED)
+    return forms_of(without_inputs(system_of(without_code(config), numbers)), loads)
+
+
 def prove_bound(
     config: Config, given: Mapping[Load, Fraction], tilt: Fraction, *, largest: bool = False
 ) -> Bound:
@@ -57,22 +85,16 @@ def prove_bound(
     """
     bound = Bound(tuple(given), tuple(given.values()), tilt)
     bound = replace(bound, without_inputs=supplies_power(config))
-    user = next(iter(of_users(config)), None)
     try:
-        if user is not None:
-            raise NoFormsError(f"{user} is code of a user")
-        if config.desired is not None and any(config.desired.orientation):
-            raise NoFormsError(OFF_DESIRED)
-        exact = without_inputs(system_of(without_code(config), numbers))
-        forms = forms_of(exact, bound.loads)
+        forms = forms_for(config, bound.loads)
     except NoFormsError as error:
         return replace(bound, why=str(error))
     with np.errstate(all="ignore"):
         attempts = _Attempts(bound, forms)
         bound = attempts.of(1.0)
         if bound.claim is not None:
-            start, is_inside = _start(config, forms, bound.claim)
-            bound = replace(bound, start=start, is_inside=is_inside)
+            bound = replace(bound, record=claim_record(Stated(given, tilt), forms, bound.claim))
+            bound = with_start(bound, config, forms)
         if largest:
             system = without_inputs(system_of(config))
             bound = replace(bound, largest=attempts.largest(system, given=bound.proved))
@@ -136,19 +158,20 @@ class _Attempts:
         )
 
 
-def _start(config: Config, forms: Forms, claim: Claim) -> tuple[float, bool]:
-    """Return V at the start of a config, J, and whether the claim is about this start; computed."""
-    problem = problem_of(config)
+def with_start(bound: Bound, config: Config, forms: Forms) -> Bound:
+    """Return a proved bound with V at the start of a config, and whether it is about this start."""
+    problem, claim = problem_of(config), bound.claim
+    assert claim is not None
     at_rest = configurations(problem.system).system
     held = at_rest.coordinates.holds_contact
-    rest, states_at_rest = at_rest.motion(forms.rest), forms.rest[at_rest.coordinates.size :]
+    rest, own_rest = at_rest.motion(forms.rest), forms.rest[at_rest.coordinates.size :]
     motion = problem.system.motion(problem.start)
-    element_states = problem.start[problem.system.coordinates.size :]
+    own = problem.start[problem.system.coordinates.size :]
     tied, moving = ([], []) if held else ([motion.E - rest.E], [motion.F])
-    z = np.concatenate([[1.0], *tied, element_states - states_at_rest, motion.Omega, *moving])
+    z = np.concatenate([[1.0], *tied, own - own_rest, motion.Omega, *moving])
     V = Matrices([forms.value(claim.cross)]).at(motion.Theta[:, None])[0][..., 0]
     value, level = float(z @ V @ z), float(claim.level)
     if abs(value) < ROUND_OFF * level:
         value = 0.0
     (tilt,) = tilt_of(motion.Theta[np.newaxis], np.zeros(3)).tolist()
-    return value, value < level and tilt < float(claim.tilt)
+    return replace(bound, start=value, is_inside=value < level and tilt < float(claim.tilt))

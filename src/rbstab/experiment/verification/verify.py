@@ -13,6 +13,7 @@ from rbstab.experiment.stored_proof.identity import proof_id
 from rbstab.experiment.stored_proof.proof import Proof
 
 if TYPE_CHECKING:
+    from rbstab.experiment.disturbed.stored import StoredBound
     from rbstab.proof.check.findings import Finding
     from rbstab.proof.model import Energy
 
@@ -49,18 +50,20 @@ class Verification(NamedTuple):
     @property
     def takes_too_long(self) -> bool:
         """Whether no claim is refused, but the check ended before all were verified."""
-        from rbstab.proof.check.findings import CONVEXITY, TIME
+        from rbstab.proof.check.findings import CONVEXITY, TIME, VERSION
 
         left = [finding.claim for finding in self.findings if not finding.verified]
-        return bool(left) and {TIME, CONVEXITY, NO_CHECKER, UNDECIDED}.issuperset(left)
+        return bool(left) and {TIME, VERSION, CONVEXITY, NO_CHECKER, UNDECIDED}.issuperset(left)
 
     @property
     def outcome(self) -> str:
         """The result in words."""
-        from rbstab.proof.check.findings import CONVEXITY
+        from rbstab.proof.check.findings import CONVEXITY, VERSION
 
         if self.verified:
             return "verified"
+        if self.takes_too_long and any(one.claim == VERSION for one in self.findings):
+            return "not decided: this checker does not know claims of this version"
         if any(finding.claim == NO_CHECKER for finding in self.findings):
             return "not decided: there is no checker of rest states among all rotations"
         if self.takes_too_long and any(finding.claim == UNDECIDED for finding in self.findings):
@@ -71,7 +74,7 @@ class Verification(NamedTuple):
 
 
 def verify(
-    proof: Proof,
+    proof: "Proof | StoredBound",
     config: Config | None = None,
     progress: "Callable[[Finding], None]" = lambda _: None,
     *,
@@ -80,7 +83,7 @@ def verify(
     """Check a proof, and whether it is one of a config.
 
     Args:
-        proof: The proof.
+        proof: The proof of rest states, or of a bound on disturbances.
         config: The config; None to check the proof for its own energy U alone.
         progress: Called with each finding about the proof as soon as it is made.
         second: Whether to ask codac too, from the equations of the config.
@@ -88,6 +91,11 @@ def verify(
     from rbstab.proof.check.checker import check
     from rbstab.proof.check.findings import IN_RANGE, Finding
 
+    if not isinstance(proof, Proof):
+        from rbstab.experiment.verification.disturbances import verify_bound
+
+        findings, unchecked = verify_bound(proof, config, progress)
+        return Verification(findings, [*unchecked, *[NOT_ASKED] * second])
     if proof.on_rotations is not None:
         text = "No separate program checks it: `rbstab stability` can only make it again."
         return Verification([Finding("rest states on SO(3)", NO_CHECKER, False, text)], [])

@@ -1,4 +1,4 @@
-"""Check a record of a proof by other means than those that made it: theorems 1, 3, 5, 6, 10 and 13.
+"""Check a record of a proof by other means than those that made it: theorems 1 to 6, 10, 13, 16.
 
 From the record come only the energy, as exact operations, and claims about it. Balls of 128 bits,
 Taylor series, covers and floods are made here anew.
@@ -12,6 +12,7 @@ from flint import ctx
 
 from rbstab.proof.check.confine import confinement
 from rbstab.proof.check.convex import parts_of, why_not_convex
+from rbstab.proof.check.disturbances import DISTURBANCES, bound_findings
 from rbstab.proof.check.energy import Energy, read_energy
 from rbstab.proof.check.findings import (
     CONVEXITY,
@@ -45,26 +46,29 @@ def check(
     Returns:
         The findings. The proof is verified if all of them are.
     """
-    findings = list[Finding]()
+    findings, first = list[Finding](), DISTURBANCES if "bound" in record else IN_RANGE
     with ctx.workprec(PRECISION):
         try:
             for finding in _findings(record):
                 findings.append(finding)
                 progress(finding)
         except TooLongError as error:
-            about = findings[-1].about if findings else IN_RANGE
+            about = findings[-1].about if findings else first
             findings.append(Finding(about, TIME, False, f"{error}."))
         except RefusedError as error:
-            findings.append(Finding(IN_RANGE, "record", False, f"{error}."))
+            findings.append(Finding(first, "record", False, f"{error}."))
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
             text = f"The record cannot be read: {type(error).__name__}: {error}."
-            findings.append(Finding(IN_RANGE, "record", False, text))
+            findings.append(Finding(first, "record", False, text))
     return findings
 
 
 def _findings(record: Mapping[str, Any]) -> Iterator[Finding]:
     if record["format"] != FORMAT:
         raise RefusedError("the record has another format")
+    if "bound" in record:
+        yield from bound_findings(record["bound"])
+        return
     energy = record["energy"]
     U = read_energy(energy["operations"], energy["free"])
     about = list[tuple[str, str, str | None]]()

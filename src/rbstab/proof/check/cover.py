@@ -88,13 +88,19 @@ class _Part:
         return tree
 
 
-def cover(box: Box, reason: Reason, limit: int = BOX_LIMIT) -> Cover:
-    """Halve a box until each part is settled, up to a number of boxes."""
-    return flood(box, box, reason, lambda _: None, limit)[0]
+def cover(box: Box, reason: Reason, limit: int = BOX_LIMIT, narrowest: float = MIN_WIDTH) -> Cover:
+    """Halve a box until each part is settled, up to a number of boxes, or down to a width."""
+    return flood(box, box, reason, lambda _: None, limit, narrowest=narrowest)[0]
 
 
-def flood(
-    box: Box, start: Box, reason: Reason, obstacle: Reason, limit: int = FLOOD_LIMIT
+def flood(  # noqa: PLR0913 (a box, where to begin, what to ask; two limits)
+    box: Box,
+    start: Box,
+    reason: Reason,
+    obstacle: Reason,
+    limit: int = FLOOD_LIMIT,
+    *,
+    narrowest: float = MIN_WIDTH,
 ) -> tuple[Cover, str | None]:
     """Flood a box from a start, over all wet parts that touch each other.
 
@@ -104,6 +110,7 @@ def flood(
         reason: Returns why a part is dry, or `WET`; None to halve it.
         obstacle: Returns why a wet part may not be flooded, or None.
         limit: The most boxes.
+        narrowest: Boxes of a smaller width are not halved, rad.
 
     Returns:
         The cover of the box, and why the flood stopped before its end; None if it did not.
@@ -118,7 +125,7 @@ def flood(
             if part.reason == APART:
                 examined += 1
                 settled = reason(part.box)
-                if settled is None and (width(part.box) < MIN_WIDTH or examined > limit):
+                if settled is None and (width(part.box) < narrowest or examined > limit):
                     return Cover(box, whole.tree, examined, part.box), TOO_MANY
                 if settled is None:
                     part.halve()

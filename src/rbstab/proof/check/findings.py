@@ -13,6 +13,9 @@ TIME = "time"
 """The claim of a finding that the check takes too long: then the proof is not refused."""
 
 
+VERSION = "version"
+"""The claim of a finding that this checker does not know claims of this version."""
+
 CONVEXITY = "convexity"
 """The claim that U is convex in what is not Θ. The rules that show it know few functions, so the
 proof is not refused where they fail."""

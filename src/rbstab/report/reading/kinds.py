@@ -6,7 +6,7 @@ from pathlib import Path
 from rbstab.config.errors import ConfigError
 from rbstab.config.load import source_of
 from rbstab.config.source import YAML
-from rbstab.experiment.proof_cache import PROOFS, WITHIN_TOLERANCES
+from rbstab.experiment.proof_cache import BOUND, PROOFS, WITHIN_TOLERANCES
 from rbstab.files.text import shell_word
 from rbstab.store.disk.paths import path_is_dir, path_is_file
 from rbstab.sweep.folder.manifest import MANIFEST
@@ -23,6 +23,7 @@ class Kind(StrEnum):
     SWEEP = "sweep"
     PART = "part of a sweep"
     PROOF = "proof of rest states"
+    BOUND = "proof of a bound on disturbances"
     TOLERANCES = "proof within tolerances"
     PROOFS = "folder of proofs"
     FOLDER = "folder"
@@ -40,7 +41,9 @@ class Kind(StrEnum):
 COMMANDS = {
     Kind.CONFIG: "Run it: rbstab run",
     Kind.PLAN: "Run it: rbstab sweep",
-    **dict.fromkeys((Kind.PROOF, Kind.TOLERANCES, Kind.PROOFS), "Look at it: rbstab show"),
+    **dict.fromkeys(
+        (Kind.PROOF, Kind.BOUND, Kind.TOLERANCES, Kind.PROOFS), "Look at it: rbstab show"
+    ),
     Kind.PART: "Name the sweep:",
 }
 """What to do with what is not a result."""
@@ -65,7 +68,8 @@ def kind_of(path: Path) -> Kind:
     if path.name in (SWEEP_FILE, MANIFEST) and path_is_file(folder / MANIFEST):
         return Kind.SWEEP if path.name == SWEEP_FILE else Kind.PART
     if path.suffix == ".json" and folder.name == PROOFS:
-        return Kind.TOLERANCES if path.name.startswith(WITHIN_TOLERANCES) else Kind.PROOF
+        others = Kind.BOUND if path.name.startswith(BOUND) else Kind.PROOF
+        return Kind.TOLERANCES if path.name.startswith(WITHIN_TOLERANCES) else others
     if path.suffix.lower() in (RESULT, ".json") or not path_is_file(path):
         return Kind.RUN
     return _told_by_text(path)

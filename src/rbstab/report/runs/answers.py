@@ -23,6 +23,7 @@ QUESTIONS = {
     "this_start": "From this start: does it come to rest?",
     "whole_range": "From the whole range: where does it come to rest?",
     "pushes": "Which pushes does it survive?",
+    "bound": "Which disturbances never tilt it far?",
 }
 """What a run is asked after its outcome; the names are those of `RunAnswer.answers`."""
 

@@ -14,6 +14,8 @@ from rbstab.report.model.palette import BAD, GOOD, SECOND, THIRD, UNKNOWN, UNTRI
 from rbstab.report.sweeps.parameters import Parameter, parameters_of
 from rbstab.store.table import Table
 from rbstab.store.variables import safe_name
+from rbstab.sweep.folder.disturbed import DisturbedAnswers
+from rbstab.sweep.folder.member_answers import disturbed_of
 from rbstab.sweep.folder.outcomes import SPEEDS, SweepOutcomes, outcomes_of, plan_of, with_outcomes
 from rbstab.sweep.folder.sweep_table import read_sweep
 from rbstab.sweep.plan.plan import Plan
@@ -32,6 +34,7 @@ COLUMNS = (
     "energy_residual",
     "energy_scale",
     "peak_contact_displacement",
+    "peak_tilt",
     "smallest_regularity",
     "settling_time",
     "end_time",
@@ -66,12 +69,12 @@ class Members:
     Args:
         table: The columns in `COLUMNS`, and those of the parameters.
         plan: The plan; None if this version of the program cannot read it.
-        results: The folder of results, which holds the proofs.
+        file: The members file of the sweep.
     """
 
     table: Table
     plan: Plan | None
-    results: Path
+    file: Path
 
     def __len__(self) -> int:
         return len(self.table["status"])
@@ -186,13 +189,19 @@ class Members:
         return self._certified.boxes.of(0, len(self))[0]
 
     @cached_property
+    def disturbed(self) -> DisturbedAnswers | None:
+        """How far disturbances tilt the members; None if the plan states no bound."""
+        return None if self.plan is None else disturbed_of(self.plan, self.table, self.file)
+
+    @cached_property
     def _proved(self) -> MemberConvergence:
         """What is proved of the members: the stored columns, and more by proofs made since."""
         return convergence_now(self.table, self._certified)
 
     @cached_property
     def _certified(self) -> ProvedConvergence | None:
-        return ProvedConvergence(self.plan, self.results) if self.plan is not None else None
+        results = self.file.absolute().parent.parent
+        return ProvedConvergence(self.plan, results) if self.plan is not None else None
 
 
 def read_members(path: Path) -> Members:
@@ -207,7 +216,7 @@ def read_members(path: Path) -> Members:
     table = read_sweep(path, (*varied, *COLUMNS))
     if not {*varied} <= {*table}:
         plan = None
-    return Members(with_outcomes(table, plan), plan, path.absolute().parent.parent)
+    return Members(with_outcomes(table, plan), plan, path)
 
 
 kept = lru_cache(maxsize=1)

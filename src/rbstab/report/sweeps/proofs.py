@@ -103,7 +103,7 @@ def proof_blocks(name: str, members: Members, command: str) -> list[Block]:
         missing = f"No proof was made of the bodies of {every}: {command} makes it."
     if (convergence == NO_PROOF).all():
         why = "an element supplies power, so v may rise" if members.driven else "; ".join(reasons)
-        return [*of_bodies, f"Not proved: {why}." if why else missing]
+        return [*of_bodies, f"Convergence is not proved: {why}." if why else missing]
     quantity = proof_words(members)
     rows = dict(
         zip(

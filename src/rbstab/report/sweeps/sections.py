@@ -9,6 +9,7 @@ from rbstab.report.sweeps.answers import SYMBOLS, SweepAnswer, answer_of, comman
 from rbstab.report.sweeps.basins import basin_blocks
 from rbstab.report.sweeps.conditions.differences import difference_table
 from rbstab.report.sweeps.conditions.paired_conditions import conditions_of
+from rbstab.report.sweeps.disturbed import disturbed_blocks
 from rbstab.report.sweeps.maps.maps import over_parameters
 from rbstab.report.sweeps.members import read_members
 from rbstab.report.sweeps.notable import notable_blocks
@@ -42,7 +43,7 @@ def sweep_part(sweep: SweepFile, *, alone: bool) -> SweepPart:
     """Return the answer and the sections on a sweep: outcomes first, the plan last.
 
     At most four figures: two maps (or curves, or a map and effects), the distributions, and bars of
-    the outcomes of conditions. The first one stands below the answer.
+    the outcomes of conditions. The first one stands below the answer, after that of a stated bound.
 
     Args:
         sweep: The sweep; its file is read now.
@@ -62,6 +63,7 @@ def sweep_part(sweep: SweepFile, *, alone: bool) -> SweepPart:
     figures = [*compared, *maps] if is_comparison else [*maps, *compared]
     summary: list[Block] = [
         *answer.sentences,
+        *disturbed_blocks(name, members.disturbed, commands.member),
         *figures[:1],
         *([] if plan is not None else [UNREADABLE]),
         outcome_table(name, members),

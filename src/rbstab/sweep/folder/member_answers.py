@@ -17,6 +17,7 @@ from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
 from rbstab.store.table import Table
 from rbstab.store.variables import RUN, safe_name
+from rbstab.sweep.folder.disturbed import DisturbedAnswers, disturbed_answers
 from rbstab.sweep.folder.members_file import (
     RELATIVE_RESIDUAL,
     counts_by,
@@ -65,6 +66,7 @@ class MemberAnswers(NamedTuple):
         summary: The same in a few numbers, for JSON: `by_status` and `convergence` by word;
             `settling_median` of those that settled, s; `worst_residual`, the largest |r| of the
             completed members over their largest energy; NaN if there is none.
+        disturbed: How far disturbances tilt them, if the plan states a bound.
         provable: The first member that is only seen, and whose exact motion was not enclosed, but
             can be: a single run may prove it. None if there is none.
     """
@@ -81,6 +83,7 @@ class MemberAnswers(NamedTuple):
     summary: dict[str, Any]
     sole_state: SoleState = SoleState()
     as_finished: bool = False
+    disturbed: DisturbedAnswers | None = None
     provable: int | None = None
 
     @property
@@ -107,7 +110,7 @@ def read_answers(file: Path) -> Table:
     """
     plan = plan_of(read_sweep(file, ()))
     varied = [] if plan is None else [safe_name(varied.key) for varied in plan.varied_keys]
-    columns = (*READ, *SPEEDS, *RELATIVE_RESIDUAL, *PROOF_COLUMNS, *varied)
+    columns = (*READ, *SPEEDS, *RELATIVE_RESIDUAL, *PROOF_COLUMNS, "peak_tilt", *varied)
     return with_outcomes(read_sweep(file, columns), plan)
 
 
@@ -147,8 +150,21 @@ def member_answers(file: Path, read: Callable[[Path], Table] = read_answers) -> 
         summary=_summary(table, completed, settled),
         sole_state=SoleState() if proofs is None else sole_state_of(proofs, convergence),
         as_finished=many,
+        disturbed=None if plan is None or many else disturbed_of(plan, table, file),
         provable=then if first is None else first,
     )
+
+
+def disturbed_of(plan: Plan, table: Table, file: Path) -> DisturbedAnswers | None:
+    """Return how far disturbances tilt the members of a sweep; None if its plan states no bound.
+
+    Args:
+        plan: The plan.
+        table: Its table, with `status`, `end_time`, and `peak_tilt` if it has that column.
+        file: Its members file.
+    """
+    not_made = NOT_MADE.format(proving_command(file.parent, plan))
+    return disturbed_answers(plan, table, file.absolute().parent.parent, not_made)
 
 
 def _summary(table: Table, completed: Array, settled: Array) -> dict[str, Any]:

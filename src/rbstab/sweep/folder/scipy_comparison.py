@@ -40,6 +40,7 @@ _SCALE = {
     "lyapunov_start": "energy_scale",
     "lyapunov_end": "energy_scale",
     "rest_orientation": "peak_orientation",
+    "peak_tilt": "peak_orientation",
 }
 """For a column whose values may all be round-off: the column whose largest absolute value divides
 its differences. The final values of a quantity are divided by its largest samples."""
@@ -211,7 +212,7 @@ def compare(stored: dict[str, Array], rerun: dict[str, Array]) -> tuple[int, dic
         )
         # Infinite numbers come from diverged motions. It is enough that both motions diverge.
         finite = np.isfinite(a) & np.isfinite(b)
-        least = LEAST_SCALE if a.ndim > 1 else 0.0
+        least = LEAST_SCALE if scale.ndim > 1 else 0.0
         largest = float(np.abs(scale[np.isfinite(scale)]).max(initial=least))
         difference = float(np.abs(a[finite] - b[finite]).max(initial=0.0))
         differences[name] = difference / largest if largest else difference

@@ -119,6 +119,10 @@ def open_sweep(path: str | Path) -> Table:
     """
     # Imported late: it needs the plan, and much of the program.
     from rbstab.sweep.folder.outcomes import plan_of, with_outcomes
+    from rbstab.sweep.proofs.disturbed import COLUMN, member_bounds
 
-    table = read_sweep(Path(path))
-    return with_outcomes(table, plan_of(table))
+    table, place = read_sweep(Path(path)), Path(path).absolute()
+    plan, folder = plan_of(table), place if path_is_dir(place) else place.parent
+    table, bounds = with_outcomes(table, plan), plan and member_bounds(plan, folder.parent)
+    found = {"stated_bound": COLUMN.of(bounds.codes)} if bounds else {}
+    return replace(table, variables=dict(table.variables) | found)

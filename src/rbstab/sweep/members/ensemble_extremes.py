@@ -23,6 +23,7 @@ from rbstab.integrate.heyoka.ensemble import CHANGE_ROW, Ensemble, Motions
 from rbstab.integrate.heyoka.observed import OfMembers
 from rbstab.integrate.heyoka.symbols import state_symbols
 from rbstab.integrate.in_quaternions import in_quaternions
+from rbstab.mechanics.attitude import half_sine_squared_rate
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.quantities import BY_NAME, PEAKS, values_of
 from rbstab.systems.system import Observation, System
@@ -89,6 +90,7 @@ def _watched_with_rates(seen: Observation) -> list[Number]:
         sum(seen.energy.tolist()),
         *np.concatenate(rates).tolist(),
         2.0 * (motion.E @ motion.F),
+        half_sine_squared_rate(motion.A, motion.Omega),
         v_rate,
     ]
 

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from rbstab.analysis.lyapunov import ENERGY_SCALE
-from rbstab.analysis.run_extremes import E_ROWS, ROWS, THETA_ROWS, Extremes
+from rbstab.analysis.run_extremes import E_ROWS, ROWS, THETA_ROWS, TURN, Extremes
 from rbstab.elements.declarations import OwnState
 from rbstab.integrate.status import RunStatus
 from rbstab.mechanics.numbers import Array
@@ -81,6 +81,8 @@ COLUMNS: dict[str, Column] = {
     "energy_residual": _number("f8", "J", "the largest |r| of the samples or ends of steps"),
     "energy_scale": _number("f8", "J", f"the {ENERGY_SCALE}: |r| is divided by it"),
     **_peak_columns(),
+    "peak_tilt": _number("f8", "rad", "the largest tilt from Θ = 0"),
+    "peak_tilt_error": _number("f8", "rad", "bound of the error of the largest tilt; NaN: unknown"),
     "peak_time": _vector("s", "when E is farthest from 0, by axis"),
     "smallest_regularity": _number("f8", "1", "the smallest cos θ2"),
     "settling_time": _number("f8", "s", "from here v < 1e-3 v(0); NaN: it did not settle"),
@@ -141,6 +143,8 @@ def outcome_of(quantities: Mapping[str, Array], extremes: Extremes) -> dict[str,
         columns[f"peak_{name}"] = value if peak.signed else np.abs(value)
         columns[f"peak_{name}_error"] = peaks.error[ROWS[name]].max(axis=0)
     pitch = np.abs(peaks.value[THETA_ROWS][PITCH])
+    turn, error = peaks.value[TURN], peaks.error[TURN]
+    tilt, farthest = (2.0 * np.arcsin(np.sqrt(np.minimum(s, 1.0))) for s in (turn, turn + error))
     return columns | {
         "end_time": np.full(len(settling), quantities["time"][-1]),
         "lyapunov_start": quantities["lyapunov"][:, 0],
@@ -148,6 +152,8 @@ def outcome_of(quantities: Mapping[str, Array], extremes: Extremes) -> dict[str,
         "energy_at_rest": quantities["energy_at_rest"],
         "rest_orientation": quantities["rest_orientation"],
         "rest_unstable": quantities["rest_unstable"],
+        "peak_tilt": tilt,
+        "peak_tilt_error": farthest - tilt,
         # Where nothing moves, the largest sample is that of the largest round-off.
         "peak_time": np.where(settling[:, np.newaxis] == 0.0, 0.0, peaks.time[E_ROWS].T),
         "smallest_regularity": np.cos(np.minimum(pitch, np.pi / 2)),

@@ -1,6 +1,6 @@
 """The distinct bodies of a plan: members that differ only in their initial state share a proof."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,24 +45,30 @@ class Bodies:
 
 def bodies_of(plan: Plan, variants: Iterable[str] | None = None) -> Bodies:
     """Return the distinct bodies of a plan, or of the members of some variants."""
+    names = plan.variants if variants is None else variants
+    decided = [name for name in names if undecided_reason(plan, name) is None]
+    return distinct_bodies(plan, {name: body_keys(plan, name) for name in decided})
+
+
+def distinct_bodies(plan: Plan, own: Mapping[str, tuple[VariedKey, ...]]) -> Bodies:
+    """Return the bodies of some variants, which differ in the numbers at some keys of each."""
     of_member = np.full(plan.members, -1)
     firsts = [np.zeros(0, dtype=int)]
-    for rows, table in _numbers_of_bodies(plan, plan.variants if variants is None else variants):
+    for rows, table in _numbers_of_bodies(plan, own):
         first, inverse = _distinct_rows(table)
         of_member[rows] = sum(map(len, firsts)) + inverse
         firsts.append(rows[first])
-    first_members = np.concatenate(firsts)
-    by_member = np.argsort(first_members)
+    found = np.concatenate(firsts)
+    by_member = np.argsort(found)
     place = np.append(np.argsort(by_member), -1)  # the last entry stays -1
-    order = np.array(ProofSelection().first(len(first_members), len(first_members)), dtype=int)
-    return Bodies(place[of_member], first_members[by_member], order)
+    order = np.array(ProofSelection().first(len(found), len(found)), dtype=int)
+    return Bodies(place[of_member], found[by_member], order)
 
 
-def _numbers_of_bodies(plan: Plan, variants: Iterable[str]) -> Iterator[tuple[Array, Array]]:
-    """Yield the members of each variant that a theorem decides, and the numbers of their bodies."""
-    variant_keys = {
-        name: body_keys(plan, name) for name in variants if undecided_reason(plan, name) is None
-    }
+def _numbers_of_bodies(
+    plan: Plan, variant_keys: Mapping[str, tuple[VariedKey, ...]]
+) -> Iterator[tuple[Array, Array]]:
+    """Yield the members of each variant, and the numbers of their bodies."""
     keys = {varied.key for some in variant_keys.values() for varied in some}
     for variant, rows, values in rows_of_variants(plan, variant_keys, 0, plan.members, keys):
         # One more column of zeros: all members have one body if nothing of it varies.
@@ -86,6 +92,17 @@ def body_keys(plan: Plan, variant: str) -> tuple[VariedKey, ...]:
     """Return the varied keys of a variant that are not of the initial state."""
     keys = plan.varied_keys_of(variant)
     return tuple(varied for varied in keys if not is_of_initial_state(varied.path))
+
+
+def values_at_start(plan: Plan, members: Array) -> tuple[tuple[VariedKey, ...], dict[str, Array]]:
+    """Return the varied keys of the initial state of the members of a body, and their values."""
+    first, stop = int(members[0]), int(members[-1]) + 1
+    row = {key: found.tolist()[0] for key, found in plan.values(first, first + 1).items()}
+    varied = plan.varied_keys_of(plan.variant_of(row))
+    keys = tuple(one for one in varied if is_of_initial_state(one.path))
+    # The members may be far apart.
+    some = plan.values(first, stop, [one.key for one in keys]).items()
+    return keys, {key: entries[members - first] for key, entries in some}
 
 
 def ranges_of(numbers: Iterable[int]) -> list[tuple[int, int]]:

@@ -15,14 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rbstab.config.numbers import is_of_initial_state
 from rbstab.config.schema import Config
 from rbstab.experiment.proof_cache import cached_proof, proof_for
 from rbstab.experiment.stored_proof.proof import Proof
 from rbstab.mechanics.numbers import Array
 from rbstab.processes.workers import worked
 from rbstab.sweep.plan.plan import Plan
-from rbstab.sweep.proofs.bodies import Bodies, bodies_of
+from rbstab.sweep.proofs.bodies import Bodies, bodies_of, values_at_start
 from rbstab.sweep.proofs.boxes import BoxProof
 from rbstab.sweep.proofs.columns import NO_PROOF
 from rbstab.sweep.proofs.convergence import (
@@ -138,14 +137,8 @@ def prove_bodies(  # noqa: PLR0913 (options by name)
 
 def _add(plan: Plan, members: Array, proof: Proof, answers: MemberConvergence) -> None:
     """Add what the proof of a body says of the members that have it."""
-    first, stop = int(members[0]), int(members[-1]) + 1
-    row = {key: entries.tolist()[0] for key, entries in plan.values(first, first + 1).items()}
-    varied = plan.varied_keys_of(plan.variant_of(row))
-    keys = tuple(varied_key for varied_key in varied if is_of_initial_state(varied_key.path))
-    # The members may be far apart.
-    some = plan.values(first, stop, [varied_key.key for varied_key in keys]).items()
-    values = {key: entries[members - first] for key, entries in some}
-    starts = ProvedStarts(plan.config_of(first), keys, proof)
+    keys, values = values_at_start(plan, members)
+    starts = ProvedStarts(plan.config_of(int(members[0])), keys, proof)
     problem = next(iter(plan.initial_value_problems.values()))
     convergence = of_body(starts, values, len(members), at_poles=problem.quaternion)
     # What is stored may be more: a proof for all bodies within tolerances.

@@ -91,18 +91,18 @@ class ProvedStarts:
             members: The number of members.
         """
         with np.errstate(all="ignore"):
-            motion, own_states = self._start(values, self.system)
+            motion, own_states = bounded_start(self.base, self.varied_keys, values, self.system)
             state = self.system.start(motion, own_states)
             kinetic = self.system.body.kinetic_energy(motion.Omega, motion.V)
             system, unclear = _in_modes(self.system, state)
-            energy = _bounded(kinetic) + system.stored_energy(motion, state)
-            angles = [_bounded(angle) for angle in motion.Theta]
+            energy = as_bounded(kinetic) + system.stored_energy(motion, state)
+            angles = [as_bounded(angle) for angle in motion.Theta]
 
         low, high = (
-            [_column(getattr(a, side), members) for a in angles] for side in ("low", "high")
+            [column_of(getattr(a, side), members) for a in angles] for side in ("low", "high")
         )
         most = np.where(unclear, np.inf, energy.high)
-        return Starts(_column(most, members), np.stack(low, axis=1), np.stack(high, axis=1))
+        return Starts(column_of(most, members), np.stack(low, axis=1), np.stack(high, axis=1))
 
     def states(self, values: Mapping[str, Array], members: int) -> tuple[Array, Array]:
         """Return the initial states of members as they are enclosed, and bounds on their errors.
@@ -116,23 +116,25 @@ class ProvedStarts:
         """
         with np.errstate(all="ignore"):
             system = enclosed_system(self.base, bounded_decimals)
-            state = system.start(*self._start(values, system))
-        bounded = [_bounded(entry) for entry in state]
-        centre = np.stack([_column(entry.value, members) for entry in bounded], axis=1)
-        error = np.stack([_column(SLACK * entry.error, members) for entry in bounded], axis=1)
+            state = system.start(*bounded_start(self.base, self.varied_keys, values, system))
+        bounded = [as_bounded(entry) for entry in state]
+        centre = np.stack([column_of(entry.value, members) for entry in bounded], axis=1)
+        error = np.stack([column_of(SLACK * entry.error, members) for entry in bounded], axis=1)
         return centre, error
 
-    def _start(self, values: Mapping[str, Array], system: System) -> tuple[Motion, Array]:
-        """Return the motion and the own states at the start of all members, with bounds."""
-        floats = {varied.key: values[varied.key].astype(float) for varied in self.varied_keys}
-        numbers = varied_numbers(self.base, self.varied_keys, floats)
-        config = replaced(
-            self.base, {path: bounded_decimal(value) for path, value in numbers.items()}
-        )
-        return start_motion(config, system, bounded_decimals)
+
+def bounded_start(
+    base: Config, varied_keys: tuple[VariedKey, ...], values: Mapping[str, Array], system: System
+) -> tuple[Motion, Array]:
+    """Return the motion and the own states at the start of members, with bounds."""
+    floats = {varied.key: values[varied.key].astype(float) for varied in varied_keys}
+    found = varied_numbers(base, varied_keys, floats)
+    config = replaced(base, {path: bounded_decimal(value) for path, value in found.items()})
+    return start_motion(config, system, bounded_decimals)
 
 
-def _column(entry: Any, members: int) -> Array:
+def column_of(entry: Any, members: int) -> Array:
+    """Return a number of all members as an array, shape (members,)."""
     return np.broadcast_to(np.asarray(entry, dtype=float), (members,))
 
 
@@ -143,7 +145,7 @@ def _in_modes(system: System, state: Array) -> tuple[System, Array]:
     """
     if not has_modes(system):
         return system, np.array(False)
-    guards = [_bounded(guard) for guard in guards_at(system, state)]
+    guards = [as_bounded(guard) for guard in guards_at(system, state)]
     modes: list[Any] = [Bounded(np.where(np.greater(g.value, 0), 1.0, 0.0), 0.0) for g in guards]
     unclear = np.array(False)
     for guard in guards:
@@ -151,5 +153,6 @@ def _in_modes(system: System, state: Array) -> tuple[System, Array]:
     return with_modes(system, tuple(modes)), unclear
 
 
-def _bounded(number: Any) -> Bounded:
+def as_bounded(number: Any) -> Bounded:
+    """Return a number that may be a float, which is exact."""
     return number if isinstance(number, Bounded) else Bounded(float(number), 0.0)

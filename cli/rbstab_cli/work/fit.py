@@ -31,7 +31,19 @@ def fit(
     force: bool,
     as_json: bool,
 ) -> int:
-    """Fit the numbers, write the config with them, and print what was found."""
+    """Fit the numbers, write the config with them, and print what was found.
+
+    Args:
+        config: The file of the config.
+        data: The CSV file of the measured motion.
+        frees: Texts of keys to fit, separated by commas.
+        output: The file of the new config; None: it is named after the config.
+        figure: The file of a figure of the fit; None: none is drawn.
+        changes: Texts `key=value` that replace single values of the config.
+        allow_python: Whether the files of users' elements may be run.
+        force: Whether existing files are replaced.
+        as_json: Whether to print JSON.
+    """
     target = new_config(config, output, "_fitted", force=force)
     form = "" if figure is None else figure_form("--figure", figure, force=force)
     files = [file.resolve() for file in (config, data, target, figure) if file is not None]

@@ -37,7 +37,19 @@ def guard(
     force: bool,
     as_json: bool,
 ) -> int:
-    """Search for a guard, print what it changes in the run, and write the config with it."""
+    """Search for a guard, print what it changes in the run, and write the config with it.
+
+    Args:
+        config: The file of the config.
+        method: The kind of guard, a key of `STRENGTHS`.
+        soft_angle: |θ2| from which a soft guard acts, rad; None: the default.
+        limit: The largest couple that a soft guard may have in the run, N m; None: any.
+        output: The file of the new config; None: it is named after the config.
+        changes: Texts `key=value` that replace single values of the config.
+        allow_python: Whether the files of users' elements may be run.
+        force: Whether an existing file is replaced.
+        as_json: Whether to print JSON.
+    """
     _check_options(method, soft_angle, limit)
     target = new_config(config, output, "_guarded", force=force)
     loaded = load_single_config(config, changes, allow_python=allow_python)

@@ -49,7 +49,20 @@ def run(
     allow_python: bool,
     as_json: bool,
 ) -> int:
-    """Run the configs and print the results."""
+    """Run the configs and print the results.
+
+    Args:
+        configs: The files of the configs; with members, of plans.
+        output: The folder of the results.
+        members: The numbers of the members of each plan that are run; none: the files are configs.
+        changes: Texts `key=value` that replace single values of the config.
+        engine: The name of the engine; None: that of each config.
+        force: Whether finished runs are run again, and other results moved aside.
+        prove: Whether to try proofs for long (True), briefly (None), or not at all (False).
+        to_end: Whether to enclose the exact motion to the end of the run.
+        allow_python: Whether the files of users' elements may be run.
+        as_json: Whether to print JSON.
+    """
     if engine is not None:
         refuse_engine_change(changes)
         changes = (*changes, f"integration.engine={engine}")
@@ -86,11 +99,7 @@ def run(
 def _by_target(
     configs: Mapping[tuple[str, str], Config], output: Path
 ) -> dict[Path, tuple[str, Config]]:
-    """Return configs with their labels by their result files.
-
-    Raises:
-        UsageError: Two configs would write the same file.
-    """
+    """Return configs with their labels by their result files; refuse two with the same file."""
     jobs: dict[Path, tuple[str, Config]] = {}
     for (label, stem), config in configs.items():
         target = output / f"{stem}.h5"
@@ -120,10 +129,8 @@ def _print_table(runs: Sequence[AssessedRun]) -> None:
 
 
 def _print_answers(finished: list[Finished], *, as_json: bool) -> None:
-    """Print the answers of runs: their words, and for a few runs their sentences.
-
-    The warnings of the results go to stderr, unless the command is quiet.
-    """
+    """Print the answers of runs: their words, and for a few runs their sentences."""
+    # The warnings go to stderr, unless the command is quiet.
     shown = [] if is_quiet() else finished
     warnings = {f.run.path: run_warnings(f.run.result, f.config) for f in shown}
     runs = [job.run_with_proof for job in finished]

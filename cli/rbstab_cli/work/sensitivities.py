@@ -23,7 +23,16 @@ def sensitivities(
     output: Path | None,
     force: bool,
 ) -> None:
-    """Compute the derivatives and print them."""
+    """Compute the derivatives and print them.
+
+    Args:
+        config: The file of the config.
+        changes: Texts `key=value` that replace single values of the config.
+        allow_python: Whether the files of users' elements may be run.
+        as_json: Whether to print JSON.
+        output: The file of the JSON; None: none is written.
+        force: Whether an existing file is replaced.
+    """
     if output is not None:
         check_target(output, force=force)
     loaded = load_single_config(config, changes, allow_python=allow_python)

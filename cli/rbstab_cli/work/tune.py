@@ -28,7 +28,19 @@ def tune(
     force: bool,
     as_json: bool,
 ) -> int:
-    """Search for better gains, write the config with them, and print what was found."""
+    """Search for better gains, write the config with them, and print what was found.
+
+    Args:
+        config: The file of the config.
+        objective: The quantity to minimize, a key of `OBJECTIVES`.
+        overs: Texts of keys of gains, separated by commas.
+        bounds: LOW:HIGH, the smallest and the largest factor on the gains.
+        output: The file of the new config; None: it is named after the config.
+        changes: Texts `key=value` that replace single values of the config.
+        allow_python: Whether the files of users' elements may be run.
+        force: Whether an existing file is replaced.
+        as_json: Whether to print JSON.
+    """
     factors = _bounds(bounds)
     target = new_config(config, output, "_tuned", force=force)
     loaded = load_single_config(config, changes, allow_python=allow_python)

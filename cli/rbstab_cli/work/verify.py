@@ -49,7 +49,18 @@ def verify(
     allow_python: bool,
     as_json: bool,
 ) -> int:
-    """Check proofs and print what was found."""
+    """Check proofs and print what was found.
+
+    Args:
+        proofs: The files of proofs, and folders of them or of results.
+        config_path: The config whose proofs they should be; None: any.
+        changes: Texts `key=value` that replace single values of the config.
+        second: Whether codac is asked too.
+        certificate: The file for the certificate of a single proof; None: none is written.
+        force: Whether an existing certificate is replaced.
+        allow_python: Whether the files of users' elements may be run.
+        as_json: Whether to print JSON.
+    """
     several = len(proofs) > 1 or is_dir(proofs[0])
     if certificate is not None:
         if several:
@@ -87,15 +98,11 @@ def verify(
 
 
 def _exit_code(proofs: Sequence[Checked], count: int) -> int:
-    """Return the exit code: whether a proof is refused or unread, or else takes too long.
-
-    Args:
-        proofs: The proofs that could be read.
-        count: How many proofs there are.
-    """
+    """Return the exit code: whether a proof is refused or unread, or else takes too long."""
     left = [checked.verification for checked in proofs if not checked.verification.verified]
     if left and all(verification.takes_too_long for verification in left):
         return exit_codes.TOO_LONG
+    # `count` has the proofs that could not be read, too.
     return exit_codes.OK if 0 < len(proofs) - len(left) == count else exit_codes.STORAGE
 
 
@@ -129,11 +136,7 @@ def _checked(path: Path, config: Config | None, *, second: bool) -> Checked | No
 
 
 def _files(proofs: Iterable[Path], config: Config | None) -> tuple[list[Path], int]:
-    """Return the files of proofs that were named, and those in the folders that were named.
-
-    Returns:
-        The files, and how many proofs within tolerances are beside those in folders.
-    """
+    """Return the files of proofs, and how many proofs within tolerances are beside them."""
     files: list[Path] = []
     others = 0
     for path in dict.fromkeys(proofs):
@@ -148,19 +151,7 @@ def _files(proofs: Iterable[Path], config: Config | None) -> tuple[list[Path], i
 
 
 def _proofs_of_folder(folder: Path, config: Config | None) -> tuple[list[Path], int]:
-    """Return the proofs of rest states in a folder of results, or in its folder of proofs.
-
-    Args:
-        folder: The folder.
-        config: Only the proof of this config is returned; None: all proofs.
-
-    Returns:
-        The files, at least one, and how many proofs within tolerances are beside them.
-
-    Raises:
-        Failed: There is none.
-        StoreError: The folder cannot be read.
-    """
+    """Return the proofs of rest states in a folder, or that of a config; and count the others."""
     place = folder if folder.absolute().name == PROOFS else folder / PROOFS
     paths: list[Path] = []
     with store_errors(place, "read"), suppress(FileNotFoundError, NotADirectoryError):
@@ -244,14 +235,9 @@ def _boxes(count: int) -> str:
 
 
 def _print(checked: Checked, *, alone: bool, several: bool) -> None:
-    """Print all findings on a proof; one of several that is verified, or claims nothing, is a line.
-
-    Args:
-        checked: The proof.
-        alone: Whether no other proof is checked.
-        several: Whether more than one file, or a folder, was named: a summary follows.
-    """
+    """Print all findings on a proof; of several, one verified or claiming nothing is a line."""
     verification = checked.verification
+    # `several`: more than one file, or a folder, was named, and a summary follows.
     silent = several and checked.proof.claims_nothing
     outcome = f"claims nothing: {checked.proof.outcome}" if silent else verification.outcome
     click.echo(f"{checked.path}: {outcome}")

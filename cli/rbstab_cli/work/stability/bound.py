@@ -28,6 +28,11 @@ class Asked(NamedTuple):
 def asked_bound(texts: Sequence[str], tilt: str | None, *, largest: bool) -> Asked | None:
     """Return what is asked, before anything is computed; None if nothing is.
 
+    Args:
+        texts: The values of --bound: KIND=SIZE.
+        tilt: The value of --within-tilt, rad; None without it.
+        largest: Whether --largest is given.
+
     Raises:
         UsageError: A text has another form, or a kind of load is given twice.
     """
@@ -69,6 +74,12 @@ def _number(text: str) -> Fraction | None:
 
 
 def proved_bound(name: str, config: Config, asked: Asked) -> Bound:
-    """Prove what is asked of one config."""
+    """Prove what is asked of one config.
+
+    Args:
+        name: The name of the config, for the progress.
+        config: The config.
+        asked: What is asked, from `asked_bound`.
+    """
     with working(f"{name}: all disturbances"):
         return prove_bound(config, asked.given, asked.tilt, largest=asked.largest)

@@ -51,7 +51,28 @@ def stability(
     output: Path | None,
     force: bool,
 ) -> None:
-    """Compute everything that was asked for about each config, then print it."""
+    """Compute everything that was asked for about each config, then print it.
+
+    Args:
+        configs: The files of the configs.
+        search_only: Whether rest states are searched for without a proof.
+        alongs: The values of --along: KEY=FROM:TO:COUNT.
+        figure: The file of a figure of the rest states along parameters; None: none is drawn.
+        withins: The values of --within: KEY=±SIZE.
+        largest: The values of --largest-within: keys.
+        time_limit: The wall time for each proof within tolerances or along a parameter, s; None:
+            the default.
+        bounds: The values of --bound: KIND=SIZE.
+        tilt: The value of --within-tilt, rad; None without it.
+        largest_bound: Whether the largest load of --bound is looked for.
+        changes: Texts `key=value` that replace single values of the config.
+        allow_python: Whether the files of users' elements may be run.
+        results: The folder of results, whose proofs are read and stored.
+        no_run: Whether to leave out the run and its certificate.
+        as_json: Whether to print JSON.
+        output: The file for what is printed; None: stdout.
+        force: Whether existing files are replaced.
+    """
     if output is not None:
         check_target(output, force=force)
     form = None if figure is None else figure_form("--figure", figure, force=force)

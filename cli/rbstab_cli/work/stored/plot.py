@@ -22,7 +22,15 @@ from rbstab_cli.results import Taken, taken
 def plot(
     results: tuple[Path, ...], name: str | None, output: Path | None, column: bool, force: bool
 ) -> None:
-    """Write a figure, or list all of them."""
+    """Write a figure, or list all of them.
+
+    Args:
+        results: The files and folders of the results.
+        name: The name of the figure; None: all are listed.
+        output: The file of the figure; None: all are listed.
+        column: Whether it is drawn for one column of a paper.
+        force: Whether an existing file is replaced.
+    """
     form = None if output is None else figure_form("-o", output, force=force)
     if column and form == "csv":
         raise click.UsageError("--column is of use only with -o FILE that ends in .svg, .pdf, .png")
@@ -39,14 +47,12 @@ def plot(
 
 
 def _figures(named: Taken) -> dict[str, Figure]:
-    """Return the figures of the report on some results, by name.
-
-    A result that the user named must be readable; of those in a folder, the others are drawn.
-    """
+    """Return the figures of the report on some results, by name."""
     sources = read_sources(named.paths)
     lines = [
         f"{unread.path}: {unread.reason}{_hint(Path(unread.path))}" for unread in sources.unread
     ]
+    # A result that the user named must be readable; of a folder, the others are drawn.
     readable = sources.runs or sources.sweeps
     if not readable or any(Path(unread.path) not in named.in_folders for unread in sources.unread):
         raise Failed(exit_codes.STORAGE, *lines)

@@ -31,7 +31,17 @@ def report(
     opened: bool,
     as_json: bool,
 ) -> int:
-    """Make the report, and say where it is."""
+    """Make the report, and say where it is.
+
+    Args:
+        results: The files and folders of the results.
+        output: The file of the report; None: the default of the format.
+        form: The format; None: from the ending of the file, or html.
+        title: The heading; None: from the results.
+        force: Whether a file that is no report is replaced.
+        opened: Whether to open the report in the browser.
+        as_json: Whether to print the content as JSON.
+    """
     path, form = _target(output, form, as_json=as_json)
     if opened and path is None:
         raise click.UsageError("--open needs a file of the report: give -o FILE")
@@ -96,13 +106,7 @@ def _target(output: Path | None, form: str | None, *, as_json: bool) -> tuple[Pa
 
 
 def _check_writable(path: Path, form: str, results: Sequence[Path], *, force: bool) -> None:
-    """Check before the work that a report can be written; an older report is replaced.
-
-    Raises:
-        UsageError: The file is one of the results that the report is made from.
-        FormatUnavailableError: A package that the format needs is not installed.
-        StoreError: The file cannot be written.
-    """
+    """Check before the work that a report can be written; an older report is replaced."""
     if realpath(path) in map(realpath, results):
         raise click.UsageError(f"{path} is one of the results. Choose another name with -o.")
     check_available(form)

@@ -43,7 +43,28 @@ def sweep(
     allow_python: bool,
     as_json: bool,
 ) -> int | None:
-    """Run a plan, or print the status of a sweep."""
+    """Run a plan, or print the status of a sweep.
+
+    Args:
+        plan: The file of the plan; None with `status_of`.
+        status_of: The folder of a sweep whose status is printed; then nothing is run.
+        output: The folder of the results.
+        changes: Texts `key=value` that replace single values of the base.
+        engine: The name of the engine; None: that of the stored sweep, or the fastest.
+        threads: The number of threads; None: one for each processor.
+        shard_size: The members in each shard; None: the default.
+        part: The part to compute, I/N; None: the whole.
+        dask: The address of a Dask scheduler, or its JSON file; None: this machine computes.
+        dry_run: Whether to count members and disk space, and run nothing.
+        retry_failed: Whether shards with failed members are run again.
+        fail_fast: Whether to stop at the first failed member.
+        compare: How many members scipy computes again; None: the default.
+        prove: Whether to prove rest states without a limit of time (True), briefly (None), or not
+            at all (False).
+        force: Whether a different sweep of the same name is moved aside.
+        allow_python: Whether the files of users' elements may be run.
+        as_json: Whether to print JSON.
+    """
     if status_of is not None:
         report_status(status_of, as_json=as_json)
         return None
@@ -79,19 +100,14 @@ def sweep(
 
 
 def _engine(wanted: str | None, folder: Path, plan: Path) -> tuple[str, bool]:
-    """Return the engine: the wanted one, or the one of the stored sweep, or the fastest.
-
-    Returns:
-        The name, and whether it is slow because heyoka is not installed.
-
-    Raises:
-        EngineMissingError: The engine is not installed.
-    """
+    """Return the engine, and whether it is slow because heyoka is not installed."""
+    # The wanted one, or the one of the stored sweep, or the fastest.
     name = wanted or engine_of(folder)
     if name is None and is_in_sweep_folder(plan):
         name = engine_of(plan.parent)
     is_slow = name is None and fastest_engine() == "scipy"
     name = name or fastest_engine()
+    # Refuses an engine that is not installed.
     factory_for(name)
     return name, is_slow
 

@@ -155,7 +155,7 @@ class ConfigError(ValueError):
         Args:
             location: The place of the problem.
             problem: What is wrong.
-            expected: What was expected instead; "" if the problem says it.
+            expected: What was expected instead.
             key: The key; "" if it has none.
         """
         return cls([ConfigProblem(location, key, problem, expected)])

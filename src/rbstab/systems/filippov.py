@@ -367,7 +367,7 @@ def pushed(system: System, y: Array, rows: Array, by: Array) -> Array:
     Args:
         system: The system.
         y: The state, or the audited state.
-        rows: The rows, in the order of `residuals`.
+        rows: The indices of the rows, as in `residuals`.
         by: The impulse on each row, N s or N m s.
     """
     sizes = np.zeros(len(residuals(system, y)), by.dtype)

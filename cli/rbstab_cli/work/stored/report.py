@@ -35,7 +35,7 @@ def report(
 
     Args:
         results: The files and folders of the results.
-        output: The file of the report; None: the default of the format.
+        output: The file of the report; None: the default of the format, or stdout.
         form: The format; None: from the ending of the file, or html.
         title: The heading; None: from the results.
         force: Whether a file that is no report is replaced.

@@ -123,7 +123,7 @@ def check_changes(problems: Problems, plan: Plan, changes: Iterable[str]) -> Non
     """Add a problem for each change of the base that no member sees, because the plan varies it.
 
     Args:
-        problems: The problems, which are added to.
+        problems: The problems so far; new ones are added.
         plan: The plan.
         changes: Texts `key=value` that replace single values of the base.
     """

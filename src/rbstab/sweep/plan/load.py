@@ -185,7 +185,7 @@ def _base(bases: list[dict[str, Any]]) -> dict[str, Any]:
     if len(bases) == 1:
         return bases[0]
     merged = dict(bases[0])
-    # These are defaults, and the name of the variant.
+    # Those that differ are defaults, and the name of the variant.
     for name in VARIANT_SECTIONS:
         sections = [base[name] for base in bases]
         merged[name] = {

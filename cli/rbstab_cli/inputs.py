@@ -76,7 +76,13 @@ def load_configs(
 
 
 def load_single_config(path: Path, changes: Sequence[str], *, allow_python: bool) -> Config:
-    """Load a config, and print its errors or warnings."""
+    """Load a config, and print its errors or warnings.
+
+    Args:
+        path: The file of the config.
+        changes: Texts `key=value` that replace single values.
+        allow_python: Whether the files of users' elements may be run.
+    """
     return load_configs([path], changes, allow_python=allow_python)[path]
 
 
@@ -150,13 +156,11 @@ def load_members(
 
 
 def _engine_change(path: Path, output: Path) -> tuple[str, ...]:
-    """Return the change of a plan's base that sets its engine: that of its sweep, or the fastest.
-
-    A plan in the folder of a sweep already names its engine, so it needs no change.
-    """
+    """Return the change of a plan's base that sets its engine: that of its sweep or the fastest."""
     from rbstab.sweep.folder.sweep_folder import engine_of
     from rbstab.sweep.members.engines import fastest_engine
 
+    # A plan in the folder of a sweep names its engine already.
     if is_in_sweep_folder(path):
         return ()
     return (f"integration.engine={engine_of(output / path.stem) or fastest_engine()}",)

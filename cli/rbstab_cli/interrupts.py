@@ -48,11 +48,9 @@ def stop_handling() -> None:
 
 
 def _repeat_lost_interrupt(lost: "sys.UnraisableHookArgs") -> None:
-    """Interrupt again after an interrupt that Python has dropped.
-
-    It drops every exception in a destructor or in the callback of a weak reference, where a signal
-    may happen to arrive.
-    """
+    """Interrupt again after an interrupt that Python has dropped."""
+    # Python drops every exception in a destructor or in the callback of a weak reference, where a
+    # signal may happen to arrive.
     if not isinstance(lost.exc_value, KeyboardInterrupt):
         sys.__unraisablehook__(lost)
         return

@@ -24,6 +24,11 @@ class PathType(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path.
 
+        Args:
+            value: The path as it was given.
+            param: The option or argument, for the error.
+            ctx: The context of the command, for the error.
+
         Raises:
             BadParameter: It is empty, or of another kind.
         """
@@ -71,6 +76,11 @@ class Choice(click.Choice[str]):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the word.
+
+        Args:
+            value: The word as it was given.
+            param: The option or argument, for the error.
+            ctx: The context of the command, for the error.
 
         Raises:
             BadParameter: It is none of the words.
@@ -132,7 +142,14 @@ def takes(*names: str) -> Decorator:
 
 
 def output(help_text: str, kind: PathType = FILE, metavar: str = "FILE", **more: Any) -> Decorator:
-    """Return the option -o of commands that write a file, or into a folder."""
+    """Return the option -o of commands that write a file, or into a folder.
+
+    Args:
+        help_text: What the help says of the file or folder.
+        kind: The type of the path: `FILE`, `FOLDER` or `PATH`.
+        metavar: What the help shows for the path.
+        **more: Further arguments of `click.option`, such as a default.
+    """
     return click.option("-o", "--output", metavar=metavar, type=kind, help=help_text, **more)
 
 

@@ -96,11 +96,7 @@ def _left_out(why: str, paths: Iterable[Path]) -> str:
 
 
 def _is_unfinished(path: Path) -> bool:
-    """Whether a path is the folder of a sweep that is not finished.
-
-    Raises:
-        OSError: The disk reports an error.
-    """
+    """Whether a path is the folder of a sweep that is not finished."""
     try:
         return is_dir(path) and not is_file(path / SWEEP_FILE)
     except PermissionError:

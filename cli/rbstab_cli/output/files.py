@@ -73,6 +73,11 @@ def new_config(config: Path, output: Path | None, ending: str, *, force: bool) -
 def form_of(path: Path, forms: Iterable[str], option: str = "-o") -> str:
     """Return the form of a file that is to be written, by its ending.
 
+    Args:
+        path: The file.
+        forms: The endings that are allowed, without their dots.
+        option: The option that names the file, for the error.
+
     Raises:
         UsageError: It is none of the forms.
     """
@@ -85,6 +90,11 @@ def form_of(path: Path, forms: Iterable[str], option: str = "-o") -> str:
 
 def figure_form(option: str, path: Path, *, force: bool) -> str:
     """Return the form of a figure by the name of its file; it can be drawn, and written.
+
+    Args:
+        option: The option that names the file, for the errors.
+        path: The file.
+        force: As `check_target`.
 
     Raises:
         UsageError: It is no form of figures, or a package is missing.

@@ -101,7 +101,15 @@ def _named(paths: Sequence[Path]) -> str:
 def print_run_table(
     runs: Sequence[AssessedRun], words: Sequence[str], numbers: Sequence[str], note: str = ""
 ) -> None:
-    """Print a row for each run: its file and some of its facts, which are words or numbers."""
+    """Print a row for each run: its file and some of its facts, which are words or numbers.
+
+    Args:
+        runs: The runs.
+        words: The names of the facts that are words (see `FACTS`). They come first, and colour the
+            row.
+        numbers: The names of the facts that are numbers.
+        note: A line below the table.
+    """
     facts = [FACTS[name] for name in (*words, *numbers)]
     heads = [fact.head for fact in facts]
     table = Table("file", *heads, words=heads[: len(words)], numbers=heads[len(words) :])

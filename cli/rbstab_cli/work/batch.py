@@ -62,7 +62,13 @@ class Batch:
         self.exit_code = exit_codes.OK
 
     def run(self, label: str, config: Config, target: Path) -> None:
-        """Integrate a config and store its result, with what a proof in the folder says."""
+        """Integrate a config and store its result, with what a proof in the folder says.
+
+        Args:
+            label: The name of the run in messages.
+            config: The config.
+            target: The file of the result.
+        """
         self.begun = config, target
         problem = problem_of(config)
         integration = config.integration

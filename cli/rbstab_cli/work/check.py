@@ -22,7 +22,14 @@ def check(
     changes: tuple[str, ...],
     allow_python: bool,
 ) -> int:
-    """Print a line for each valid file, and what holds of elements; or all errors."""
+    """Print a line for each valid file, and what holds of elements; or all errors.
+
+    Args:
+        configs: The files of configs and plans.
+        elements: The Python files of elements.
+        changes: Texts `key=value` that replace single values of the config.
+        allow_python: Whether the files of users' elements may be run.
+    """
     if not configs and not elements:
         raise click.UsageError("expected CONFIG or --element FILE")
 

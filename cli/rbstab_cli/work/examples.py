@@ -18,7 +18,13 @@ from rbstab_cli.printing import Table, say
 
 
 def examples(words: tuple[str, ...], output: Path, every: bool) -> None:
-    """List the examples, or copy those that are named."""
+    """List the examples, or copy those that are named.
+
+    Args:
+        words: The names of examples or of folders of them, or the last parts of names.
+        output: The folder of the copies.
+        every: Whether to copy all examples.
+    """
     if every or words:
         _copy(words, output)
         return

@@ -14,7 +14,14 @@ from rbstab_cli.printing import say
 
 
 def init(folder: Path, variant: str, element: Path | None, force: bool) -> None:
-    """Write the files, and name the next command."""
+    """Write the files, and name the next command.
+
+    Args:
+        folder: The folder of the config and the plan.
+        variant: What acts at the contact point: one of `VARIANTS`.
+        element: The file for the template of an element; then nothing else is written.
+        force: Whether an existing template is replaced.
+    """
     if element is not None:
         _write_element(element, force=force)
         return

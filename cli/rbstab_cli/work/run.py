@@ -86,11 +86,7 @@ def run(
 def _by_target(
     configs: Mapping[tuple[str, str], Config], output: Path
 ) -> dict[Path, tuple[str, Config]]:
-    """Return configs with their labels by their result files.
-
-    Raises:
-        UsageError: Two configs would write the same file.
-    """
+    """Return configs with their labels by their result files; refuse two with the same file."""
     jobs: dict[Path, tuple[str, Config]] = {}
     for (label, stem), config in configs.items():
         target = output / f"{stem}.h5"
@@ -120,10 +116,8 @@ def _print_table(runs: Sequence[AssessedRun]) -> None:
 
 
 def _print_answers(finished: list[Finished], *, as_json: bool) -> None:
-    """Print the answers of runs: their words, and for a few runs their sentences.
-
-    The warnings of the results go to stderr, unless the command is quiet.
-    """
+    """Print the answers of runs: their words, and for a few runs their sentences."""
+    # The warnings go to stderr, unless the command is quiet.
     shown = [] if is_quiet() else finished
     warnings = {f.run.path: run_warnings(f.run.result, f.config) for f in shown}
     runs = [job.run_with_proof for job in finished]

@@ -89,15 +89,11 @@ def verify(
 
 
 def _exit_code(proofs: Sequence[Checked], count: int) -> int:
-    """Return the exit code: whether a proof is refused or unread, or else takes too long.
-
-    Args:
-        proofs: The proofs that could be read.
-        count: How many proofs there are.
-    """
+    """Return the exit code: whether a proof is refused or unread, or else takes too long."""
     left = [checked.verification for checked in proofs if not checked.verification.verified]
     if left and all(verification.takes_too_long for verification in left):
         return exit_codes.TOO_LONG
+    # `count` has the proofs that could not be read, too.
     return exit_codes.OK if 0 < len(proofs) - len(left) == count else exit_codes.STORAGE
 
 
@@ -135,11 +131,7 @@ def _checked(path: Path, config: Config | None, *, second: bool) -> Checked | No
 
 
 def _files(proofs: Iterable[Path], config: Config | None) -> tuple[list[Path], int]:
-    """Return the files of proofs that were named, and those in the folders that were named.
-
-    Returns:
-        The files, and how many proofs within tolerances are beside those in folders.
-    """
+    """Return the files of proofs, and how many proofs within tolerances are beside them."""
     files: list[Path] = []
     others = 0
     for path in dict.fromkeys(proofs):
@@ -154,19 +146,7 @@ def _files(proofs: Iterable[Path], config: Config | None) -> tuple[list[Path], i
 
 
 def _proofs_of_folder(folder: Path, config: Config | None) -> tuple[list[Path], int]:
-    """Return the proofs of rest states, and of bounds, in a folder of results or of proofs.
-
-    Args:
-        folder: The folder.
-        config: Only the proofs of this config are returned; None: all proofs.
-
-    Returns:
-        The files, at least one, and how many proofs within tolerances are beside them.
-
-    Raises:
-        Failed: There is none.
-        StoreError: The folder cannot be read.
-    """
+    """Return the proofs of rest states and bounds in a folder; and count the others."""
     place = folder if folder.absolute().name == PROOFS else folder / PROOFS
     paths: list[Path] = []
     with store_errors(place, "read"), suppress(FileNotFoundError, NotADirectoryError):
@@ -252,14 +232,9 @@ def _boxes(count: int) -> str:
 
 
 def _print(checked: Checked, *, alone: bool, several: bool) -> None:
-    """Print all findings on a proof; one of several that is verified, or claims nothing, is a line.
-
-    Args:
-        checked: The proof.
-        alone: Whether no other proof is checked.
-        several: Whether more than one file, or a folder, was named: a summary follows.
-    """
+    """Print all findings on a proof; of several, one verified or claiming nothing is a line."""
     verification = checked.verification
+    # `several`: more than one file, or a folder, was named, and a summary follows.
     silent = several and checked.proof.claims_nothing
     outcome = f"claims nothing: {checked.proof.outcome}" if silent else verification.outcome
     click.echo(f"{checked.path}: {outcome}")

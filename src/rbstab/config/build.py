@@ -142,13 +142,11 @@ def _conversions(numbers: Numbers) -> Convert:
 
 
 def _direction(vector: Array, numbers: Numbers) -> Array:
-    """Return a vector divided by its length.
-
-    Where its entries are plain numbers, the result means the decimals of this quotient: its length
-    has no exact decimals.
-    """
+    """Return a vector divided by its length."""
     vector = vector if vector.dtype != object else numbers(vector)
     unit = vector / sqrt(vector @ vector)
+    # Where its entries are plain numbers, the result means the decimals of this quotient: its
+    # length has no exact decimals.
     return unit if vector.dtype == object else numbers(unit)
 
 

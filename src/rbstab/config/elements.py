@@ -126,7 +126,13 @@ def declarations_of(section: Any) -> type[Element] | Declared:
 
 
 def parameter_path(name: str, section: Any, key: str) -> Path:
-    """Return the path of a gain, or of the initial value of a state, of an element in a config."""
+    """Return the path of a gain, or of the initial value of a state, of an element in a config.
+
+    Args:
+        name: The name of the element.
+        section: Its section.
+        key: The key below the section, or below the parameters of an element of a user.
+    """
     inner = (PARAMETERS,) if isinstance(section, PythonElement) else ()
     return ("elements", name, *inner, *key.split("."))
 

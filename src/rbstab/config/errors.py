@@ -150,5 +150,12 @@ class ConfigError(ValueError):
 
     @classmethod
     def at(cls, location: Location, problem: str, expected: str, key: str = "") -> "ConfigError":
-        """Return the error of a single problem."""
+        """Return the error of a single problem.
+
+        Args:
+            location: The place of the problem.
+            problem: What is wrong.
+            expected: What was expected instead.
+            key: The key; "" if it has none.
+        """
         return cls([ConfigProblem(location, key, problem, expected)])

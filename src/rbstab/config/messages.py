@@ -95,13 +95,11 @@ def _unknown(location: Path, path: Path, source: Source, model: type[BaseModel])
 
 
 def _without_tags(location: Path, data: Any) -> Path:
-    """Return the path of an error in the data without the tags of unions that pydantic adds.
-
-    They are the words that choose a model, and tags such as <matrix>; the same text may be a key.
-    """
+    """Return the path of an error in the data without the tags of unions that pydantic adds."""
     path: list[str | int] = []
     for part in location:
         inner: dict[Any, Any] = data if isinstance(data, dict) else {}
+        # Tags are the words that choose a model, and such as <matrix>; the same text may be a key.
         is_tag = part in map(inner.get, TAGGED) or str(part).startswith("<")
         if part in inner or isinstance(part, int) or not is_tag:
             path.append(part)

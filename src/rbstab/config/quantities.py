@@ -182,12 +182,8 @@ _AS_MATRIX = _list_of(3, "three numbers or a 3x3 matrix")
 
 
 def _matrix(entry: Any, *checks: Any) -> Any:
-    """Return the type of a symmetric 3x3 matrix, given as its diagonal or as three rows.
-
-    Args:
-        entry: The type of an entry of the diagonal.
-        checks: The validators of three rows.
-    """
+    """Return the type of a symmetric 3x3 matrix, given as its diagonal or as three rows."""
+    # `entry` is the type of an entry of the diagonal. The checks are those of three rows.
     diagonal = Annotated[tuple[entry, ...], _THREE, _AS_MATRIX, Tag("<diagonal>")]
     rows = Annotated[_SymmetricMatrix, *checks, Tag("<matrix>")]
     return Annotated[diagonal | rows, Discriminator(_shape_tag)]

@@ -96,7 +96,14 @@ class Source:
     def problem(
         self, path: Path, problem: str, expected: str, *, of_key: bool = False
     ) -> ConfigProblem:
-        """Return a problem at a value or, with `of_key`, at its key."""
+        """Return a problem at a value or, with `of_key`, at its key.
+
+        Args:
+            path: The path of the value.
+            problem: What is wrong.
+            expected: What was expected instead.
+            of_key: Whether the problem is at the key.
+        """
         return ConfigProblem(self.location(path, of_key=of_key), key_of(path), problem, expected)
 
     def new(self, problems: Iterable[ConfigProblem]) -> list[ConfigProblem]:

@@ -178,11 +178,7 @@ def _tolerances_in(config: Config, text: str) -> list[Tolerance]:
 
 
 def _unit(config: Config, text: str, key: str, entries: Iterable[Entry]) -> Fraction:
-    """Return the SI value of the unit of a key, as a tolerance.
-
-    Raises:
-        ConfigError: The config gives one of the numbers in another unit.
-    """
+    """Return the SI value of the unit of a key, as a tolerance; refuse numbers in another unit."""
     read = number_key(key)
     degrees = read is not None and read.degrees
     for entry in entries:

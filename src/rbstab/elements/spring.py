@@ -63,7 +63,13 @@ def line(motion: Motion, body_point: Array, anchor: Array, padding: Number | Non
 
 
 def squared_length(motion: Motion, body_point: Array, anchor: Array) -> Number:
-    """Return e'e of `line`, m²; it is smooth also where the line has no length."""
+    """Return e'e of `line`, m²; it is smooth also where the line has no length.
+
+    Args:
+        motion: The motion of the body.
+        body_point: As `line`.
+        anchor: As `line`.
+    """
     return squared_norm(point.position(motion, body_point) - anchor)
 
 

@@ -118,11 +118,7 @@ def _proof_of(config: Config, problem: Problem | None, *, search_only: bool, bri
 def _rotations_proof(
     identity: str, system: System, exact_system: "ExactSystem", *, brief: bool
 ) -> Proof | str:
-    """Prove the rest states among all rotations of a body that is damped, and reads no angles.
-
-    Returns:
-        The proof; if there is none, which families rest states form, or "".
-    """
+    """Prove the rest states among all rotations of a body that is damped, and reads no angles."""
     from rbstab.proof.rotations.energy import NotOnRotationsError, rotation_energy
     from rbstab.proof.rotations.lists import rest_rotations
     from rbstab.proof.rotations.theorem import (
@@ -139,6 +135,7 @@ def _rotations_proof(
         limit = BRIEF_LIMIT if brief else FULL_LIMIT
         rotations = rest_rotations(energy, limit // SLOWER if energy.free else limit)
         if not (rotations.proved or rotations.families):
+            # Without a proof: which families the rest states form.
             return rotations.why if rotations.is_family else ""
         why = why_not_almost_every_start(energy, rotations, exact)
         return rotations_record(identity, system, energy, rotations, why)

@@ -63,11 +63,9 @@ def cached_proof(folder: Path, config: Config) -> "Proof | None":
 
 
 def _may_hold_proofs(folder: Path) -> bool:
-    """Whether a folder of results has a folder of proofs, or it is not known.
-
-    Most folders have none. Then the modules of proofs need not be imported, which takes longer than
-    all else that a short run does besides its integration.
-    """
+    """Whether a folder of results has a folder of proofs, or it is not known."""
+    # Most folders have none. Then the modules of proofs need not be imported, which takes longer
+    # than all else that a short run does besides its integration.
     try:
         (folder / PROOFS).stat()
     except (FileNotFoundError, NotADirectoryError):

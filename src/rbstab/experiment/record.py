@@ -244,11 +244,7 @@ def _observed(
 
 
 class _Observer:
-    """Evaluates quantities of systems at states: by code that is made from the equations.
-
-    numpy would take twenty times as long. A system that occurs first gets an evaluation of its own,
-    but systems that differ in their modes share one code.
-    """
+    """Evaluates quantities of systems at states: by code that is made from the equations."""
 
     def __init__(self) -> None:
         self._of: dict[int, StraightLine] = {}
@@ -257,6 +253,8 @@ class _Observer:
         """Return the quantities of a system that outlives this object."""
         straight_line = self._of.get(id(system))
         if straight_line is None:
+            # numpy would take twenty times as long. Systems that differ in their modes share one
+            # code.
             straight_line = StraightLine(_values, system, len(state), timed=system.timed)
             self._of[id(system)] = straight_line
         return straight_line(state, t)

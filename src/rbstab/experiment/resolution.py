@@ -51,11 +51,9 @@ def motion_warnings(trajectory: Trajectory, *, reads_angles: bool) -> list[str]:
 
 
 def _last_comparable(trajectory: Trajectory) -> float:
-    """Return the last time at which two runs of one motion can be compared, s.
-
-    Where a run ends early, its last sample is no common one.
-    """
+    """Return the last time at which two runs of one motion can be compared, s."""
     completed = trajectory.status is RunStatus.COMPLETED
+    # Where a run ends early, its last sample is no common one.
     return float(trajectory.times[-1 if completed else max(-2, -len(trajectory.times))])
 
 

@@ -116,6 +116,12 @@ def finished_run(
 ) -> Result | None:
     """Return the finished result of a config if its certificate has the checks of the proof.
 
+    Args:
+        config: The config.
+        problem: Its problem.
+        path: The file of the result.
+        proof: The proof of its rest states; None: no checks are needed.
+
     Returns:
         The result; None if it is missing, not final, or lacks the checks.
     """

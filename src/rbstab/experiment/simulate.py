@@ -95,7 +95,15 @@ def simulate_problem(
     proof: "Proof | None" = None,
     enclose: Enclose = Enclose.NOTHING,
 ) -> Result:
-    """Integrate the problem of a config and return its result; see `simulate`."""
+    """Integrate the problem of a config and return its result.
+
+    Args:
+        config: The config.
+        problem: Its problem, from `problem_of`.
+        progress: As `simulate`.
+        proof: As `simulate`.
+        enclose: As `simulate`.
+    """
     integrate = engine(config.integration.engine)
     deadline = Deadline(problem.time_limit)
     rest = rest_state_of(problem)

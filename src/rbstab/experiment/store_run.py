@@ -153,11 +153,9 @@ def _moved_aside(path: Path, old: Result | None) -> Path | None:
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """Return a context that holds a lock of a folder, if the system can lock folders.
-
-    The lock leaves no file. Without it, a result may be replaced by a worse one that another
-    process writes in the same millisecond.
-    """
+    """Return a context that holds a lock of a folder, if the system can lock folders."""
+    # Without a lock, a result may be replaced by a worse one that another process writes in the
+    # same millisecond. A lock of a folder leaves no file.
     with ExitStack() as opened:
         # The folder is missing or not readable, or the system cannot lock folders.
         with suppress(OSError):

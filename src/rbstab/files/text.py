@@ -57,7 +57,13 @@ def printable(text: str) -> str:
 
 
 def line(kind: str, title: str, facts: Iterable[str]) -> str:
-    """Return what the interpreter shows: `<rbstab.Result "A title": completed, 401 samples>`."""
+    """Return what the interpreter shows: `<rbstab.Result "A title": completed, 401 samples>`.
+
+    Args:
+        kind: The name of the class.
+        title: The title; "" for none.
+        facts: What else is shown.
+    """
     name = f' "{shortened(title)}"' if title else ""
     return printable(f"<rbstab.{kind}{name}: {', '.join(map(shortened, facts))}>")
 

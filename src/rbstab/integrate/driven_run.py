@@ -35,7 +35,13 @@ class DrivenRun(Run):
         return self.driver.recorded(trajectory)
 
     def add_sample(self, t: float, y: Array, so_far: SoFar | None = None) -> None:
-        """Keep a sample, and the switches before it: by default all so far."""
+        """Keep a sample, and the switches before it.
+
+        Args:
+            t: The time, s.
+            y: The audited state.
+            so_far: The switches before it; default all so far.
+        """
         super().add_sample(t, y)
         self.driver.add_sample(y, so_far)
 

@@ -119,17 +119,12 @@ class _Search:
         return None
 
     def _before(self, below: float, h: list[float], t: list[float], falls: float) -> Event:
-        """Return the zero before the first time at which the function is known to be negative.
-
-        Args:
-            below: This time, s.
-            h: The values at the tests before it. None is clearly negative.
-            t: The times of the tests, s.
-            falls: The rate at the first test.
-        """
+        """Return the zero before `below`, s, at which the function is known to be negative."""
+        # The values `h`, at the times `t` before it, are not clearly negative.
         positive = [time for time, value in zip(t, h, strict=False) if value > 0]
         if positive:
             return self._between(positive[-1], below)
+        # `falls` is the rate at the first of them.
         if falls <= 0:
             return Event(self.number, t[0], t[0])
         # The mode has just switched: its margin rises from zero, and falls again.

@@ -48,7 +48,13 @@ class InQuaternions:
         progress: Progress | None = None,
         deadline: Deadline | None = None,
     ) -> Trajectory:
-        """Integrate a problem (see `Engine`)."""
+        """Integrate a problem (an `Engine`).
+
+        Args:
+            problem: The problem.
+            progress: As `Engine`.
+            deadline: As `Engine`.
+        """
         if not problem.quaternion:
             return self.engine(problem, progress, deadline)
         deadline = deadline or Deadline(problem.time_limit)
@@ -118,13 +124,8 @@ def _angles_along(
 
 
 def _parts_needed(turn: float, intervals: float, trajectory: Trajectory) -> int:
-    """Return into how many parts the intervals of a motion must be divided to show how it turns.
-
-    Args:
-        turn: The largest turn in doubt, rad.
-        intervals: The fewest intervals that show it.
-        trajectory: The motion.
-    """
+    """Return how many parts of each interval of a motion are needed to show how it turns."""
+    # `turn` is the largest turn in doubt, rad; `intervals` are the fewest that show it.
     samples = max(len(trajectory.times) - 1, 1)
     needed = max(turn / LONGEST_TURN, intervals / samples)
     enough = max(INTERVALS_PER_STEP * max(trajectory.steps, 1) / samples, 1.0)

@@ -162,7 +162,13 @@ class Engine(Protocol):
 
 
 def first_samples(whole: Trajectory, count: int, deadline: Deadline) -> Trajectory:
-    """Return the first samples of a trajectory of which no more could be recorded in time."""
+    """Return the first samples of a trajectory of which no more could be recorded in time.
+
+    Args:
+        whole: The trajectory.
+        count: The number of samples, at least 1.
+        deadline: The deadline, which gives the reason.
+    """
     last = float(whole.times[count - 1])
     sampled = "times", "states", "lyapunov_change", "contact_work", "systems", "supplied_energy"
     rows: dict[str, Any] = {name: getattr(whole, name) for name in sampled}

@@ -49,7 +49,13 @@ DECREASE = 0.5
 def integrate(
     problem: Problem, progress: Progress | None = None, deadline: Deadline | None = None
 ) -> Trajectory:
-    """Integrate a problem with its method (see `Engine`)."""
+    """Integrate a problem with its method (an `Engine`).
+
+    Args:
+        problem: The problem.
+        progress: As `Engine`.
+        deadline: As `Engine`.
+    """
     deadline = deadline or Deadline(problem.time_limit)
 
     def run(given: Problem, told: Progress | None) -> Trajectory:
@@ -193,11 +199,9 @@ class ScipyRun(DrivenRun):
         return first_event(self._events, solver.dense_output(), ends, states, slopes)
 
     def _may_leave(self, ends: tuple[float, float], states: tuple[Array, Array]) -> bool:
-        """Whether cos θ2 may have fallen to its bound in a step; the test is cheap and cautious.
-
-        |θ̇2| <= |Ω|, because the second row of B has unit length. So a step with both ends far
-        enough inside the range cannot have reached the bound.
-        """
+        """Whether cos θ2 may have fallen to its bound in a step; the test is cheap and cautious."""
+        # |θ̇2| <= |Ω|, because the second row of B has unit length. So a step with both ends far
+        # enough inside the range cannot have reached the bound.
         angle = max(abs(y[PITCH]) for y in states)
         speed = max(np.linalg.norm(y[OMEGA]) for y in states)
         return not angle + speed * (ends[1] - ends[0]) < self._largest_angle

@@ -38,7 +38,11 @@ def velocity(body: Body, A: Array, Omega: Array, V: Array) -> Array:
 def centre_position(body: Body, A: Array, E: Array, anchor: Array) -> Array:
     """Return X = E - AR + R + X_a: eq. 4 solved for X; with E = 0, eq. 32.
 
-    The arguments have the same shapes as in `displacement`.
+    Args:
+        body: The body, for R.
+        A: Rotation from body to inertial coordinates, shape (3, 3).
+        E: Displacement of the contact point, shape (3,), m, inertial.
+        anchor: X_a, as in `displacement`, shape (3,), m.
     """
     return E - A @ body.contact_point + body.contact_point + anchor
 
@@ -46,6 +50,10 @@ def centre_position(body: Body, A: Array, E: Array, anchor: Array) -> Array:
 def centre_velocity(body: Body, A: Array, Omega: Array, F: Array) -> Array:
     """Return V = F + A Ř Ω: eq. 4 solved for V; with F = 0, eq. 32.
 
-    The arguments have the same shapes as in `velocity`.
+    Args:
+        body: The body, for R.
+        A: Rotation from body to inertial coordinates, shape (3, 3).
+        Omega: Angular velocity, shape (3,), rad/s, body.
+        F: Velocity of the contact point, shape (3,), m/s, inertial.
     """
     return F - A @ cross(Omega, body.contact_point)

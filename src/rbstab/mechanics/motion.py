@@ -49,7 +49,14 @@ Turned = tuple[Array, Array]
 
 
 def motion_from_centre(body: Body, anchor: Array, Z: Array, turned: Turned | None = None) -> Motion:
-    """Return the motion at the state Z' = [Θ', Ω', X', V'], shape (12,), by eq. 2 and 4."""
+    """Return the motion at the state Z' = [Θ', Ω', X', V'], shape (12,), by eq. 2 and 4.
+
+    Args:
+        body: The body.
+        anchor: X_a, shape (3,), m, inertial.
+        Z: The state.
+        turned: A and B of an attitude that Θ does not give; None: from Θ.
+    """
     Theta, Omega, X, V = Z[THETA], Z[OMEGA], Z[X_OF_Z], Z[V_OF_Z]
     A, B = turned or _turned(Theta)
     return Motion(
@@ -71,6 +78,12 @@ def motion_from_contact(
 
     Eq. 4 is solved for X and V. With E = F = 0 this is the body held at its contact point:
     X = -AR + R + X_a and V = AŘΩ (eq. 32).
+
+    Args:
+        body: The body.
+        anchor: X_a, shape (3,), m, inertial.
+        W: The state.
+        turned: A and B of an attitude that Θ does not give; None: from Θ.
     """
     Theta, Omega, E, F = W[THETA], W[OMEGA], W[E_OF_W], W[F_OF_W]
     A, B = turned or _turned(Theta)
@@ -97,6 +110,13 @@ def motion_on_anchor(body: Body, anchor: Array, Theta: Array, Omega: Array, V: A
     V is any velocity of the centre of gravity, so the contact point may move: F = V - AŘΩ (eq. 4).
     E is exactly zero. Eq. 4 would leave the round-off of X in it, and a sliding connector acts on
     the sign of E.
+
+    Args:
+        body: The body.
+        anchor: X_a, shape (3,), m, inertial.
+        Theta: Θ, shape (3,), rad.
+        Omega: Ω, shape (3,), rad/s, body.
+        V: Velocity of the centre of gravity, shape (3,), m/s, inertial.
     """
     X = contact.centre_position(body, attitude.rotation(Theta), ZERO, anchor)
     Z = np.concatenate([Theta, Omega, X, V])

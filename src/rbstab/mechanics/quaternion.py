@@ -136,6 +136,11 @@ def turning(w: Array, r: Array, Omega: Array) -> Array:
     """Return θ1, sin θ2 and θ3, and their rates, shape (2, 3, ...).
 
     Only sin θ2 is smooth at θ2 = ±90°. θ1 and θ3 are those of `angles`.
+
+    Args:
+        w: Shape (...).
+        r: Shape (3, ...).
+        Omega: Ω, shape (3, ...), rad/s, body.
     """
     Theta, upright = angles(w, r)
     sine, s, c = np.sin(Theta[1]), np.sin(Theta[2]), np.cos(Theta[2])

@@ -88,11 +88,7 @@ def _reserve(file: h5py.File, name: str, variable: Variable) -> h5py.Dataset:
 
 
 def _scales(dataset: Dataset) -> dict[str, Variable]:
-    """Return the coordinates of all dimensions; where there is none, the numbers of the entries.
-
-    Raises:
-        ValueError: An array has another shape than its coordinates.
-    """
+    """Return the coordinates of all dimensions; where there is none, the numbers of the entries."""
     coordinates, arrays = dict[str, Variable](), dataset.variables
     for name, v in arrays.items():
         if len(v.dimensions) != v.data.ndim:

@@ -244,11 +244,7 @@ def read_table(path: Path, kind: str, names: Iterable[str] | None = None) -> Tab
 
 
 def _check(table: Table) -> None:
-    """Check that the runs are counted, and that each column has an entry and a word for each.
-
-    Raises:
-        KeyError, ValueError: It is not so.
-    """
+    """Check that the runs are counted, and that each column has an entry and a word for each."""
     runs = table[RUN]
     if runs.dtype != np.dtype("i8") or runs.ndim != 1:
         raise ValueError(f"{RUN} has a wrong type or shape")

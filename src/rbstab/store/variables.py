@@ -63,7 +63,13 @@ def optional_module(name: str, extra: str) -> ModuleType:
 
 
 def no_such_array(name: object, names: Iterable[str], kind: str = "array") -> KeyError:
-    """Return the error about a name that no array has: the name that was meant, or all names."""
+    """Return the error about a name that no array has: the name that was meant, or all names.
+
+    Args:
+        name: The name.
+        names: The names of the arrays.
+        kind: What an array is called in the message.
+    """
     names = list(names)
     close = get_close_matches(str(name), names, n=1)
     if close:

@@ -67,10 +67,8 @@ def by_modes(system: System, start: Array, *, layered: bool, sticks: bool) -> Sy
 
 
 def _begins_at_rest(system: System, start: Array) -> bool:
-    """Return whether an axis of the contact point begins at E = F = 0, and so may be held.
-
-    No axis is held on s = E beside a stop: each impact would throw it off, to bounce again.
-    """
+    """Return whether an axis of the contact point begins at E = F = 0, and so may be held."""
+    # No axis is held on s = E beside a stop: each impact would throw it off, to bounce again.
     if stop_of(system) is not None:
         return False
     motion = system.motion(start)

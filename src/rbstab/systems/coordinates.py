@@ -39,11 +39,23 @@ class Coordinates:
         raise NotImplementedError
 
     def motion(self, body: Body, anchor: Array, y: Array) -> Motion:
-        """Return the motion with these coordinates."""
+        """Return the motion with these coordinates.
+
+        Args:
+            body: The body.
+            anchor: X_a, shape (3,), m, inertial.
+            y: The coordinates, shape (size,).
+        """
         raise NotImplementedError
 
     def dynamics(self, body: Body, motion: Motion, wrench: Wrench) -> tuple[Array, Array]:
-        """Return ẏ, shape (size,), and Λ on the body at C, shape (3,), N, inertial."""
+        """Return ẏ, shape (size,), and Λ on the body at C, shape (3,), N, inertial.
+
+        Args:
+            body: The body.
+            motion: The motion with these coordinates.
+            wrench: The forces of the elements on the body.
+        """
         raise NotImplementedError
 
 

@@ -203,7 +203,14 @@ def chosen(system: System, y: Array, rows: Array, time: float = 0.0) -> tuple[Sy
 
 
 def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
-    """Return Filippov's choice for axes on their surfaces; see `chosen`."""
+    """Return Filippov's choice for axes on their surfaces; see `chosen`.
+
+    Args:
+        system: As `chosen`.
+        y: As `chosen`.
+        rows: As `chosen`.
+        time: The time, s.
+    """
     system, all_surfaces = with_held(system, y, rows, time)
     bounds = bounds_of_axes(system)[rows]
     contact, count = resting(system), len(rows)
@@ -225,7 +232,14 @@ def choice(system: System, y: Array, rows: Array, time: float = 0.0) -> Choice:
 
 
 def with_held(system: System, y: Array, rows: Array, time: float) -> tuple[System, Surfaces]:
-    """Return a system in which some axes are held, and its surfaces."""
+    """Return a system in which some axes are held, and its surfaces.
+
+    Args:
+        system: The system.
+        y: The state, or the audited state.
+        rows: The axes, among those of all ties.
+        time: The time, s.
+    """
     system = with_changed(system, slide_modes(system)[:, rows], 1.0)
     motion, pairs = system.loads(y, time)
     return system, surfaces(system.body, system.coordinates, motion, pairs)
@@ -348,7 +362,14 @@ def moved(decision: Choice, y: Array) -> Array:
 
 
 def pushed(system: System, y: Array, rows: Array, by: Array) -> Array:
-    """Return a state after impulses on some rows, N s or N m s."""
+    """Return a state after impulses on some rows.
+
+    Args:
+        system: The system.
+        y: The state, or the audited state.
+        rows: The indices of the rows, as in `residuals`.
+        by: The impulse on each row, N s or N m s.
+    """
     sizes = np.zeros(len(residuals(system, y)), by.dtype)
     sizes[rows] = by
     elements, motion = elements_with_rows(system.elements), system.motion(y)

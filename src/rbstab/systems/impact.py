@@ -98,7 +98,13 @@ def rests(system: System, y: Array, side: int, time: float = 0.0) -> bool:
 
 
 def resting_side(system: System, y: Array, time: float = 0.0) -> int:
-    """Return the side on which a body rests against its stop, 1 or -1; 0 if it does not."""
+    """Return the side on which a body rests against its stop, 1 or -1; 0 if it does not.
+
+    Args:
+        system: The system, in the modes that the other elements have there.
+        y: The state.
+        time: The time, s.
+    """
     side = side_of(system, y)
     return side if side and rests(system, y, side, time) else 0
 

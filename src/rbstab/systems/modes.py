@@ -74,7 +74,13 @@ def with_modes(system: System, modes: Modes) -> System:
 
 
 def with_changed(system: System, places: Any, values: Any) -> System:
-    """Return a system in which the modes at some indices have other values."""
+    """Return a system in which the modes at some indices have other values.
+
+    Args:
+        system: The system.
+        places: The indices of the modes, as numpy takes them.
+        values: Their values, or the value of all.
+    """
     modes = np.array(modes_of(system))
     modes[places] = values
     return with_modes(system, tuple(modes.tolist()))
@@ -84,6 +90,11 @@ def guards_at(system: System, y: Array, time: Number = 0.0) -> Array:
     """Return the event functions of all elements at a state, in the order of the modes.
 
     Those of an element that `holds` or `slides` depend on the loads, and so on the time.
+
+    Args:
+        system: The system.
+        y: The state, of any kind of number.
+        time: The time, s.
     """
     motion, pairs = system.acting(y, time)
     guards = [element.guards(motion, states) for element, states in pairs if element.mode_count]
@@ -133,13 +144,8 @@ def with_first_modes(system: System, y: Array, time: float = 0.0) -> System:
 
 
 def _with_stop_at(system: System, y: Array, time: float) -> System:
-    """Return a system whose stop is in the modes that belong to a state.
-
-    Args:
-        system: The system, whose other elements are in the modes of the state.
-        y: The state.
-        time: The time, s.
-    """
+    """Return a system whose stop is in the modes that belong to a state."""
+    # The other elements are in the modes of the state already.
     if stop_of(system) is None:
         return system
     return with_contact(system, resting_side(system, np.array([_real(x) for x in y]), time))
@@ -152,7 +158,13 @@ def with_contact(system: System, side: int) -> System:
 
 
 def guard_rates(system: System, y: Array, time: float = 0.0) -> Array:
-    """Return the rates of the event functions along the motion, at a state of floats."""
+    """Return the rates of the event functions along the motion.
+
+    Args:
+        system: The system.
+        y: The state, of floats.
+        time: The time, s.
+    """
     along = np.append(system.rates(y, time), 1.0)
     at = np.append(y, time)
     rates: Array = derivative_along(lambda z: guards_at(system, z[:-1], z[-1]), at, along)

@@ -68,12 +68,10 @@ def structure(system: System) -> Hashable:
 
 
 def _functions_and_parts(owner: Any) -> Iterator[Hashable]:
-    """Yield the fields of an element or of coordinates that are functions, not parameters.
-
-    Then yield the types of the fields that are dataclasses themselves, such as a signal.
-    """
+    """Yield the fields that are functions, not parameters; then the types of dataclass fields."""
     values = [getattr(owner, field) for field in _field_names(owner.__class__)]
     yield from filter(callable, values)
+    # Such as the type of a signal.
     yield from (value.__class__ for value in values if is_dataclass(value))
 
 

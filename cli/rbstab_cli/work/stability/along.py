@@ -99,6 +99,11 @@ def checked_along(configs: Iterable[Config], texts: Iterable[str]) -> list[Param
 def locus_of(config: Config, parameter: Parameter, is_late: Callable[[], bool]) -> Locus:
     """Compute the root locus and all rest states of a config along a parameter that it has.
 
+    Args:
+        config: The config.
+        parameter: The parameter.
+        is_late: Returns whether no further interval is to be tried.
+
     Raises:
         UsageError: A changed config is not valid.
     """

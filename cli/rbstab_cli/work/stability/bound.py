@@ -25,6 +25,12 @@ def asked_bound(
 ) -> Stated | None:
     """Return what the options ask, before anything is computed; None if nothing is.
 
+    Args:
+        configs: The configs, which may state bounds themselves.
+        texts: The values of --bound: KIND=SIZE.
+        tilt: The value of --within-tilt, rad; None without it.
+        largest: Whether --largest is given.
+
     Raises:
         UsageError: A text has another form, or a kind of load is given twice.
     """

@@ -116,12 +116,8 @@ def checked_tolerances(
 
 
 def _mixed(given: Sequence[Tolerance], searched: Mapping[str, Sequence[Tolerance]]) -> list[str]:
-    """Return what is wrong with tolerances that cannot be proved together.
-
-    Args:
-        given: The tolerances of --within.
-        searched: By the values of --largest-within, the tolerances of each beside the given ones.
-    """
+    """Return what is wrong with tolerances that cannot be proved together."""
+    # Those of --within, and those that each --largest-within needs beside them.
     every = [*given, *(tolerance for tolerances in searched.values() for tolerance in tolerances)]
     starts = [tolerance.entry.key for tolerance in every if are_of_starts([tolerance])]
     if not starts or (len(starts) == len(given) and not searched):

@@ -13,7 +13,13 @@ from rbstab_cli.results import results_folder_of
 
 
 def compare(first: Path, second: Path, as_json: bool) -> None:
-    """Print what differs between two results."""
+    """Print what differs between two results.
+
+    Args:
+        first: The file of a run, or the folder of a sweep; or a folder with one result.
+        second: The other one, of the same kind.
+        as_json: Whether to print JSON.
+    """
     comparison = differences(first, second)
     print_unread_proofs(map(results_folder_of, (first, second)))
     if as_json:

@@ -25,7 +25,14 @@ from rbstab_cli.results import taken
 
 
 def export(results: tuple[Path, ...], output: Path, traces: bool, force: bool) -> None:
-    """Write the table of some results."""
+    """Write the table of some results.
+
+    Args:
+        results: The files and folders of the results.
+        output: The file of the table; its ending gives the form.
+        traces: Whether to write the motions, with a row for each sample.
+        force: Whether an existing file is replaced.
+    """
     form = form_of(output, (*FORMS, NETCDF))
     if form == "parquet":
         require("table", f"-o {output}", "pandas", "pyarrow")
@@ -47,11 +54,7 @@ def export(results: tuple[Path, ...], output: Path, traces: bool, force: bool) -
 
 
 def _write_netcdf(output: Path, sources: Sources, *, traces: bool) -> tuple[int, int]:
-    """Write a sweep as one netCDF-4 file, with the arrays as `open_sweep` returns them.
-
-    Returns:
-        The numbers of members and of columns.
-    """
+    """Write a sweep as netCDF-4, as `open_sweep` returns it; count its members and columns."""
     if traces or sources.runs or len(sources.sweeps) != 1:
         raise click.UsageError(
             f"-o {output}: expected one sweep, without --traces. The files of runs, and those in "
@@ -64,11 +67,7 @@ def _write_netcdf(output: Path, sources: Sources, *, traces: bool) -> tuple[int,
 
 
 def _columns(sources: Sources, *, traces: bool) -> FlatColumns:
-    """Return the table of some runs, or of one sweep.
-
-    Raises:
-        StoreError: The traces of the sweep cannot be read, or a result has wrong content.
-    """
+    """Return the table of some runs, or of one sweep."""
     if not sources.sweeps:
         return joined([_of_run(run, traces=traces) for run in sources.runs])
     if len(sources.sweeps) > 1 or sources.runs:

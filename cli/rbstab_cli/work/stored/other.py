@@ -25,6 +25,12 @@ from rbstab_cli.work.sweeps.tables import print_member_answers, report_status
 def show_other(path: Path, kind: Kind, *, as_json: bool, as_config: bool) -> int | None:
     """Print a sweep, a proof, or a folder of results or proofs.
 
+    Args:
+        path: The file or folder.
+        kind: What it is.
+        as_json: Whether to print JSON.
+        as_config: Whether only its config is asked for; none of these has one.
+
     Raises:
         StoreError: It cannot be read.
         UsageError: It is a config or a plan; or it has no config to print.

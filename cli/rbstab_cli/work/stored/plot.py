@@ -39,14 +39,12 @@ def plot(
 
 
 def _figures(named: Taken) -> dict[str, Figure]:
-    """Return the figures of the report on some results, by name.
-
-    A result that the user named must be readable; of those in a folder, the others are drawn.
-    """
+    """Return the figures of the report on some results, by name."""
     sources = read_sources(named.paths)
     lines = [
         f"{unread.path}: {unread.reason}{_hint(Path(unread.path))}" for unread in sources.unread
     ]
+    # A result that the user named must be readable; of a folder, the others are drawn.
     readable = sources.runs or sources.sweeps
     if not readable or any(Path(unread.path) not in named.in_folders for unread in sources.unread):
         raise Failed(exit_codes.STORAGE, *lines)

@@ -96,13 +96,7 @@ def _target(output: Path | None, form: str | None, *, as_json: bool) -> tuple[Pa
 
 
 def _check_writable(path: Path, form: str, results: Sequence[Path], *, force: bool) -> None:
-    """Check before the work that a report can be written; an older report is replaced.
-
-    Raises:
-        UsageError: The file is one of the results that the report is made from.
-        FormatUnavailableError: A package that the format needs is not installed.
-        StoreError: The file cannot be written.
-    """
+    """Check before the work that a report can be written; an older report is replaced."""
     if realpath(path) in map(realpath, results):
         raise click.UsageError(f"{path} is one of the results. Choose another name with -o.")
     check_available(form)

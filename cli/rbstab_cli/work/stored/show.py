@@ -33,7 +33,13 @@ from rbstab_cli.streams import exact
 
 
 def show(path: Path, as_json: bool, as_config: bool) -> int | None:
-    """Print the content of a file or folder."""
+    """Print the content of a file or folder.
+
+    Args:
+        path: The file or folder.
+        as_json: Whether to print JSON.
+        as_config: Whether to print only the stored config.
+    """
     try:
         opened = open_result(path)
     except StoreError:
@@ -63,13 +69,12 @@ def show(path: Path, as_json: bool, as_config: bool) -> int | None:
 
 
 class _Reference(NamedTuple):
-    """What the stored config refers to, with printed and computed values.
+    """What the stored config refers to, with printed and computed values."""
 
-    source is empty if it refers to nothing. changed are the keys in which the config differs from
-    the case of its source: then printed values say nothing about it.
-    """
-
+    # Empty if it refers to nothing.
     source: str = ""
+    # The keys in which the config differs from the case of its source. With any of them the printed
+    # values say nothing about it.
     changed: tuple[str, ...] = ()
     values: tuple[ReferenceValue, ...] = ()
 

@@ -79,10 +79,7 @@ def prove_and_tell(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
 
 
 def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
-    """Prove the rest states that the members of each variant share.
-
-    An interrupt ends the proofs at once. Each finished one is stored.
-    """
+    """Prove the rest states that the members of each variant share."""
     results = sweep.folder.path.parent
     bodies = sum(shares_proof(plan, variant) for variant in plan.variants)
     data: dict[str, Any] = {"bodies": bodies, "reached": bodies}
@@ -90,6 +87,7 @@ def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
         try:
             keep_proofs(plan, results, brief=not unlimited)
         except KeyboardInterrupt:
+            # An interrupt ends the proofs at once. Each finished one is stored.
             missing = counted(bodies, "proof of rest states", "proofs of rest states")
             return Answers([], {"bodies": bodies, "reached": None, "interrupted": True}, missing)
         if plan.members > MAX_COUNTED:
@@ -101,11 +99,7 @@ def _of_shared(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
 
 
 def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
-    """Prove the rest states of each distinct body, within a budget.
-
-    The first interrupt ends the proofs; what was proved until then is stored. The second one ends
-    the command at once.
-    """
+    """Prove the rest states of each distinct body, within a budget."""
     budget, bodies = None if unlimited else prove_bodies.BUDGET, bodies_of(plan)
     limit = "without a limit of time"
     if budget is not None:
@@ -113,6 +107,8 @@ def _of_bodies(plan: Plan, sweep: Sweep, *, unlimited: bool) -> Answers:
     hint(f"Proving the rest states of {_bodies(len(bodies))}, {limit} ...")
     stop = Event()
     with (
+        # The first interrupt ends the proofs, and stores what was proved until then. The second one
+        # ends the command at once.
         graceful_interrupts(stop, stop),
         working("proofs of rest states") as work,
     ):

@@ -79,19 +79,14 @@ def sweep(
 
 
 def _engine(wanted: str | None, folder: Path, plan: Path) -> tuple[str, bool]:
-    """Return the engine: the wanted one, or the one of the stored sweep, or the fastest.
-
-    Returns:
-        The name, and whether it is slow because heyoka is not installed.
-
-    Raises:
-        EngineMissingError: The engine is not installed.
-    """
+    """Return the engine, and whether it is slow because heyoka is not installed."""
+    # The wanted one, or the one of the stored sweep, or the fastest.
     name = wanted or engine_of(folder)
     if name is None and is_in_sweep_folder(plan):
         name = engine_of(plan.parent)
     is_slow = name is None and fastest_engine() == "scipy"
     name = name or fastest_engine()
+    # Refuses an engine that is not installed.
     factory_for(name)
     return name, is_slow
 

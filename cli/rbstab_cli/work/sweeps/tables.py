@@ -192,7 +192,14 @@ def report_status(path: Path, *, as_json: bool, answers: MemberAnswers | None = 
 
 
 def report_dry_run(plan: Plan, path: Path, options: SweepOptions, *, as_json: bool) -> None:
-    """Print how many members a plan has, how many of them are done, and the disk space."""
+    """Print how many members a plan has, how many of them are done, and the disk space.
+
+    Args:
+        plan: The plan.
+        path: The folder of the sweep; it need not exist.
+        options: The options; their part, shard size and threads count.
+        as_json: Whether to print JSON.
+    """
     folder, matches = planned_folder(path, plan, options.shard_size)
     part, shards = options.part, folder.shards
     numbers = range(shards) if part is None else part.shard_numbers(shards)

@@ -106,11 +106,7 @@ def _angles_of_matrix(given: RotationMatrix) -> tuple[float, ...]:
 
 
 def _angles_of(rotation: Any) -> tuple[float, ...]:
-    """Return Θ, rad, of a rotation A = A1(θ1) A2(θ2) A3(θ3) (eq. 2).
-
-    Raises:
-        PydanticCustomError: θ2 is ±90°, where θ1 and θ3 are not determined.
-    """
+    """Return Θ, rad, of a rotation A = A1(θ1) A2(θ2) A3(θ3) (eq. 2); refuse θ2 = ±90°."""
     import numpy as np
 
     A = rotation.as_matrix()
@@ -127,16 +123,7 @@ Form = tuple[type[Section], Callable[[Any], Any]]
 
 
 def _or(kind: Any, problem: Any, expected: str, *forms: Form) -> WrapValidator:
-    """Return a validator that takes one of some sections, each with one key, in place of a value.
-
-    The type of what degrees become tells the unit in which they were given (`unit_problem`).
-
-    Args:
-        kind: The type of the value in radians, for the JSON Schema.
-        problem: The type of problem of a text, such as 20deg.
-        expected: What is expected in place of a text.
-        forms: The sections.
-    """
+    """Return a validator that takes some sections, each with one key, in place of a value."""
     read = dict(forms)
 
     def in_radians(value: Any, handler: Callable[[Any], Any]) -> Any:
@@ -146,9 +133,11 @@ def _or(kind: Any, problem: Any, expected: str, *forms: Form) -> WrapValidator:
             return handler(value)
         section = section_of(value, read)
         converted = read[type(section)](section)
+        # This type tells the unit in which degrees were given (`unit_problem`).
         return type(converted)(handler(converted))
 
     sections = reduce(or_, read)
+    # For the JSON Schema `kind` is the type of the value in radians.
     return WrapValidator(in_radians, json_schema_input_type=kind | sections)
 
 

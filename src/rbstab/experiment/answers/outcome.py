@@ -223,15 +223,12 @@ def pushes_of(config: Config | None, proof: "Proof | None") -> str:
 
 
 def _least_spin(config: Config, energy: float) -> str:
-    """Return the least angular velocity with some kinetic energy, J, and about which axes.
-
-    √(2 energy/λ_max), about axes through the contact point; without a connector through the centre
-    of gravity. Farther axes have more energy, unless the contact point is held: then none is.
-    """
+    """Return the least angular velocity with some kinetic energy, J, and about which axes."""
     body, variant = body_of(config), config.controller.variant
     free = variant in {"free", NO_VARIANT}
     inertia = body.inertia if free else body.inertia_about_contact
     largest = np.linalg.eigvalsh(inertia)[-1]
     through = "the centre of gravity" if free else "the contact point"
+    # Axes that are farther away have more energy. A held contact point leaves none.
     axes = "any axis" if variant == "permanent" else f"any axis through {through}"
     return f"{rounded_down(math.sqrt(2 * energy / largest), 4)} rad/s about {axes}"

@@ -67,7 +67,13 @@ class Threshold(NamedTuple):
     upward: bool
 
     def beyond(self, value: float, values: Array, *, good: bool) -> Array:
-        """Return which values lie on the good side, or the bad side, of a value, and at it."""
+        """Return which values lie on the good side, or the bad side, of a value, and at it.
+
+        Args:
+            value: The value.
+            values: The values of members, shape (m,).
+            good: Whether the good side is meant, or else the bad one.
+        """
         return values >= value if good is self.upward else values <= value
 
     def sign(self, *, good: bool) -> str:
@@ -119,6 +125,11 @@ def by_chance(good: int, others: int, numbers: int) -> float:
 
     If the numbers have no effect, each order of the good and the other members along one of them
     is equally likely; two orders separate them.
+
+    Args:
+        good: How many members are good.
+        others: How many members are not.
+        numbers: How many numbers are sampled.
     """
     logarithm = math.lgamma(good + others + 1) - math.lgamma(good + 1) - math.lgamma(others + 1)
     return min(1.0, 2.0 * numbers * math.exp(-logarithm))

@@ -114,10 +114,8 @@ def prove_convergence(
 
 
 def _reached(enclose: Enclose, convergence: Convergence, proof: Proof) -> Enclose:
-    """Return how far a motion was enclosed; a brief enclosure has often found all there is.
-
-    It has not if the proof of the rest states was brief, and a later one may have larger regions.
-    """
+    """Return how far a motion was enclosed; a brief enclosure has often found all there is."""
+    # After a brief proof of the rest states, a later one may have larger regions.
     may_change = convergence.reason is Undecided.STEP_LIMIT or (
         convergence.proved is None and proof.brief
     )

@@ -94,7 +94,13 @@ class Decisions:
     def __call__(
         self, states: MotionSet, times: Array, numbers: Array
     ) -> list[Convergence | Undecided | None]:
-        """Return what is decided of each set; see `Decide`."""
+        """Return what is decided of each set (a `Decide`).
+
+        Args:
+            states: The sets.
+            times: Their times, shape (sets,), s.
+            numbers: Their places among all starts, shape (sets,).
+        """
         lows, highs = self.equations.energy_bounds(states)
         boxes = zip(*states.angle_bounds(), strict=True)
         rows = (lows.tolist(), highs.tolist(), boxes, times.tolist(), numbers.tolist())
@@ -112,11 +118,9 @@ class Decisions:
         return convergence if time >= self.last else None
 
     def _rests(self, number: int, low: float) -> bool:
-        """Return whether the energy of a motion, at least `low`, has stopped falling.
-
-        A step that could not be proved counts as one without a fall.
-        """
+        """Return whether the energy of a motion, at least `low`, has stopped falling."""
         lows = self._lows.setdefault(number, [])
+        # A step that could not be proved counts as one without a fall.
         lows.append(low)
         if len(lows) <= PATIENCE:
             return False

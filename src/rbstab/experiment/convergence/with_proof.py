@@ -147,10 +147,8 @@ def with_later_proof(result: Result, config: Config | None, proof: "Proof | None
 
 
 def _strength(line: Check) -> tuple[bool, bool, float, float]:
-    """Return how much a check says that a proof decides, so that of two the greater says more.
-
-    A complete count of rest states says more than one of states that are at least there.
-    """
+    """Return how much a check says that a proof decides, so that of two the greater says more."""
     count = line.value if line.check == GLOBAL_STABILITY else 0.0
     count, bound = (-math.inf if math.isnan(number) else number for number in (count, line.bound))
+    # A complete count of rest states says more than one of states that are at least there.
     return line.verdict != Verdict.UNKNOWN, line.quantity != LEAST_REST_STATES, count, bound

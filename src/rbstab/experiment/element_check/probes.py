@@ -196,16 +196,13 @@ def problems_in_motion(sample: Sample) -> Iterator[str]:
 def _powers(
     sample: Sample, wrench: Array, slopes: Array, element_rates: Array | float
 ) -> tuple[float, float, float]:
-    """Return the powers along the motion of a sample, with all accelerations zero, W.
-
-    Returns:
-        The rate of the stored energy with these slopes; the power of the wrench on the body; and
-        the sum of the sizes of all terms, above 0.
-    """
+    """Return the rate of the stored energy, the power of the wrench, and the size of both, W."""
+    # Along the motion of the sample, with all accelerations zero.
     motion, rates = sample.motion, np.zeros(len(sample.y))
     rates[THETA], rates[X_OF_Z] = motion.B @ motion.Omega, motion.V
     rates[sample.system.coordinates.size :] = element_rates
     stored, given = slopes * rates, wrench * np.concatenate([motion.V, motion.Omega, motion.F])
+    # The sum of the sizes of all terms; it is above 0.
     size = np.abs(stored).sum() + np.abs(given).sum() + np.finfo(float).tiny
     return float(stored.sum()), float(given.sum()), float(size)
 

@@ -90,7 +90,13 @@ def element_states_in(system: System, y: Array) -> Array:
 
 
 def statements(system: System, y: Array, time: float = 0.0) -> dict[str, Array]:
-    """Return all that the first element of a system states at a state and a time, by name."""
+    """Return all that the first element of a system states at a state and a time, by name.
+
+    Args:
+        system: The system.
+        y: The state, of any kind of number.
+        time: The time, s.
+    """
     element, motion = system.elements[0], system.motion(y, time)
     element_states = element_states_in(system, y)
     # The others may depend on the time through the rates alone, so these come first.

@@ -72,7 +72,12 @@ def counterexample_between(
     """Return a counterexample between the least and the greatest of each varied number, or None.
 
     Of several, it is that of the widest box: it stays the same when parts of the box are examined.
-    The arguments are those of `member_claims`.
+
+    Args:
+        records: The proofs, from `valid_proofs`.
+        config: The config of the members, but for the varied numbers.
+        varied: The values of the varied numbers by path, each of shape (members,); see
+            `member_claims`.
     """
 
     def width(record: BodiesRecord) -> Fraction:
@@ -95,11 +100,8 @@ def counterexample_between(
 def _compared(
     record: BodiesRecord, config: Config, varied: Mapping[Any, Array]
 ) -> list[tuple[Array, Fraction, Fraction]] | None:
-    """Return the numbers of members beside their bounds in a proof; None if anything else differs.
-
-    These are the bounds of its box, or the numbers of the body of a counterexample. The bounds of
-    an entry of a matrix hold for its mirror image.
-    """
+    """Return members' numbers beside their bounds in a proof; None if anything else differs."""
+    # The bounds are those of the box, or the numbers of the body of a counterexample.
     box = {
         tolerance.key: (Fraction(tolerance.low), Fraction(tolerance.high))
         for tolerance in record.tolerances
@@ -117,6 +119,7 @@ def _compared(
             if middle != others[path]:
                 return None
             continue
+        # The bounds of an entry of a matrix hold for its mirror image.
         is_entry = all(isinstance(part, int) for part in path[-2:])
         mirrored = (*path[:-2], *sorted(path[-2:])) if is_entry else path
         exact = Fraction(repr(middle))
@@ -149,9 +152,7 @@ def _is_valid(record: BodiesRecord, config: Config) -> bool:
 
 
 def _least_double(bound: Fraction) -> float:
-    """Return the least double that means a decimal of at least `bound`.
-
-    The decimal that a double means grows with the double, so comparing doubles is exact.
-    """
+    """Return the least double that means a decimal of at least `bound`."""
+    # The decimal that a double means grows with the double, so comparing doubles is exact.
     value = float(bound)  # the nearest: only the decimal of this one may be on either side
     return value if Fraction(repr(value)) >= bound else math.nextafter(value, math.inf)

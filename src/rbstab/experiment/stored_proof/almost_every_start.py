@@ -208,8 +208,6 @@ def _not_smooth(proof: ProofData, config: Config, unstable: list[ProvedState]) -
 
 
 def _is_smooth(element: Element) -> bool:
-    """Return whether the force of an element has continuous derivatives wherever |θ2| < π/2.
-
-    A line with a rest length has a length in all motions that count.
-    """
+    """Return whether the force of an element has continuous derivatives wherever |θ2| < π/2."""
+    # A line with a rest length has a length in all motions that count.
     return element.smooth and not (isinstance(element, Spring) and not element.rest_length > 0)

@@ -109,11 +109,9 @@ def _state(system: System, energy: "RotationEnergy", state: "RestRotation") -> P
 
 
 def _enclosure(Theta: Array, radius: float) -> tuple[Array, Array]:
-    """Return a box of Θ that contains the rest state.
-
-    Unit quaternions of two rotations with the angle φ between them are 2 sin(φ/4) apart, so φ is at
-    most π times that; and |dΘ/dφ| <= 1/cos θ2. Where θ2 may be ±π/2, θ1 and θ3 are anything.
-    """
+    """Return a box of Θ that contains the rest state."""
+    # Unit quaternions of two rotations with the angle φ between them are 2 sin(φ/4) apart, so φ is
+    # at most π times that; and |dΘ/dφ| <= 1/cos θ2. Where θ2 may be ±π/2, θ1 and θ3 are anything.
     # With cos θ2 >= 4φ at Θ, it is more than half of that in the box.
     angle, cosine = 3.2 * radius + 1e-14, math.cos(Theta[1])
     if cosine < max(POLE, 4 * angle):

@@ -151,13 +151,11 @@ def region_bounds(proof: ProofData) -> list[float]:
 
 
 def _ranges(proof: ProofData) -> Iterator[tuple[ProvedStates, Array | None, float]]:
-    """Yield the rest states of each range, its largest |Θ|, rad, and the bound of its lowest, J.
-
-    Below this bound, all of the range is the region of its lowest state. There is no largest |Θ|
-    where an energy depends on the rotation alone.
-    """
+    """Yield the rest states of each range, its largest |Θ|, rad, and the bound of its lowest, J."""
+    # Below this bound, all of the range is the region of its lowest state.
     wide = proof.unwrapped
     if proof.on_rotations is not None:
+        # There is no largest |Θ| where an energy depends on the rotation alone.
         yield proof, None, _lowest_level(proof)
     elif proof.every_start and proof.within_barriers:
         yield proof, OPEN_RANGE, np.inf

@@ -138,11 +138,7 @@ def fit(
 
 
 def _free_entries(config: Config, keys: Iterable[str]) -> list[Entry]:
-    """Return the numbers at some keys and below them.
-
-    Raises:
-        TuningError: A key has no number that can be fitted, or one of another key.
-    """
+    """Return the numbers at some keys and below them; refuse a key without numbers of its own."""
     entries: list[Entry] = []
     for key in keys:
         path = parse_key(key) or (key,)

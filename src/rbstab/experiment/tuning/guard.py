@@ -210,15 +210,14 @@ def _description(proof: Proof) -> str:
 
 
 def _outcome(result: Result, config: Config, name: str) -> RunOutcome:
-    """Return the outcome of a run of a config, with the couple of the guard of a name.
-
-    It depends on θ2 alone and never falls with |θ2|: at the largest |θ2| it is the largest.
-    """
+    """Return the outcome of a run of a config, with the couple of the guard of a name."""
     summary = summary_of(result)
     pitch, couple = summary.largest_pitch, 0.0
     if name in config.elements:
         system = system_of(config)
         y = np.zeros(system.size)
+        # The couple depends on θ2 alone and never falls with |θ2|: at the largest |θ2| it is the
+        # largest.
         y[PITCH] = pitch
         with np.errstate(all="ignore"):
             acting = with_modes_at(system, y)

@@ -217,10 +217,7 @@ def unsuited_motions() -> Iterator[None]:
 
 
 def _quantities(base: "Baseline", outcome: "Outcome") -> tuple[tuple[OutcomeQuantity, ...], Array]:
-    """Return the quantities of a run and their values, or the derivatives of these.
-
-    A held contact point has no peaks.
-    """
+    """Return the quantities of a run and their values, or the derivatives of these."""
     system = base.problem.system
     vectors = [("settling_time", "s", 1), ("peak_contact_displacement", "m", 3)]
     vectors += [("peak_time", "s", 3)]
@@ -234,6 +231,7 @@ def _quantities(base: "Baseline", outcome: "Outcome") -> tuple[tuple[OutcomeQuan
         for at, (name, unit, size) in enumerate(vectors)
         for axis in range(size)
     ]
+    # A held contact point has no peaks.
     has_peaks = not system.coordinates.holds_contact
     kept = [k for k in range(len(values)) if has_peaks or not 1 <= k < 7]
     return tuple(quantities[k] for k in kept), values[kept]

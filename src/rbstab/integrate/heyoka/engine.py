@@ -18,7 +18,13 @@ from rbstab.integrate.switching.trust import integrate_trusted
 def integrate(
     problem: Problem, progress: Progress | None = None, deadline: Deadline | None = None
 ) -> Trajectory:
-    """Integrate a problem with heyoka; `rtol` is its only tolerance (see `Engine`)."""
+    """Integrate a problem with heyoka (an `Engine`); `rtol` is its only tolerance.
+
+    Args:
+        problem: The problem.
+        progress: As `Engine`.
+        deadline: As `Engine`.
+    """
     deadline = deadline or Deadline(problem.time_limit)
 
     def run(given: Problem, told: Progress | None) -> Trajectory:

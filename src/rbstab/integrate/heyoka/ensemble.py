@@ -177,10 +177,7 @@ class Ensemble:
     def _motions(
         self, parameters: Array, run: "_Batches", Theta: Array, scales: Array, sampled: bool
     ) -> Motions:
-        """Return motions with Θ and with audit states in J.
-
-        A member whose steps do not tell how it turns past θ2 = ±90° is not done.
-        """
+        """Return motions with Θ and with audit states in J."""
         audits, samples = slice(self.size, None), run.samples
         samples[audits] *= scales[:, np.newaxis]
         angles: list[Array] = []
@@ -192,6 +189,7 @@ class Ensemble:
                 Theta_along, turn = self.q.angles_along(*of_states, Theta[:, k], *of_ends)
                 samples[THETA, k] = Theta_along[:, :count]
                 angles.append(Theta_along[:, count:])
+                # A member whose steps do not tell how it turns past θ2 = ±90° is not done.
                 run.done[k] &= turn <= LONGEST_TURN
             samples = np.delete(samples, w, axis=0)
         boundary = samples[..., [0, -1]]
@@ -201,7 +199,12 @@ class Ensemble:
         )
 
     def integrate_batch(self, pars: Array, starts: Array, grid: Array) -> tuple[Array, ...]:
-        """Integrate one batch, with parameters and audited starts of all its lanes.
+        """Integrate one batch.
+
+        Args:
+            pars: The values of heyoka's parameters, shape (parameters, SIMD), or more rows.
+            starts: The audited initial states, shape (states, SIMD).
+            grid: The times of the samples, shape (n, SIMD), s.
 
         Returns:
             The samples, shape (n, states, SIMD), what heyoka says of each lane, and the times and
@@ -227,14 +230,10 @@ class Ensemble:
 
 
 class _Batches:
-    """The integration of members, one batch after the other.
-
-    Args:
-        ensemble: The ensemble.
-        times: The samples, shape (n,), s.
-    """
+    """The integration of members, one batch after the other."""
 
     def __init__(self, ensemble: Ensemble, times: Array) -> None:
+        # The samples are at `times`, shape (n,), s.
         self._ensemble, self.times = ensemble, times
         self._grid = np.repeat(times[:, np.newaxis], SIMD, axis=1)
         self.ends: list[Array] = []

@@ -117,11 +117,9 @@ def _is_constant(event_function: Any) -> bool:
 
 
 def _is_long(system: System, modes: int) -> bool:
-    """Return whether the equations are long: those of a stop beside another element that switches.
-
-    They have the load on the stop, also where the body does not rest there. The equations of a
-    manifold are as long with a stop alone.
-    """
+    """Return whether the equations are long: of a stop beside another element that switches."""
+    # They have the load on the stop, also where the body does not rest there. The equations of a
+    # manifold are as long with a stop alone.
     has_stop = stop_of(system) is not None
     return has_stop and (modes > 2 or system.coordinates.name == "manifold")
 

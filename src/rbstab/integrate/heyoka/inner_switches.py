@@ -72,7 +72,13 @@ class InnerSwitches:
             self._loops = False
 
     def at_switch(self, integrator: Any, mode: int, direction: int) -> bool:
-        """Switch a mode if it switches alone; return whether heyoka's loop goes on."""
+        """Switch a mode if it switches alone; return whether heyoka's loop goes on.
+
+        Args:
+            integrator: heyoka's integrator, at a zero of an event function.
+            mode: The index of the mode.
+            direction: 1 if the function rises there, else -1.
+        """
         phase, t = self.driver.phase, integrator.time
         if not self._loops or t == self._begin:
             # A step of no length began on a zero, which may be a double one.

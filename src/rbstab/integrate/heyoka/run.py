@@ -171,13 +171,7 @@ class HeyokaRun(DrivenRun):
         return not self.deadline.expired()
 
     def _steps_to(self, stop: float) -> int | None:
-        """Make steps in heyoka's loop, to an event or to a time, s, and store their samples.
-
-        If a step has missed a switch, the motion goes back to its begin; `_step` makes it again.
-
-        Returns:
-            The index of the event; None without one.
-        """
+        """Make steps in heyoka's loop to an event, whose index is returned, or to a time, s."""
         integrator, begin = self.integrator, self.integrator.time
         # heyoka knows its time to more digits than a motion that goes back.
         integrator.time = begin
@@ -191,6 +185,7 @@ class HeyokaRun(DrivenRun):
             )
         self.steps += max(steps, 1)
         self.least_margin, missed = self.inner.least_margin, self.inner.missed
+        # If a step has missed a switch, `_step` makes it again.
         if missed or outcome == NOT_FINITE:
             self.max_step, self.least_margin = abs(integrator.last_h) / STEP_REDUCTION, np.inf
             self._go_back(*self._checkpoint)
@@ -227,11 +222,7 @@ class HeyokaRun(DrivenRun):
         return event
 
     def _step(self, stop: float) -> int | None:
-        """Make a step to an event, or of the engine's choice; repeat it if it missed a switch.
-
-        Returns:
-            The index of the event; None if the step ended without one.
-        """
+        """Make a step, again if it missed a switch; return the index of its event, or None."""
         begin, state = self.integrator.time, self._state.copy()
         while True:
             # A switch at the begin of the step may have changed both.
@@ -262,20 +253,10 @@ class HeyokaRun(DrivenRun):
         return self._event_of(outcome, made)
 
     def _muted_switch(self, begin: float, state: Array, shorter: float | None) -> float | None:
-        """Search a step for switches by muted event functions.
-
-        A mode that is wrong from the start of the step is switched there.
-
-        Args:
-            begin: The start of the step, s.
-            state: The state there. An impact changes it.
-            shorter: The length with which it must be repeated anyway, or None.
-
-        Returns:
-            The length with which the step must be repeated, s; None if it need not be repeated.
-        """
+        """Search a step for muted switches; return with which length, s, to repeat it, or None."""
         integrator, phase = self.integrator, self.phase
         end = integrator.time
+        # `shorter` is the length with which it must be repeated anyway, or None.
         if end == begin:
             return shorter
 
@@ -289,22 +270,18 @@ class HeyokaRun(DrivenRun):
         if event is None or not self.offsets[event.number] or event.time >= end:
             return shorter
         if event.time <= begin:
+            # The mode is wrong from the begin of the step, and is switched there.
             # The switch may end the run: then it ends where the step began.
             self._go_back(begin, state)
             self.go_on(self.driver.cross([event.number], begin, state.copy()))
+            # An impact changes the state.
             state[:] = self._state
             return end - begin
         return event.time - begin
 
     def _event_of(self, outcome: Any, made: float) -> int | None:
-        """Return the index of the event at which steps have ended; None if there is none.
-
-        The first event is the end of the range. Those of the modes follow, then those of lengths.
-
-        Args:
-            outcome: heyoka's outcome.
-            made: The length of the last step, s.
-        """
+        """Return the index of the event at which steps have ended; None if there is none."""
+        # The first event is the end of the range. Those of the modes follow, then those of lengths.
         index, modes = -1 - outcome.value, self.compiled.event_modes
         is_event = 0 <= index <= len(modes) + len(self.owners)
         if 0 < index <= len(modes) and made == 0.0:
@@ -347,16 +324,13 @@ class HeyokaRun(DrivenRun):
         set_parameters(self.integrator, self.values)
 
     def _add_samples_of_step(self) -> None:
-        """Add the samples within the last step, all of one phase: that before its last switch.
-
-        At the deadline, the rest of them is left out. A sample at the end of the run, or where legs
-        begin, is not one of them.
-        """
+        """Add the samples within the last step, all of one phase: that before its last switch."""
         before, self.inner.before = self.inner.before, None
         so_far, integrator = before or self.driver.so_far(), self.integrator
         self.system = so_far.system
         self.t, self.y = integrator.time, self._state.copy()
         self.keep_end()
+        # A sample at the end of the run, or where legs begin, is not one of them.
         end = min(self.t, np.nextafter(self._stop, -np.inf))
         while self.lacks(end):
             begin = len(self.samples)

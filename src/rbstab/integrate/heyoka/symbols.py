@@ -96,9 +96,14 @@ def set_parameters(integrator: Any, values: Array) -> None:
 
 
 def set_motion(integrator: Any, time: float, state: Array) -> None:
-    """Set the time, s, and the state of an integrator; it forgets the events before.
+    """Set the time and the state of an integrator; it forgets the events before.
 
     heyoka takes an event soon after the last one of its function for the same event.
+
+    Args:
+        integrator: heyoka's integrator.
+        time: The time, s.
+        state: The state.
     """
     integrator.time = time
     set_state(integrator, state)

@@ -323,12 +323,8 @@ class _Run:
         return np.concatenate([parameter_values(system), q / STEP, settings])
 
     def _pass(self, transition: Transition, shifted: System) -> None:
-        """Go through a transition, at which state and derivative may jump.
-
-        Args:
-            transition: The transition.
-            shifted: The system before it, shifted along the tangent.
-        """
+        """Go through a transition, at which state and derivative may jump."""
+        # `shifted` is the system before it, shifted along the tangent.
         before, time, states = transition.before, transition.time, self.integrator.state
         # Each ends with ∫v dt.
         values, derivatives = states[: self.size + 1], states[self.size + 1 :]

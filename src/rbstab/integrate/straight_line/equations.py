@@ -128,12 +128,9 @@ class _Code:
     mode_places: list[tuple[int, int]]
 
     def evaluations(self, modes: Modes = ()) -> dict[str, Evaluate]:
-        """Return the code for each kind of number of a vector, by numpy's character of its type.
-
-        Args:
-            modes: The modes, in the order of the elements; () for those of the inputs.
-        """
+        """Return the code for each kind of number of a vector, by numpy's character of its type."""
         inputs = self.inputs.copy()
+        # The modes are in the order of the elements; () means those of the inputs.
         for mode, place in self.mode_places if modes else []:
             inputs[place] = modes[mode]
         try:

@@ -102,7 +102,13 @@ class ConnectorSwitches:
         return stick.system, stick.state
 
     def test_sticking(self, system: System, t: float, y: Array) -> Any:
-        """Return the axes that stick in a system at a time, s, and a state; None if none does."""
+        """Return the axes that stick in a system; None if none does.
+
+        Args:
+            system: The system.
+            t: The time, s.
+            y: The audited state.
+        """
         stick = most_axes_stick(system, y, t)
         if stick is None:
             self._schedule_stick_test()

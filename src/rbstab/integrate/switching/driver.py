@@ -145,9 +145,14 @@ class Driver:
         return y
 
     def crosses(self, mode: int, t: float, y: Array) -> bool:
-        """Return whether a mode can be switched by `cross_alone`, at a state and a time, s.
+        """Return whether a mode can be switched by `cross_alone`.
 
         Else `cross` has more to do, or the run ends here.
+
+        Args:
+            mode: The index of the mode.
+            t: The time, s.
+            y: The audited state.
         """
         if (
             mode not in self.phase.alone
@@ -215,17 +220,12 @@ class Driver:
             raise StopRun(RunStatus.SWITCH_LIMIT, f"stopped after {self.count} switches")
 
     def _choose(self, modes: list[int], rested: int, t: float, y: Array) -> Array:
-        """Choose what holds after a jump of loads: axes that slide, and the rest at a stop.
-
-        Args:
-            modes: The modes whose margins have reached zero; they have switched.
-            rested: The side of the stop on which the body rested before, or 0.
-            t: The time, s.
-            y: The audited state.
-        """
+        """Choose what holds after a jump of loads: axes that slide, and the rest at a stop."""
+        # The margins of the modes have reached zero, and they have switched.
         if self._chooses:
             y = self._chosen(after_events, y, modes, t)
         if self.impacts is not None:
+            # `rested` is the side of the stop on which the body rested before, or 0.
             self.impacts.follow(t, rested, self.resting)
         return y
 
@@ -239,11 +239,7 @@ class Driver:
         return y
 
     def _impact(self, side: int, t: float, y: Array) -> Array:
-        """Return the state after an impact on a side, and the rest if the body comes to rest.
-
-        An impact can turn back what the motion was about to switch at the same time. So the other
-        modes are those that switch after it.
-        """
+        """Return the state after an impact on a side, and the rest if the body comes to rest."""
         record = self.impacts
         assert record is not None
         if t == record.last_time:
@@ -254,6 +250,8 @@ class Driver:
         # After it, modes may switch again at the same time.
         self._last.clear()
         y = collision.state
+        # An impact can turn back what the motion was about to switch at the same time. So the other
+        # modes are those that switch after it.
         others = self._others(t, y)
         if others:
             self._switch(others, t)
@@ -277,11 +275,9 @@ class Driver:
         return float(self.phase.system.observe(y, t).energy.sum())
 
     def _others(self, t: float, y: Array) -> list[int]:
-        """Return the modes that an impact switches, but for those of the stop and of sliding axes.
-
-        They reach their switch at the same time, or the impact moves them past it: the velocities
-        jump, and so does s = F + κE of a tie with a boundary layer.
-        """
+        """Return the modes an impact switches, except those of the stop and of sliding axes."""
+        # They reach their switch at the same time, or the impact moves them past it: the velocities
+        # jump, and so does s = F + κE of a tie with a boundary layer.
         passed = np.flatnonzero(self.phase.margins(y, t) < -PASSED)
         modes = {*self.phase.coinciding(y, t).tolist(), *passed.tolist()}
         return sorted(modes - self._sides.keys() - self._of_axes)

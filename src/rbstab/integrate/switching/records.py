@@ -36,13 +36,25 @@ class ImpactRecord:
         return self._impacts[-1][0] if self._impacts else -np.inf
 
     def add(self, t: float, rate: float, lost: float) -> None:
-        """Keep an impact: its time, s, θ̇2 before it, rad/s, and the energy it takes away, J."""
+        """Keep an impact.
+
+        Args:
+            t: The time, s.
+            rate: θ̇2 before it, rad/s.
+            lost: The energy that it takes away, J.
+        """
         self.lost += lost
         self.count += 1
         self._impacts.append((t, rate))
 
     def follow(self, t: float, before: int, now: int) -> None:
-        """Keep the begin or the end of a rest at a time, s, from the sides before and now."""
+        """Keep the begin or the end of a rest.
+
+        Args:
+            t: The time, s.
+            before: The side on which the body rested before, 1 or -1, or 0.
+            now: The side on which it rests now, or 0.
+        """
         if now and not before and len(self._rests) < STORED_RESTS:
             self._rests.append((t, np.nan))
         # A rest that began after the last stored one has no entry to end.
@@ -95,7 +107,13 @@ class SwitchRecord:
             self._switches.append((t, axis))
 
     def add_transition(self, t: float, axis: int, *, held: bool) -> None:
-        """Keep that an axis is held or released at a time, s; only `add_switch` counts it."""
+        """Keep that an axis is held or released; only `add_switch` counts it.
+
+        Args:
+            t: The time, s.
+            axis: The axis.
+            held: Whether it is held from now on.
+        """
         if len(self.transitions) < MAX_TRANSITIONS:
             kind = StickSlip.STICK if held else StickSlip.RELEASE
             self.transitions.append((t, axis, kind))

@@ -185,33 +185,24 @@ def tangent_at_start(system: System, shifted: System, y: Array, z: Array, time: 
 
 
 def _on_surfaces(shifted: System, y: Array, time: float) -> Array:
-    """Return a state moved by impulses along the held axes until it is on their surfaces.
-
-    They change velocities alone, and s is linear in these. So one step is exact. A body that rests
-    against its stop stays there.
-
-    Args:
-        shifted: The system, shifted as for `through_transition`.
-        y: The state, with the imaginary part h ∂y/∂s.
-        time: The time, s.
-    """
+    """Return a state moved by impulses along the held axes until it is on their surfaces."""
+    # `shifted` is as for `through_transition`; the imaginary part of y is h ∂y/∂s.
     axes = np.flatnonzero(held_axes(shifted))
     _, surfaces = with_held(shifted, y, axes, time)
     away = residuals(shifted, y)
     # The impulses must not move a body away from the stop at which it rests: the last row.
     rows = np.append(axes, len(away) - 1) if resting(shifted) else axes
     away = away[rows]
+    # Impulses change velocities alone, and s is linear in these. So one step is exact.
     return pushed(shifted, y, rows, -np.linalg.solve(surfaces.mobility[np.ix_(rows, rows)], away))
 
 
 def _check_borders(system: System, shifted: System, y: Array, z: Array, time: float) -> None:
-    """Reject a start on a border at which the rates jump, if s leads across it; see above.
-
-    The borders of axes that are held are no such borders.
-    """
+    """Reject a start on a border at which the rates jump, if s leads across it; see above."""
     guards, owners = guards_at(system, y, time), mode_owners(system)
     changes = guards_at(shifted, y + 1j * STEP * z, time).imag
     rates = system.rates(y, time)
+    # The borders of axes that are held are no such borders.
     is_free = np.ones(len(guards), dtype=bool)
     is_free[slide_modes(system)[:, held_axes(system)]] = False
     for mode in np.flatnonzero((guards == 0) & (changes != 0) & is_free):

@@ -76,13 +76,11 @@ def _slides(problem: Problem) -> bool:
 def _trusted_until(
     problem: Problem, run: Trajectory, integrate: Integrate, deadline: Deadline
 ) -> float:
-    """Return how far a run is trusted, from a second run; NaN if the deadline has ended the run.
-
-    It is compared up to `PREDICTABLE` switches first: most motions are not trusted that far, and
-    the rest of them has most of the switches.
-    """
+    """Return how far a run is trusted, from a second run; NaN if the deadline has ended the run."""
     if run.status is RunStatus.TIME_LIMIT:
         return np.nan
+    # It is compared up to `PREDICTABLE` switches first: most motions are not trusted that far, and
+    # the rest of them has most of the switches.
     counts = [len(run.times)]
     if run.switches is not None:
         first = int(np.searchsorted(run.switches.counts.sum(axis=1), PREDICTABLE)) + 1
@@ -147,14 +145,12 @@ def trusted_until(run: Trajectory, second: Trajectory, size: int = 12) -> float:
 
 
 def _compared_states(run: Trajectory, second: Trajectory) -> Array:
-    """Return the states of a second run, with those of the first at samples beside an impact.
-
-    The rates jump there. So where one sample lies between an impact of the one run and the same
-    impact of the other, they cannot be compared, however close the two impacts are. Θ does not
-    jump, so it tells whether it is the same impact.
-    """
+    """Return the states of a second run, with those of the first at samples beside an impact."""
     if run.impacts is None or second.impacts is None:
         return second.states
+    # The rates jump there. So where one sample lies between an impact of the one run and the same
+    # impact of the other, they cannot be compared, however close the two impacts are. Θ does not
+    # jump, so it tells whether it is the same impact.
     count = min(len(run.times), len(second.times))
     differ = run.impacts.counts[:count] != second.impacts.counts[:count]
     second_Theta, Theta = second.states[:count, THETA], run.states[:count, THETA]

@@ -117,10 +117,8 @@ def remove_all_abandoned(folder: Path) -> None:
 
 
 def _remove_unlocked(partial: Path) -> None:
-    """Remove a partial file, if it exists and no living writer holds its lock.
-
-    The file must not be reused: it may be a second name of the result itself.
-    """
+    """Remove a partial file, if it exists and no living writer holds its lock."""
+    # The file must not be reused: it may be a second name of the result itself.
     with suppress(OSError):
         with partial.open("r+b", buffering=0) as file:
             # In the meantime its writer may have finished, and another may have made a new one.
@@ -217,11 +215,7 @@ def _add_new_name(old: Path, new: Path) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Sync the names in a folder to disk, where the system can do so.
-
-    Raises:
-        OSError: The disk reports an error.
-    """
+    """Sync the names in a folder to disk, where the system can do so."""
     try:
         # A folder can only be opened on POSIX, and only by those who may read it.
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)

@@ -72,22 +72,15 @@ def locked(folder: Path, *, shared: bool = False) -> Iterator[None]:
 
 
 def _open_lock_file(path: Path) -> BinaryIO | None:
-    """Open a lock file for reading and writing; in a folder that cannot be written, for reading.
-
-    So a finished sweep can be read in such a folder.
-
-    Returns:
-        The file; None if it cannot be created, so that there is nothing to lock.
-
-    Raises:
-        OSError: The folder cannot be used.
-    """
+    """Open a lock file to read and write, or else to read; None if it cannot be created."""
     try:
         # NFS needs a readable file for a shared lock, and a writable one for an exclusive lock.
         return path.open("a+b")
     except OSError as error:
         if error.errno not in READ_ONLY_ERRORS:
             raise
+    # So a finished sweep can be read in a folder that cannot be written. Without a file there is
+    # nothing to lock.
     with suppress(FileNotFoundError, PermissionError):
         return path.open("rb")
     return None

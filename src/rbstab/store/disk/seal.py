@@ -43,6 +43,11 @@ def write_sealed(
 ) -> tuple[str, int]:
     """Write a content in ascending order, its index and its seal; return the digest and the size.
 
+    Args:
+        file: The file, open for writing.
+        content: The content, in pieces.
+        index: What the index tells of the content, as plain data.
+
     Raises:
         OSError: A byte cannot be written, for example because the disk is full.
     """

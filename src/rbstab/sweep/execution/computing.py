@@ -155,7 +155,13 @@ class Task:
 
     @classmethod
     def of(cls, plan: Plan, factory: EngineFactory | None, *, elsewhere: bool) -> Self:
-        """Return the task of a sweep; elsewhere: the worker may have another installation."""
+        """Return the task of a sweep.
+
+        Args:
+            plan: The plan.
+            factory: Makes the engines; None: those of the plan.
+            elsewhere: Whether the worker may have another installation.
+        """
         required = versions(plan.engine) if elsewhere else {}
         data = plan_data(plan), plan_id(plan), plan.engine
         return cls(token_hex(8), *data, required, factory, plan.may_run_code)
@@ -179,6 +185,11 @@ class Task:
 
 def refuse_other_versions(expected: dict[str, str], actual: dict[str, str], worker: str) -> None:
     """Refuse a worker whose versions differ from those of the process that writes.
+
+    Args:
+        expected: The versions of the process that writes, by package.
+        actual: Those of the worker.
+        worker: The name of the worker.
 
     Raises:
         WorkerDiffersError: The versions differ.

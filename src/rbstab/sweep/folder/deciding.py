@@ -74,6 +74,11 @@ def shown_number(plan: Plan, varied: VariedKey, table: Table) -> NamedNumber:
 
     Its value times the column of the key is the number of each member. Where a plan varies factors,
     it is the first number that they scale.
+
+    Args:
+        plan: The plan.
+        varied: The varied key.
+        table: The table of the sweep.
     """
     unit = table.variables[safe_name(varied.key)].unit
     for base in plan.bases.values():

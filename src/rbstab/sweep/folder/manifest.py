@@ -133,11 +133,7 @@ def read_manifest(folder: Path) -> tuple[Manifest, str]:
 
 
 def _check_supported(folder: Path, manifest: Manifest) -> None:
-    """Check that this program has the columns and the engine of a sweep.
-
-    Raises:
-        StoreError: They are those of a newer rbstab.
-    """
+    """Check that this program has the columns and the engine of a sweep."""
     supported: Mapping[str, Any] = shard_columns()
     unknown = [
         name for name in manifest.columns if name not in supported and not is_element_state(name)

@@ -185,12 +185,8 @@ def _count(mask: Array) -> int:
 
 
 def _first_enclosable(plan: Plan | None, members: Array) -> int | None:
-    """Return the first of some members whose exact motion can be enclosed; None if there is none.
-
-    Args:
-        plan: The plan; None if it cannot be read.
-        members: Which members are asked for, shape (members,).
-    """
+    """Return the first of some members whose exact motion can be enclosed; None without one."""
+    # The plan cannot be read.
     if plan is None:
         return None
     enclosable = [
@@ -204,13 +200,7 @@ def _first_enclosable(plan: Plan | None, members: Array) -> int | None:
 
 
 def _without_proof(plan: Plan | None, missing: Array, folder: Path) -> dict[str, int]:
-    """Return how many members no proof covers, by the reason.
-
-    Args:
-        plan: The plan; None if it cannot be read.
-        missing: Whether there is no proof of each member, shape (members,).
-        folder: The folder of the sweep.
-    """
+    """Return how many members no proof covers, by the reason."""
     if not missing.any():
         return {}
     if plan is None:

@@ -32,7 +32,13 @@ RELATIVE_RESIDUAL = ("energy_residual", "energy_scale")
 
 
 def varied_columns(plan: Plan, start: int, stop: int) -> dict[str, Variable]:
-    """Return the values of the varied keys of members start to stop, by their netCDF names."""
+    """Return the values of the varied keys of some members, by their netCDF names.
+
+    Args:
+        plan: The plan.
+        start: The number of the first member.
+        stop: The number after the last member.
+    """
     variables = {}
     for varied, values in zip(plan.varied_keys, plan.values(start, stop).values(), strict=True):
         column, data = Column((), "f8", "1", f"factor on {varied.key}"), values.tolist()

@@ -254,12 +254,7 @@ def _manifest(plan: Plan, shard_size: int | None) -> Manifest:
 
 
 def _started(path: Path, plan: Plan, wanted: Manifest, *, fixed_size: bool) -> SweepFolder:
-    """Write the manifest if there is none, then the plan and the subfolders that are missing.
-
-    Raises:
-        ResultExistsError: The folder has a different sweep or other files.
-        StoreError: The folder cannot be written.
-    """
+    """Write the manifest if there is none, then the plan and the subfolders that are missing."""
     if not path_exists(path / MANIFEST):
         sweep_files = (PLAN_FILE, SHARDS, TRACES, LOCK_FILE)
         names = [file.name for file in path.iterdir()]
@@ -285,13 +280,7 @@ def _started(path: Path, plan: Plan, wanted: Manifest, *, fixed_size: bool) -> S
 
 
 def _fitting(path: Path, wanted: Manifest, *, fixed_size: bool) -> SweepFolder:
-    """Return the folder of a sweep that was started, if it is the wanted one.
-
-    Raises:
-        OtherSweepError: It is another one.
-        NotAResultError: Its manifest is damaged.
-        StoreError: It cannot be read.
-    """
+    """Return the folder of a sweep that was started, if it is the wanted one."""
     folder = read_folder(path)
     manifest = folder.manifest
     if manifest.plan_id != wanted.plan_id:
@@ -355,6 +344,11 @@ def _trace_bytes(plan: Plan) -> int:
 
 def check_disk_space(plan: Plan, folder: SweepFolder, missing: Iterable[int]) -> None:
     """Check that the disk has room for the missing shards and the members file.
+
+    Args:
+        plan: The plan.
+        folder: The folder of the sweep.
+        missing: The numbers of the missing shards.
 
     Raises:
         StoreError: The disk clearly has too little space.

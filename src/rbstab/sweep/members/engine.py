@@ -75,7 +75,14 @@ def columns_of_failed(members: int, columns: Layout = COLUMNS) -> dict[str, Arra
 
 
 def failed_shard(plan: Plan, start: int, stop: int, columns: Layout) -> Shard:
-    """Return the members from number `start` up to `stop` as failed, to be filled with results."""
+    """Return members as failed, to be filled with results.
+
+    Args:
+        plan: The plan.
+        start: The number of the first member.
+        stop: The number after the last member.
+        columns: The columns, from `outcome_columns`.
+    """
     traced = int(plan.keep.selected(start, stop).sum())
     traces = layout_of(plan).empty(traced) if traced else None
     return Shard(columns_of_failed(stop - start, columns), traces)

@@ -106,12 +106,7 @@ class EnsembleEngine:
         return shard
 
     def _chunks(self, values: Values, kept: Array) -> Iterator[tuple["_VariantEngine", Array]]:
-        """Yield the rows of members that are integrated together, with the engine of their variant.
-
-        Args:
-            values: The values of the members.
-            kept: Whether the motion of each is kept, shape (m,): then it needs more memory.
-        """
+        """Yield the rows of members that run together, with the engine of their variant."""
         variants = values.get("controller.variant", np.array(list(self.plan.variants[:1])))
         for variant, engine in self.variant_engines.items():
             for is_kept in (False, True):
@@ -122,6 +117,7 @@ class EnsembleEngine:
                     ]
                 first = 0
                 while first < len(rows):
+                    # A motion that is kept needs more memory.
                     states = engine.ends + (len(engine.problem.times) if is_kept else 0)
                     size = max(SIMD, STATES_IN_MEMORY // states // SIMD * SIMD)
                     yield engine, rows[first : first + size]
@@ -179,10 +175,7 @@ class _VariantEngine:
         self.in_traces = observed(others) if plan.keep.count(plan.members) else None
 
     def _shared_rest_state(self) -> SharedState | None:
-        """Return the rest state nearest to the unloaded position, if all members share it.
-
-        One that is unstable, or may be one of a family, is not shared: near it are others.
-        """
+        """Return the rest state nearest to the unloaded position, if all members share it."""
         varied = [key.path for key in self.binding.varied_keys]
         base = self.binding.base
         varies_load = any(path[0] == "gravity" for path in varied)
@@ -197,30 +190,21 @@ class _VariantEngine:
                 # Without a load it is the unloaded position, where no energy is stored. Elements of
                 # the config may pull there.
                 q, is_rest, shared = at_rest.unloaded, not loaded, SharedState(None, 0.0)
+            # A rest state that is unstable, or may be one of a family, is not shared: near it are
+            # others.
             return shared if is_rest and rises(numerical_hessian(at_rest.gradient, q)) else None
 
     def order(self, values: Values) -> Array:
-        """Return the order in which members are integrated, shape (m,): by their energy.
-
-        A batch takes as many steps as its slowest member. Members of like energy take like numbers
-        of steps. The result of a member does not depend on the others in its batch.
-        """
+        """Return the order in which members are integrated, shape (m,): by their energy."""
+        # A batch takes as many steps as its slowest member. Members of like energy take like
+        # numbers of steps. The result of a member does not depend on the others in its batch.
         sizes = self.ensemble.energy_sizes(*self.binding.parameters_and_starts(values))
         return np.asarray(sizes.argsort(kind="stable"))
 
     def outcome(
         self, values: Values, *, sampled: bool
     ) -> tuple[dict[str, Array], Array, dict[str, Array]]:
-        """Integrate some members.
-
-        Args:
-            values: Their values.
-            sampled: Whether their motions are kept.
-
-        Returns:
-            The columns of the members; whether each must be run as a single run; and the quantities
-            of their motions, if they are kept.
-        """
+        """Integrate members; return columns, whether each must run alone, and kept motions."""
         ensemble = self.ensemble
         parameters, starts = self.binding.parameters_and_starts(values)
         motions = ensemble.run(parameters, starts, sampled=sampled)
@@ -269,10 +253,7 @@ class _VariantEngine:
     def _rest_states(
         self, values: Values, parameters: Array, last: Array, X: Array
     ) -> RestStatesOfMembers:
-        """Return the rest states at which v of each member is zero.
-
-        The orientation is NaN where none was found that the member approaches.
-        """
+        """Return the rest states at which v of each member is zero."""
         own_states = last[self.problem.system.coordinates.size :]
         pose = [last[THETA]] if self.approached.configurations.held else [last[THETA], X]
         rest = self.approached.find(parameters, np.concatenate([*pose, own_states]))
@@ -282,6 +263,7 @@ class _VariantEngine:
             with np.errstate(all="ignore"):
                 zero = lyapunov_zero(system, motion, own_states[:, k], nearest_rest_state(system))
             rest.energy[k] = zero.rest.energy
+            # NaN where no rest state is known that the member approaches.
             rest.orientation[k] = zero.rest.motion.Theta if zero.approached else np.nan
             rest.unstable[k] = is_unstable(system, zero.rest)
         return rest

@@ -96,18 +96,7 @@ def _watched_with_rates(seen: Observation) -> list[Number]:
 
 
 class _StepsOfMembers:
-    """The steps of members, one after the other.
-
-    Args:
-        compiled: The compiled functions.
-        motions: The motions of the members.
-        rest_energy: The energy of their rest states, shape (m,), J.
-        system_of: Returns the system of a member.
-
-    Attributes:
-        member: The member of each end, shape (n,).
-        audits: The audit states at the ends, J.
-    """
+    """The steps of members, one after the other."""
 
     def __init__(
         self,
@@ -117,6 +106,7 @@ class _StepsOfMembers:
         system_of: Callable[[int], System],
     ) -> None:
         self._compiled, self._parameters = compiled, motions.parameters
+        # The energies of the rest states have the shape (m,), J.
         self._rest, self._system_of, self._q = rest_energy, system_of, compiled.ensemble.q
         ends = motions.ends
         if motions.angles:
@@ -129,7 +119,9 @@ class _StepsOfMembers:
         together = np.concatenate([*ends, np.repeat(ends[-1][:, -1:], more, axis=1)], axis=1)
         size, audited = compiled.ensemble.size, len(motions.ends[0])
         self._times, self._states = together[0], together[1 : 1 + size]
+        # The member of each end, shape (n,).
         self.member = np.repeat(np.arange(len(counts)), counts)
+        # The audit states at the ends, J.
         self.audits = together[1 + size : audited] * motions.scales[self.member]
         self._angles = together[audited:]
         self._first = np.cumsum(counts) - counts

@@ -91,11 +91,7 @@ class SingleRuns:
     def _run(
         self, problem: Problem, deadline: Deadline
     ) -> tuple[Trajectory, dict[str, Array], dict[str, Array]]:
-        """Return a motion, its quantities and its columns.
-
-        A motion that ended early keeps its status if it has no quantities or columns. One that
-        completed without them failed.
-        """
+        """Return a motion, its quantities and its columns."""
         deadline.recording_time, nearest = self._of_system(problem)
         with np.errstate(all="ignore"):
             trajectory = engine(self._engine)(problem, None, deadline)
@@ -108,16 +104,16 @@ class SingleRuns:
                 record.quantities["rest_unstable"] = np.array(unstable)
                 return (*record, self._outcome(problem, deadline, *record))
             except Exception:
+                # A motion that ended early keeps its status if it has no quantities or columns. One
+                # that completed without them failed.
                 if trajectory.status is RunStatus.COMPLETED:
                     raise
                 return trajectory, {}, {}
 
     def _of_system(self, problem: Problem) -> tuple[float, RestState]:
-        """Return the time to record a sample, and the nearest rest state; one system is known.
-
-        Problems share them if only their starts, samples and tolerances differ.
-        """
+        """Return the time to record a sample, and the nearest rest state; the last are kept."""
         values = [(name, array.tobytes()) for name, array in parameters(problem.system).items()]
+        # Problems share them if only their starts, samples and tolerances differ.
         key = type(problem.system.coordinates), problem.switching, tuple(values)
         if self._last is None or self._last[0] != key:
             self._last = key, recording_time(problem), rest_state_of(problem)

@@ -120,7 +120,13 @@ def check_keys(problems: Problems, plan: Plan) -> None:
 
 
 def check_changes(problems: Problems, plan: Plan, changes: Iterable[str]) -> None:
-    """Add a problem for each change of the base that no member sees, because the plan varies it."""
+    """Add a problem for each change of the base that no member sees, because the plan varies it.
+
+    Args:
+        problems: The problems so far; new ones are added.
+        plan: The plan.
+        changes: Texts `key=value` that replace single values of the base.
+    """
     replaced = {varied.path for varied in plan.varied_keys if not varied.scale}
     for key in (text.partition("=")[0] for text in changes):
         read = number_key(key)

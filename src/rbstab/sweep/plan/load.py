@@ -181,13 +181,11 @@ def plan_data(plan: Plan) -> dict[str, Any]:
 
 
 def _base(bases: list[dict[str, Any]]) -> dict[str, Any]:
-    """Merge the bases of all variants into one.
-
-    Leave out values that differ between variants: defaults, and the name of the variant.
-    """
+    """Merge the bases of all variants into one, without values that differ between variants."""
     if len(bases) == 1:
         return bases[0]
     merged = dict(bases[0])
+    # Those that differ are defaults, and the name of the variant.
     for name in VARIANT_SECTIONS:
         sections = [base[name] for base in bases]
         merged[name] = {

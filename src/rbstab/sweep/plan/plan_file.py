@@ -220,7 +220,14 @@ class Problems(list[ConfigProblem]):
         self.source = source
 
     def add(self, path: Path, problem: str, expected: str, *, of_key: bool = False) -> None:
-        """Add a problem at a value or, with `of_key`, at its key."""
+        """Add a problem at a value or, with `of_key`, at its key.
+
+        Args:
+            path: The path of the value.
+            problem: What is wrong.
+            expected: What was expected instead.
+            of_key: Whether the problem is at the key.
+        """
         config_problem = self.source.problem(path, problem, expected, of_key=of_key)
         self += self.source.new([config_problem])
 

@@ -86,10 +86,7 @@ def _extremes(plan: Plan, variant: str, key: str) -> list[Suspect]:
 def _indefinite(
     plan: Plan, variant: str, path: Path, entries: list[VariedKey]
 ) -> Iterator[Suspect]:
-    """Yield the members whose matrix is not positive definite beyond round-off.
-
-    The test is stricter than the schema, by the round-off. The schema decides.
-    """
+    """Yield the members whose matrix is not positive definite beyond round-off."""
     base = np.array(value_at(plan.templates[variant], path))
     keys = [varied.key for varied in entries]
     for numbers, values in _blocks(plan, variant, keys):
@@ -103,6 +100,7 @@ def _indefinite(
         finite = np.isfinite(matrices).all(axis=(1, 2), keepdims=True)
         tried = np.where(finite, matrices, 0.0)
         smallest = np.linalg.eigvalsh(tried)[:, 0]
+        # The test is stricter than the schema, by the round-off. The schema decides.
         right = symmetric & (smallest > 4 * ROUND_OFF * np.abs(tried).max(axis=(1, 2)))
         for index in np.flatnonzero(~right):
             yield int(numbers[index]), {key: float(values[key][index]) for key in keys}

@@ -77,10 +77,9 @@ def _numbers_of_bodies(
 
 
 def _distinct_rows(table: Array) -> tuple[Array, Array]:
-    """Return the first one of each distinct row of a table, and which of these each row equals.
-
-    They are in the order of their numbers. `numpy.unique` takes several times as long.
-    """
+    """Return the first one of each distinct row of a table, and which of these each row equals."""
+    # `numpy.unique` takes several times as long. The distinct rows are in the order of their
+    # numbers.
     order = np.lexsort(table.T[::-1])  # stable: of equal rows, the first one comes first
     new = np.any(np.diff(table[order], axis=0, prepend=np.nan), axis=1)
     same = np.empty(len(table), dtype=int)

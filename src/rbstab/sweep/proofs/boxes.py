@@ -96,17 +96,7 @@ def prove_boxes(
 
 
 class _Boxes:
-    """The bodies of one variant, divided into boxes.
-
-    Args:
-        plan: The plan.
-        variant: The variant.
-        members: The numbers of its members, shape (m,).
-        values: The values of its keys, each of shape (m,).
-
-    Raises:
-        TypeError, ValueError, KeyError: A value that matters is not a number with a tolerance.
-    """
+    """The bodies of one variant, divided into boxes."""
 
     def __init__(
         self, plan: Plan, variant: str, members: Array, values: Mapping[str, Array]
@@ -115,6 +105,7 @@ class _Boxes:
         self.base, keys = plan.base_of(variant), body_keys(plan, variant)
         all_entries = (*entries_of(self.base), *entries_under(self.base, ("gravity",)))
         entries = {path: entry for entry in all_entries for path in entry.paths}
+        # An error is raised where a value that matters is not a number with a tolerance.
         floats = {varied.key: values[varied.key].astype(float) for varied in keys}
         self.numbers = {
             entries[path]: numbers
@@ -126,11 +117,7 @@ class _Boxes:
         }
 
     def proofs(self, results: FilePath, end: float, stop: Event) -> Iterator[BoxProof]:
-        """Prove boxes until a point in time; yield the proved ones, and the whole if it is false.
-
-        Raises:
-            StoreError: A proof cannot be written or read.
-        """
+        """Prove boxes up to a time; yield the proved ones, and the whole if it is false."""
         waiting = deque([np.arange(len(self.members))])
         while waiting and monotonic() < end and not stop.is_set():
             rows = waiting.popleft()

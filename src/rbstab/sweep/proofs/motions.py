@@ -34,13 +34,12 @@ FAILED = "failed"
 
 
 class _Body(NamedTuple):
-    """What members with one body share.
+    """What members with one body share."""
 
-    starts has the starts that are proved; None if there are none. many encloses their motions; it
-    is None if none can be enclosed, for the reason `why`, a word of `MOTION_PROOFS`.
-    """
-
+    # The starts that are proved; None if there are none.
     starts: ProvedStarts | None
+    # Encloses their motions; None if none can be enclosed, for the reason `why`, a word of
+    # `MOTION_PROOFS`.
     many: Motions | None
     why: str = ""
 

@@ -115,17 +115,10 @@ class BoxProofs:
 
 
 def _load_energies(base: Config, varied: Mapping[Path, Array], count: int) -> Array:
-    """Return b² = 2 G'K_t⁻¹G of each member, J: a measure of the energies that E = v + U* sums.
-
-    The energy of the stabilizer is ½ X'K_t X <= P, the sum of all energies that are not negative.
-    So |G'X| <= b √P, and E = P - G'X. Then P <= 2|E| + b², and P + |G'X| <= 3|E| + 2b². So the
-    round-off of v, at most `SUM_ERROR` times that, is far below `ROUND_OFF` (|E| + b²).
-
-    Args:
-        base: The base of the members.
-        varied: The values of their varied numbers by path, each of shape (count,).
-        count: The number of members.
-    """
+    """Return b² = 2 G'K_t⁻¹G of each member, J: a measure of the energies that E = v + U* sums."""
+    # The energy of the stabilizer is ½ X'K_t X <= P, the sum of all energies that are not negative.
+    # So |G'X| <= b √P, and E = P - G'X. Then P <= 2|E| + b², and P + |G'X| <= 3|E| + 2b². So the
+    # round-off of v, at most `SUM_ERROR` times that, is far below `ROUND_OFF` (|E| + b²).
     numbers = {path: bounded_decimal(value) for path, value in varied.items()}
     with np.errstate(all="ignore"):  # what is not finite proves nothing
         system = system_of(replaced(base, numbers), bounded_decimals)

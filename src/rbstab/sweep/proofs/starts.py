@@ -139,13 +139,11 @@ def column_of(entry: Any, members: int) -> Array:
 
 
 def _in_modes(system: System, state: Array) -> tuple[System, Array]:
-    """Return a system in the modes of each member at the start, and where they are not known.
-
-    The formulas of elements use modes as numbers, so each member has its own.
-    """
+    """Return a system in the modes of each member at the start, and where they are not known."""
     if not has_modes(system):
         return system, np.array(False)
     guards = [as_bounded(guard) for guard in guards_at(system, state)]
+    # The formulas of elements use modes as numbers, so each member has its own.
     modes: list[Any] = [Bounded(np.where(np.greater(g.value, 0), 1.0, 0.0), 0.0) for g in guards]
     unclear = np.array(False)
     for guard in guards:

@@ -48,7 +48,14 @@ def expression(operations: Sequence[Any], x: Any) -> Any:
 
 
 def solve(box: Any, contractor: Any, settled: Sequence[Any], wrong: Callable[..., bool]) -> Any:
-    """Return whether a box is wrong, or may be, with this box; None if all is settled."""
+    """Return whether a box is wrong, or may be, with this box; None if all is settled.
+
+    Args:
+        box: The box that is searched.
+        contractor: Cuts away what cannot be wrong.
+        settled: The boxes about which nothing is left to ask.
+        wrong: Returns whether a box is wrong for certain.
+    """
     left = [box]
     for size in SIZES:
         left = codac.pave(box, contractor, size).boxes(PavingOut.outer) if left else []
@@ -148,7 +155,13 @@ def listed(searches: dict[int, Search], claims: Any) -> tuple[str, str]:
 
 
 def bounded(U: Any, boxes: Sequence[Any], level: Any) -> tuple[str, str]:
-    """Check that U is not below a level at the ends of a range, and at its other rest states."""
+    """Check that U is not below a level at the ends of a range, and at its other rest states.
+
+    Args:
+        U: The energy, J, as a function of Θ.
+        boxes: The ends of the range, and where the other rest states are.
+        level: The level, J, an interval.
+    """
     low = codac.CtcInverse_Interval(U, Interval(-codac.oo, level.ub()))
     for box in boxes:
         below = solve(box, low, (), lambda b: U.eval(IntervalVector(b.mid())).ub() < level.lb())

@@ -24,6 +24,11 @@ def question(ranges: list[Any], energy: Energy, system: System) -> dict[str, Any
     """Return what codac is asked about stored claims, for a traced energy, as plain data.
 
     At some attitudes the least energy, J, comes from the system: it is quadratic in all but Θ.
+
+    Args:
+        ranges: The claims of each range, from the record of a proof.
+        energy: The traced energy.
+        system: The system of the config.
     """
     U = energy.U if energy.plain is None else energy.plain
     named = [

@@ -89,7 +89,13 @@ class _Part:
 
 
 def cover(box: Box, reason: Reason, limit: int = BOX_LIMIT) -> Cover:
-    """Halve a box until each part is settled, up to a number of boxes."""
+    """Halve a box until each part is settled, up to a number of boxes.
+
+    Args:
+        box: The box.
+        reason: Returns the reason why a box is settled, or None.
+        limit: The most boxes that are examined.
+    """
     return flood(box, box, reason, lambda _: None, limit)[0]
 
 

@@ -178,32 +178,28 @@ for _name in FUNCTIONS.keys() - {"sin", "cos", "sqrt"}:
 
 
 def _exact(number: Any) -> Bounded:
-    """Return a double or an integer as a number without an error.
-
-    Raises:
-        TypeError: It is a number of another kind, whose error would be lost.
-    """
+    """Return a double or an integer as a number without an error."""
     if not isinstance(number, float | int):
+        # The error of a number of another kind would be lost.
         raise TypeError(f"a bounded number cannot be combined with {type(number).__name__}")
     return Bounded(float(number), 0.0)
 
 
 def _sine_and_cosine(angles: Array) -> tuple[Bounded, Bounded]:
-    """Return the sines and cosines of doubles.
-
-    python-flint takes 2 µs for an angle. So the angles θ of many members are taken from the nearest
-    angle a of a table: sin(a + δ) = sin a cos δ + cos a sin δ. Here |δ| <= 2⁻⁶, and δ = θ - a is
-    exact: both are multiples of the last bit of θ. The series of sin δ and cos δ end after δ⁵ and
-    δ⁶. What they leave out is at most δ⁷/7! + δ⁸/8! < 2⁻⁵⁴.
-    """
+    """Return the sines and cosines of doubles."""
     if not (angles.size >= MANY_ANGLES and np.abs(angles).max() <= MAX_ANGLE):
         return _by_flint(angles)
+    # python-flint takes 2 µs for an angle. So the angles θ of many members are taken from the
+    # nearest angle a of a table: sin(a + δ) = sin a cos δ + cos a sin δ. Here |δ| <= 2⁻⁶, and
+    # δ = θ - a is exact: both are multiples of the last bit of θ.
     nearest = np.rint(angles / STEP) * STEP
     sine, cosine = _by_flint(nearest)
     delta = Bounded(angles - nearest, 0.0)
     square = delta * delta
     small_sine = delta * (1 - square / 6 * (1 - square / 20))
     small_cosine = 1 - square / 2 * (1 - square / 12 * (1 - square / 30))
+    # The series of sin δ and cos δ end after δ⁵ and δ⁶.
+    # What they leave out is at most δ⁷/7! + δ⁸/8! < 2⁻⁵⁴.
     left_out = Bounded(0.0, 2.0**-54)
     return (
         sine * small_cosine + cosine * small_sine + left_out,

@@ -133,15 +133,10 @@ class TouchingConfigurations(Configurations):
 
 
 class _FastEnergies:
-    """The energy stored in each element as a function of q: the equations as `StraightLine`.
-
-    Args:
-        system: The system of `Configurations`; its modes do not depend on the loads.
-        size: The number of entries of q.
-    """
+    """The energy stored in each element as a function of q: the equations as `StraightLine`."""
 
     def __init__(self, system: System, size: int) -> None:
-        self._system = system
+        self._system = system  # as in `Configurations`: its modes do not depend on the loads
         self._energies = StraightLine(_energies_at, system, size)
         self._guards = StraightLine(_guards_at, system, size) if has_modes(system) else None
         self._in_modes: dict[Modes, StraightLine] = {}

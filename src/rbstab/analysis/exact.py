@@ -73,7 +73,13 @@ def in_balls(compute: Callable[[], Any]) -> Any:
 
 
 def exact_powers(system: System, y: Array, t: float = 0.0) -> ExactPowers:
-    """Return the powers of a system at a state vector and a time, s; call it by `in_balls`."""
+    """Return the powers of a system at a state vector; call it by `in_balls`.
+
+    Args:
+        system: The system.
+        y: The state vector, shape (n,).
+        t: The time, s.
+    """
     from flint import acb, arb
 
     exact, state, time = exact_system(system), balls(y), ball(t)
@@ -91,7 +97,13 @@ def exact_powers(system: System, y: Array, t: float = 0.0) -> ExactPowers:
 
 
 def exact_observation(system: System, y: Array, t: float = 0.0) -> Observation:
-    """Return what is observed at a state vector and a time, s, as balls; call it by `in_balls`."""
+    """Return what is observed at a state vector, as balls; call it by `in_balls`.
+
+    Args:
+        system: The system.
+        y: The state vector, shape (n,).
+        t: The time, s.
+    """
     return exact_system(system).observe(balls(y), ball(t))
 
 

@@ -152,11 +152,9 @@ class Crossings(NamedTuple):
 
 
 def _hermite(derivatives: int) -> Array:
-    """Return the matrix from the data of a step to the coefficients of its polynomial.
-
-    The data are value and derivatives by the share of the step, at its begin and then at its end;
-    the polynomial is that through so many derivatives.
-    """
+    """Return the matrix from the data of a step to the coefficients of its polynomial."""
+    # The data are value and derivatives by the share of the step, at its begin and then at its end;
+    # the polynomial is that through so many derivatives.
     orders, terms = derivatives + 1, 2 * (derivatives + 1)
     rows = np.zeros((terms, terms))
     for order in range(orders):
@@ -184,20 +182,14 @@ def _combined(matrix: Array, data: Array) -> Array:
 
 
 class _Polynomials(NamedTuple):
-    """Polynomials on steps, p of them, with the points at which they are looked at.
+    """Polynomials on steps, p of them, with the points at which they are looked at."""
 
-    Attributes:
-        coefficients: By the powers of the share of the step, shape (8, p).
-        errors: The same of the estimates of their errors.
-        shares: The `SHARES`, and then the turning point in each part of the step, shape (points,
-            p); -1 in a part without one.
-        values: The values there; 0 in a part without a turning point.
-    """
-
-    coefficients: Array
-    errors: Array
+    coefficients: Array  # by the powers of the share of the step, shape (8, p)
+    errors: Array  # the same of the estimates of their errors
+    # The `SHARES`, and then the turning point in each part of the step, shape (points, p); -1 in a
+    # part without one.
     shares: Array
-    values: Array
+    values: Array  # the values there; 0 in a part without a turning point
 
     @classmethod
     def of(cls, steps: Steps, quantity: Array, step: Array) -> "_Polynomials":
@@ -263,15 +255,13 @@ def _evaluated(coefficients: Array, s: Array) -> tuple[Array, Array, Array]:
 
 
 def _root(low: Array, high: Array, value_and_slope: Callable[[Array], Any]) -> Array:
-    """Return where values fall through zero, between shares at which they are above and below.
-
-    It is Newton's method, or bisection where that leaves the bracket.
-    """
+    """Return where values fall through zero, between shares at which they are above and below."""
     s = 0.5 * (low + high)
     for _ in range(ROOT_STEPS):
         value, slope = value_and_slope(s)
         low, high = np.where(value >= 0, s, low), np.where(value >= 0, high, s)
         step = s - value / np.where(slope != 0, slope, np.inf)
+        # It is Newton's method, or bisection where that leaves the bracket.
         s = np.where((step >= low) & (step <= high), step, 0.5 * (low + high))
     return np.asarray(s)
 
@@ -300,16 +290,14 @@ def farthest_from_zero(steps: Steps) -> Extrema:
 
 
 def _chosen(candidates: Extrema, group: Array, is_end: Array, shape: tuple[int, ...]) -> Extrema:
-    """Return the extremum of each group; of several that are alike within their errors, the first.
-
-    An end of a step is the extremum only if no other point is like it.
-    """
+    """Return the extremum of each group: the first of those that are alike within their errors."""
     size = np.abs(candidates.value)
     largest, upper, error = np.zeros((3, math.prod(shape)))
     np.maximum.at(largest, group, size)
     np.maximum.at(upper, group, size + candidates.error)
     np.maximum.at(error, group, np.where(size == largest[group], candidates.error, 0.0))
     alike = size + candidates.error + error[group] >= largest[group]
+    # An end of a step is the extremum only if no other point is like it.
     order = np.lexsort((candidates.time, is_end, ~alike, group))
     _, places = np.unique(group[order], return_index=True)
     chosen = order[places]
@@ -319,19 +307,13 @@ def _chosen(candidates: Extrema, group: Array, is_end: Array, shape: tuple[int, 
 
 
 def _inner_extrema(steps: Steps, quantity: Array, step: Array, largest: Array) -> Extrema:
-    """Return the extrema of quantities in steps, shape (p,) each.
-
-    Args:
-        steps: The steps.
-        quantity: The numbers of the quantities, shape (p,).
-        step: Those of the steps.
-        largest: The largest magnitude at the end of a step of the same member.
-    """
+    """Return the extrema of quantities in steps, by the numbers of both; shape (p,) each."""
     polynomials = _Polynomials.of(steps, quantity, step)
     share, value = polynomials.farthest()
     error = np.where(np.isfinite(value), polynomials.errors_at(share), np.inf)
     value = np.where(np.isfinite(value), value, steps.values[0][quantity, step])
     time = steps.begin[step] + share * steps.length[step]
+    # The errors are compared with the largest magnitude at the end of a step of the same member.
     vague = error > np.maximum(RELATIVE * np.maximum(np.abs(value), largest), ABSOLUTE)
     for number in np.unique(step[vague]).tolist():
         parts = steps.divide(number)

@@ -142,16 +142,14 @@ def _by_turns(system: System, start: Array) -> Array:
 
 
 def _eigenvalues(A: Array, system: System, start: Array) -> tuple[Array, Array]:
-    """Return the eigenvalues and eigenvectors of A at a rest state.
-
-    A body that rests against a stop keeps θ2. All other motions lie in the space in which θ2 and
-    its rate do not change. Without this reduction a zero would be as large as the root of the
-    round-off, and seem to grow.
-    """
+    """Return the eigenvalues and eigenvectors of A at a rest state."""
     stop = stop_of(system)
     if stop is None or not stop.mode.any():
         eigenvalues, modes = np.linalg.eig(A)
         return eigenvalues, modes
+    # A body that rests against a stop keeps θ2. All other motions lie in the space in which θ2 and
+    # its rate do not change. Without this reduction a zero would be as large as the root of the
+    # round-off, and seem to grow.
     held = [np.eye(len(A))[PITCH], jacobian(lambda y: pitch.rate(system.motion(y)), start)]
     _, _, axes = np.linalg.svd(np.array(held))
     moving = axes[2:].T

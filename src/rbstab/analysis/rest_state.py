@@ -127,7 +127,13 @@ def nearest_rest_state(system: System) -> RestState:
 
 
 def energy_in(system: System, rest: RestState, acting: System) -> RestState:
-    """Return a rest state of `as_at_rest(system)` with the energy that the system stores there."""
+    """Return a rest state of `as_at_rest(system)` with the energy that the system stores there.
+
+    Args:
+        system: The system.
+        rest: The rest state.
+        acting: `as_at_rest(system)`. If that is the system itself, the rest state is returned.
+    """
     if acting is system:
         return rest
     at_rest = configurations(system)
@@ -191,10 +197,7 @@ def _descended(
 
 
 def _reads_angles(at_rest: Configurations, q: Array) -> bool:
-    """Return whether the energy may depend on Θ, and not on the attitude alone.
-
-    If it does not, it is smooth at θ2 = ±90°, and a descent may go on beyond.
-    """
+    """Return whether the energy may depend on Θ, and not on the attitude alone."""
     # A stop stores nothing, and a barrier as much on the other side.
     if stop_of(at_rest.system) is not None:
         return True
@@ -202,6 +205,7 @@ def _reads_angles(at_rest: Configurations, q: Array) -> bool:
         element.from_user or isinstance(element, Barrier) for element in at_rest.system.elements
     ):
         return True
+    # An energy that does not is smooth at θ2 = ±90°, and a descent may go on beyond.
     here, there = (np.asarray(at_rest.energies(place), dtype=float) for place in (q, _reflected(q)))
     return not np.allclose(here, there, rtol=SAME_ENERGY, atol=SAME_ENERGY)
 

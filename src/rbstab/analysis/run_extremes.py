@@ -239,27 +239,19 @@ def pitch_of_sine(extrema: Extrema) -> Extrema:
 
 
 class _StepsOfRun:
-    """The steps of a run, and derivatives of what is watched, from the equations of each step.
-
-    Args:
-        ends: The ends of the steps.
-        rest: The energy at rest, J.
-        deadline: The deadline of the run.
-        Theta: Θ at the start, from which θ1 and θ3 of quaternions are continued, rad.
-
-    Attributes:
-        turn: The largest turn in doubt, see `QuaternionCoordinates.angles_along`.
-        joined: Which steps are joined from short ones, so that only their ends are known.
-    """
+    """The steps of a run, and derivatives of what is watched, from the equations of each step."""
 
     def __init__(
         self, ends: StepEnds, rest: float, deadline: Deadline | None, Theta: Array
     ) -> None:
-        self.ends, self.rest, self.deadline = ends, rest, deadline
+        self.ends, self.rest, self.deadline = ends, rest, deadline  # rest: the energy at rest, J
         # SciPy's solvers form cycles with this object; a view would keep the array of a batch.
         self.Theta = Theta.copy()
+        # θ1 and θ3 of quaternions are continued from Θ at the start.
         self.q = quaternion_of(ends.systems[0])
+        # The turn is the largest one in doubt, see `QuaternionCoordinates.angles_along`.
         self._table, self.turn = np.empty(0), 0.0
+        # Of steps that are joined from short ones only the ends are known.
         self.joined = ~np.array(ends.whole[1:], dtype=bool)
         self._equations: dict[int, tuple[StraightLine, Watch]] = {}
 

@@ -212,11 +212,9 @@ def derivative_along(base: Baseline, shifted: Shifted) -> Outcome:
 
 
 def _distance_derivative(base: Baseline, impacts: Mapping[float, float], motion: Motion) -> float:
-    """Return E'(∂E/∂s + F dt/ds) / |E|.
-
-    t moves with an impact. Elsewhere E'F = 0, or t is an end of the run and stays there.
-    """
+    """Return E'(∂E/∂s + F dt/ds) / |E|."""
     distance, E = base.outcome.largest_distance, motion.E
+    # t moves with an impact. Elsewhere E'F = 0, or t is an end of the run and stays there.
     change = _derivative(E) + motion.F.real * impacts.get(base.distance_time, 0.0)
     return float(E.real @ change) / distance if distance > 0 else 0.0
 
@@ -251,15 +249,13 @@ def _settling_derivative(
 
 
 def _rest_energy_derivative(base: Baseline, shifted: System) -> float:
-    """Return the derivative of the energy of the rest state: the partial one at a fixed state.
-
-    If the body rests against its stop, θ2 moves with the stop.
-    """
+    """Return the derivative of the energy of the rest state: the partial one at a fixed state."""
     resting = smooth_rest_system(base.problem)
     state = resting.start(base.rest.motion, base.rest.element_states)
     modes = modes_of(with_modes_at(resting, state))
     shifted = with_modes(smooth_rest_system(replace(base.problem, system=shifted)), modes)
     stop, side = stop_of(shifted), side_of(resting, state)
+    # If the body rests against its stop, θ2 moves with the stop.
     if stop is not None and side:
         state = np.concatenate([state[:PITCH], [side * stop.angle], state[PITCH + 1 :]])
     return float(_derivative(shifted.potential_energy(state)))

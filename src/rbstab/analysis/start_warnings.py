@@ -110,10 +110,7 @@ def _eigenvalues(system: System, start: Array) -> Array:
 
 
 def _stiffest(problem: Problem) -> str:
-    """Return the key of the gain whose half slows the fastest motion down most.
-
-    Of a time constant it is the double.
-    """
+    """Return the key of the gain whose half slows the fastest motion down most."""
     system, speeds = problem.system, {}
     for place, original in enumerate(system.elements):
         element: Any = original
@@ -121,6 +118,7 @@ def _stiffest(problem: Problem) -> str:
         for gain in element.gains:
             if gain in (POINT, ANCHOR):
                 continue
+            # Of a time constant it is the double.
             factor = 2.0 if gain.unit == "s" else 0.5
             less = replace(element, **{gain.name: factor * getattr(element, gain.name)})
             elements = (*system.elements[:place], less, *system.elements[place + 1 :])

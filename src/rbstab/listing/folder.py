@@ -114,13 +114,11 @@ def _results_in(folder: Path) -> list[Path]:
 
 
 def _kind(path: Path) -> Kind | None:
-    """Return the kind of a result or a folder in a folder; None for other files.
-
-    What cannot be tested does not hide the others: it may be a result, and reading it says why.
-    """
+    """Return the kind of a result or a folder in a folder; None for other files."""
     try:
         return kind_of(path) if path.suffix == RESULT or path_is_dir(path) else None
     except StoreError:
+        # It may be a result: what cannot be tested must not hide others, and reading it says why.
         if path.name == PROOFS:
             return Kind.PROOFS
         return Kind.RUN if path.suffix == RESULT else Kind.SWEEP

@@ -95,11 +95,7 @@ def _opened(read: Callable[[Path], T], path: str | Path, wanted: str) -> T:
 
 
 def _what_it_is(path: Path) -> tuple[str, str]:
-    """Return what a path leads to, and what opens it.
-
-    Raises:
-        StoreError: It cannot be read.
-    """
+    """Return what a path leads to, and what opens it; raise `StoreError` if it cannot be read."""
     from rbstab.listing.folder import results_in
     from rbstab.report.model.words import listed
     from rbstab.report.reading.kinds import Kind, kind_of, sweep_folder_of

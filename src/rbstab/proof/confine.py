@@ -116,10 +116,7 @@ def _height(V: BoundedEnergy, energy: Energy) -> float:
 
 
 def _steepest(energy: Energy, end: float, enough: Array) -> Array:
-    """Bound |∂p/∂θ1| and |∂p/∂θ3| over one period, shape (2,), J/rad; infinite if unbounded.
-
-    Bounds below those that are enough are not made sharper.
-    """
+    """Bound |∂p/∂θ1| and |∂p/∂θ3| over one period, shape (2,), J/rad; infinite if unbounded."""
     p = bounds_of(energy, order=2)
     corner = np.array([PERIOD, end, PERIOD])
     pending, places = as_boxes(Box(-corner, corner)), list(OUTER)
@@ -132,6 +129,7 @@ def _steepest(energy: Energy, end: float, enough: Array) -> Array:
             at = np.abs(b.gradient.mid[places])
             reached = np.maximum(reached, np.where(np.isfinite(at), at, 0.0).max(axis=1))
         size = b.slopes.mag[places]
+        # Bounds below those that are enough are not made sharper.
         wanted = np.maximum(enough, reached * (1 + TIGHT) + 1e-12)
         done = np.all(size <= wanted[:, None], axis=0) | late
         settled = np.maximum(settled, size[:, done].max(axis=1, initial=0.0))

@@ -152,7 +152,14 @@ def stored_energy(system: System, exact_system: ExactSystem) -> Stored:
 
 
 def with_steps(element: Any, motion: Motion, element_states: Array, smooth: int) -> Any:
-    """Return an element with steps of its event functions as its modes; `smooth` as for `step`."""
+    """Return an element with steps of its event functions as its modes.
+
+    Args:
+        element: The element.
+        motion: The motion at which its event functions are taken.
+        element_states: Its own states there.
+        smooth: As for `Expr.step`.
+    """
     steps = [expr(g).step(smooth) for g in element.guards(motion, element_states)]
     return replace(element, mode=np.array(steps, dtype=object))
 
@@ -200,16 +207,15 @@ def eliminated(total: Expr, others: range) -> Energy:
 
 
 def _shifted(U: Expr, free: tuple[int, ...]) -> tuple[Expr, dict[int, Expr]]:
-    """Count the variables that are left from where the quadratic part of U is least.
-
-    With x = x*(Θ) + z that part is U_Q(Θ) + ½ z'Hz, and only the rest N(Θ, x* + z) keeps its form.
-    """
+    """Count the variables that are left from where the quadratic part of U is least."""
     if not free:
         return U, {}
     parts = quadratic_in(U, free, constant=(VAR, SIN, COS))
     inverse = inverse_of_definite(parts.H)
     if inverse is None:
         return U, {}
+    # With x = x*(Θ) + z that part is U_Q(Θ) + ½ z'Hz, and only the rest N(Θ, x* + z) keeps its
+    # form.
     star, least = _least(parts, inverse)
     z = [variable(k) for k in free]
     moved = {atom(VAR, k): x + offset for k, x, offset in zip(free, star, z, strict=True)}
@@ -227,14 +233,12 @@ def _least(parts: Quadratic, inverse: list[list[Fraction]]) -> tuple[list[Expr],
 
 
 def _without_opposite_steps(U: Expr) -> Expr:
-    """Write step(-g) as 1 - step(g) where both occur: they change at one surface.
-
-    The energy is continuous there, so their values at g = 0 do not matter.
-    """
+    """Write step(-g) as 1 - step(g) where both occur: they change at one surface."""
     steps = sorted((a for a in U.all_atoms if a.kind == STEP), key=lambda a: a.order)
     for k, step in enumerate(steps):
         opposite = atom(STEP, -step.inner, step.extra)
         if opposite in steps[k + 1 :]:
+            # The energy is continuous there, so their values at g = 0 do not matter.
             U = substituted(U, {opposite: 1 - only(step)})
     return U
 
@@ -253,14 +257,12 @@ def _by_half_angles(U: Expr) -> Expr:
 
 
 def _poles(U: Expr) -> set[int]:
-    """Return the angles at whose ends a barrier is: U rises to infinity there.
-
-    With d = cos θ2, or cos ½θ, that is so if the term with the lowest power of d is c·d^-n with a
-    number c > 0, and d is the divisor of no other function.
-    """
+    """Return the angles at whose ends a barrier is: U rises to infinity there."""
     places = {COSINE: 1} | {half: k for k, half in HALVES.items()}
     inside = {a for b in U.all_atoms if b.kind != VAR for a in _divisors(b.inner)}
     poles = set[int]()
+    # With d = cos θ2, or cos ½θ, that is so if the term with the lowest power of d is c·d^-n with a
+    # number c > 0, and d is the divisor of no other function.
     for d in (_divisors(U) - inside) & places.keys():
         least = min(p for m in U.terms for a, p in m if a is d)
         leading = {m: c for m, c in U.terms.items() if (d, least) in m}

@@ -136,10 +136,7 @@ def random_points(box: Box, seed: int) -> Array:
 
 
 def _sides(energy: Energy, box: Box, steps: Sequence[Atom]) -> Iterator[Piece]:
-    """Yield the sides of all surfaces, and each surface.
-
-    Where another surface meets it, the other step is any number from 0 to 1.
-    """
+    """Yield the sides of all surfaces, and each surface."""
     heights = [BoundedEnergy(step.inner, least=energy.least) for step in steps]
     for signs in product((-1, 1), repeat=len(steps)):
         numbers = {step: expr(int(sign > 0)) for step, sign in zip(steps, signs, strict=True)}
@@ -147,6 +144,7 @@ def _sides(energy: Energy, box: Box, steps: Sequence[Atom]) -> Iterator[Piece]:
         beside = [partial(_above, h, sign) for h, sign in zip(heights, signs, strict=True)]
         yield Piece(V, box, beside)
     for step, h in zip(steps, heights, strict=True):
+        # Where another surface meets it, the other step is any number from 0 to 1.
         yield _surface(energy, box, step, h)
 
 
@@ -174,12 +172,10 @@ def _surface(energy: Energy, box: Box, step: Atom, h: BoundedEnergy) -> Piece:
         return Boxes(boxes.lo[:3], boxes.hi[:3])
 
     def held(zero: Zero) -> Zero | None:
-        """Return a zero of ∇L with h = 0.
-
-        Along the normal n, the jump in energy rises or falls strictly. So if h reaches 0 on the
-        line through this point, as n'∇h is large enough, the jump is zero at no other point of it.
-        """
+        """Return a zero of ∇L with h = 0."""
         x, at = zero.point[:3], angles(as_boxes(zero.enclosure))
+        # Along the normal n, the jump in energy rises or falls strictly. So if h reaches 0 on the
+        # line through this point, as n'∇h is large enough, the jump is zero only there.
         normal = h.at(x[:, None])[1][:, 0]
         near = as_boxes(Box(x - REACH, x + REACH))
         rise, turn = (_along(normal, bounded.over(*near).slopes) for bounded in (h, jump))
@@ -208,7 +204,13 @@ def _along(normal: Array, g: Intervals) -> Intervals:
 
 
 def face_at_stop(energy: Energy, box: Box, side: int) -> Piece:
-    """Return the end of θ2 at a stop; the body rests there if U falls outwards."""
+    """Return the end of θ2 at a stop; the body rests there if U falls outwards.
+
+    Args:
+        energy: The energy, with a stop.
+        box: The box of Θ.
+        side: The sign of θ2 there.
+    """
     assert energy.stop is not None
     exact = side * energy.stop
     lo, hi = constant(exact)

@@ -89,13 +89,11 @@ class Body:
             self._reject_lengths()
 
     def _reject_beside_springs(self) -> None:
-        """Raise `NoReducedEnergy` for what needs an energy that is convex in X, if it is not.
-
-        On the faces of a stop the energy is taken to be convex in X, which springs are not. A force
-        that jumps may hold the body, where X or own states are free.
-        """
+        """Raise `NoReducedEnergy` for what needs an energy that is convex in X, if it is not."""
+        # On the faces of a stop the energy is taken to be convex in X, which springs are not.
         if isinstance(self.bounded, TiedBounds) and self.energy.stop is not None:
             raise NoReducedEnergy(NoEnergyReason.STOP_BESIDE_SPRINGS)
+        # A force that jumps may hold the body, where X or own states are free.
         for element in self.at_rest.system.elements:
             if element.from_user and element.mode_count and first_jump(self.at_rest, element) == 1:
                 why = f"{element.name}: {KINKED}"

@@ -216,11 +216,9 @@ class Search:
             self.zeros.append(zero)
 
     def _is_bounded(self, low: Array, high: Array) -> bool:
-        """Return whether the known lower bounds of atoms hold between two points.
-
-        They do in the box. Beyond it the bounds are those of another function, which may have a
-        zero in whose domain that of V would be overlooked.
-        """
+        """Return whether the known lower bounds of atoms hold between two points."""
+        # They do in the box. Beyond it the bounds are those of another function, which may have a
+        # zero in whose domain that of V would be overlooked.
         bounded = frozenset[int]().union(*(a.variables for a in self.energy.least))
         axes = [i for i, v in enumerate(self.energy.variables) if v in bounded]
         above = np.all(low[axes] > self.box.lo[axes])

@@ -54,10 +54,19 @@ def newton(
     steps: int = 30,
     arrived: Callable[[Array], Array] | None = None,
 ) -> tuple[Array, Array]:
-    """Follow Newton's method from points of shape (n, points); return the ends and last steps.
+    """Follow Newton's method from some points; return the ends and last steps.
 
     It moves in all variables at once, from where U is least over z. It ends when each point is at
     a zero, or where `arrived` says so.
+
+    Args:
+        energy: The energy.
+        starts: The points, shape (n, points).
+        steps: The most steps.
+        arrived: Returns which of some points need no more steps, shape (points,); None: none.
+
+    Returns:
+        The ends, shape (n, points), and the sizes of the last steps, shape (points,).
     """
     z = energy.minimiser(starts).z if energy.k else np.zeros((0, starts.shape[1]))
 
@@ -77,7 +86,18 @@ def followed(
     steps: int,
     done: Callable[[Array], Array],
 ) -> tuple[Array, Array]:
-    """Follow Newton's method from points x with some slopes and second derivatives there."""
+    """Follow Newton's method from points x with some slopes and second derivatives there.
+
+    Args:
+        slopes: Returns the slopes, shape (n, points), and the second derivatives, shape (n, n,
+            points).
+        x: The points, shape (n, points).
+        steps: The most steps.
+        done: Returns which of some points need no more steps, shape (points,).
+
+    Returns:
+        The ends, shape (n, points), and the sizes of the last steps, shape (points,).
+    """
     last = np.full(x.shape[1], np.inf)
     with np.errstate(all="ignore"):
         for _ in range(steps):

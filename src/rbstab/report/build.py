@@ -88,11 +88,9 @@ def _summary(runs: Sequence[Run], sweeps: Sequence[SweepPart]) -> list[Block]:
 
 
 def _animations(runs: Sequence[Run]) -> Section | None:
-    """Return animated views of runs with more than one sample; None if there are none.
-
-    If there are too many, those that ended early come first: of these the motion explains most.
-    """
+    """Return animated views of runs with more than one sample; None if there are none."""
     moving = [run for run in runs if run.config is not None and len(run.result["time"]) > 1]
+    # If there are too many, those that ended early come first: of these the motion explains most.
     early_first = sorted(moving, key=lambda run: run.result.status == RunStatus.COMPLETED)
     shown = [run for run in moving if run in early_first[:MAX_ANIMATIONS]]
     blocks: list[Block] = [animation_of(run) for run in shown]

@@ -72,16 +72,9 @@ def supplied(run: Evidence, energy: Array) -> Check:
 
 
 def _bounded_rise(run: Evidence, name: str, rises: Array, sizes: Array, quantity: str) -> Check:
-    """Check that no rise is above what the residual allows.
-
-    Args:
-        run: The run.
-        name: The name of the check.
-        rises: The rise from each sample to the next, shape (n - 1,), J.
-        sizes: The sizes of the numbers that they are differences of, shape (n,), J.
-        quantity: What is compared.
-    """
+    """Check that no rise from one sample to the next, J, is above what the residual allows."""
     value, time = _largest(run, rises)
+    # The rises, shape (n - 1,), are differences of numbers of these sizes, shape (n,).
     rounding = max(ROUND_OFF, SUM_ERROR * float(sizes.max()) / run.scale)
     bound = 2.0 * float(np.abs(run.residual).max()) / run.scale + rounding
     verdict = verdict_of(value <= bound)

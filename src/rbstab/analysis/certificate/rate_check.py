@@ -53,15 +53,13 @@ def rate(run: Evidence) -> Check:
 
 
 def _noise_of_powers(run: Evidence, powers: Array) -> float:
-    """Return the power, W, below which the powers of a run are round-off of its states.
-
-    It is divided by `DERIVATIVE_TOLERANCE`, so that it can be added to a power. The powers of a
-    motion that has come to rest have no meaning: they are far below those before, and its energies
-    are `AT_REST`.
-    """
+    """Return the power, W, below which the powers of a run are round-off of its states."""
     span = float(run.times[-1] - run.times[0])
+    # The powers of a motion that has come to rest have no meaning: they are far below those before,
+    # and its energies are `AT_REST`.
     at_rest = AT_REST * run.scale / span if span > 0 else 0.0
     largest = float(np.nan_to_num(powers).max())
+    # It is divided by `DERIVATIVE_TOLERANCE`, so that it can be added to a power.
     return (EPSILON * largest + at_rest) / DERIVATIVE_TOLERANCE
 
 
@@ -81,10 +79,7 @@ def _compared(by_part: list[Number], contact: Number, rate: Number) -> tuple[Any
 
 
 def _exact_rate(run: Evidence, row: int, noise: float) -> Finding:
-    """Compare v' with ∇v·f at one sample in exact arithmetic.
-
-    If the equations hold, but the stored v' has lost its digits, the sample is not decided.
-    """
+    """Compare v' with ∇v·f at one sample in exact arithmetic."""
     errors = in_balls(lambda: _exact_rate_errors(run, row, noise))
     if errors is None:
         return Finding(Verdict.UNKNOWN, np.nan, row)
@@ -93,6 +88,7 @@ def _exact_rate(run: Evidence, row: int, noise: float) -> Finding:
         return Finding(Verdict.VIOLATED, float(of_equations), row)
     if of_equations <= DERIVATIVE_TOLERANCE and of_stored <= DERIVATIVE_TOLERANCE:
         return Finding(Verdict.CONSISTENT, float(of_stored), row)
+    # If the equations hold, but the stored v' has lost its digits, the sample is not decided.
     return Finding(confirmed(_is_not_of_its_state(run, row, noise)), float(of_stored), row)
 
 

@@ -54,15 +54,10 @@ class EnergyAt(Protocol):
 
 
 class _SingleEnergy:
-    """An energy at one point (an `EnergyAt`); its Hessian is computed when it is read.
-
-    Args:
-        value: The energy, which takes complex numbers too.
-        q: The point, shape (n,).
-        step: The step of the differences for the Hessian.
-    """
+    """An energy at one point (an `EnergyAt`); its Hessian is computed when it is read."""
 
     def __init__(self, value: Callable[[Array], Number], q: Array, step: float) -> None:
+        # The energy takes complex numbers; the step is of the differences for the Hessian.
         self._slope, self._q, self._step = partial(jacobian, value), q, step
         self.value = np.array([float(value(q))])
         self.gradient = self._slope(q)[np.newaxis]
@@ -160,10 +155,7 @@ def descend_from(  # noqa: PLR0913, PLR0917 (as `descend`)
 
 
 def _steps(gradient: Array, hessian: Array, reach: Array) -> Array:
-    """Return the Newton steps with the absolute values of the curvatures, shape (m, n).
-
-    They are cut to `MAX_STEP` in angles, and to `reach` in all entries.
-    """
+    """Return the Newton steps with the absolute values of the curvatures, shape (m, n)."""
     finite = np.isfinite(hessian).all(axis=(1, 2), keepdims=True)
     curvatures, axes = np.linalg.eigh(np.where(finite, hessian, 0.0))
     sizes = np.abs(curvatures)
@@ -171,6 +163,7 @@ def _steps(gradient: Array, hessian: Array, reach: Array) -> Array:
     along = np.einsum("mik,mi->mk", axes, gradient) / sizes
     steps = -np.einsum("mik,mk->mi", axes, along)
     longest, turn = np.abs(steps).max(axis=1), np.abs(steps[:, ANGLES]).max(axis=1)
+    # They are cut to `MAX_STEP` in angles, and to `reach` in all entries.
     share = np.minimum(1.0, np.minimum(MAX_STEP / turn, reach / longest))
     limited: Array = steps * share[:, np.newaxis]
     return limited
@@ -179,7 +172,13 @@ def _steps(gradient: Array, hessian: Array, reach: Array) -> Array:
 def numerical_hessian(
     gradient: Callable[[Array], Array], q: Array, step: float = HESSIAN_STEP
 ) -> Array:
-    """Return the Hessian of an energy by differences of its gradient; it guides a descent."""
+    """Return the Hessian of an energy by differences of its gradient; it guides a descent.
+
+    Args:
+        gradient: Returns the gradient at q, shape (n,).
+        q: Where, shape (n,).
+        step: The step of the differences; it is larger for an entry of q above 1000.
+    """
     steps = step * np.maximum(1.0, 1e-3 * np.abs(q))
     rows = [
         (gradient(q + shift) - gradient(q - shift)) / (2 * size)

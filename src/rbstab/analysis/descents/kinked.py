@@ -89,11 +89,7 @@ def descend_to_kinks(
 
 
 class _ModedEnergy:
-    """The energy of configurations as a function of the modes of the kinked elements.
-
-    Args:
-        at_rest: The configurations.
-    """
+    """The energy of configurations as a function of the modes of the kinked elements."""
 
     def __init__(self, at_rest: Configurations) -> None:
         self._at_rest, self._system = at_rest, at_rest.system
@@ -103,11 +99,9 @@ class _ModedEnergy:
         self._switches = len(modes_of(self._system)) > count
 
     def at(self, q: Array) -> Callable[[Array, Array], Number]:
-        """Return the energy as a function of q and the kinked modes, near a configuration.
-
-        The other modes are those of this configuration.
-        """
+        """Return the energy as a function of q and the kinked modes, near a configuration."""
         at_rest, energy = self._at_rest, self._energy
+        # The other modes are those of this configuration.
         if self._switches:
             energy = energy.in_modes_of(with_modes_at(self._system, at_rest.state(q)))
         return lambda x, modes: (
@@ -137,10 +131,7 @@ class _ModedEnergy:
 def _solved(
     energy: _ModedEnergy, q: Array, modes: Array, held: Array
 ) -> tuple[KinkedMinimum, Array]:
-    """Solve ∂U/∂q = 0 and g = 0 on the held kinks, and return the modes there.
-
-    Kinks at which the forces are not determined have many solutions: any of them will do.
-    """
+    """Solve ∂U/∂q = 0 and g = 0 on the held kinks, and return the modes there."""
     from scipy.optimize import root  # imported late, as in `searched`
 
     modes, size = np.where(held, modes, np.round(modes)), len(q)
@@ -155,6 +146,7 @@ def _solved(
         return np.concatenate([energy.slope(x, there), energy.guards(x)[held]])
 
     unknowns = np.concatenate([q, modes[held]])
+    # Kinks at which the forces are not determined have many solutions: any of them will do.
     unknowns = root(equations, unknowns, method="lm", tol=SOLVED).x
     q, modes = split(unknowns)
     left, g = np.abs(equations(unknowns)), energy.guards(q)

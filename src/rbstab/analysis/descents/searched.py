@@ -103,17 +103,10 @@ def searched_minima(system: System) -> list[SearchedState]:
 def _distinct(
     system: System,
     search: Callable[[Configurations, Array], SearchedState | None],
-    attitudes: Array,
-    distance: float,
+    attitudes: Array,  # Θ, shape (n, 3), rad
+    distance: float,  # closer configurations count as one, rad and m
 ) -> list[SearchedState]:
-    """Return what searches from Θ = 0 and from other attitudes find, lowest energy first.
-
-    Args:
-        system: The system.
-        search: Returns the rest state that is found from a configuration.
-        attitudes: The other attitudes, shape (n, 3), rad.
-        distance: Configurations closer than this count as one, rad and m.
-    """
+    """Return what searches from Θ = 0 and from other attitudes find, lowest energy first."""
     at_rest, places = configurations(as_at_rest(system)), dict[SearchedState, Array]()
     for Theta in [np.zeros(3), *attitudes]:
         state = search(at_rest, _at_attitude(at_rest, Theta))
@@ -157,11 +150,9 @@ def _root(at_rest: Configurations, start: Array) -> Array | None:
 
 
 def _is_balanced(at_rest: Configurations, q: Array) -> bool:
-    """Return whether the equations of motion leave the body at rest in a configuration.
-
-    The energy that code of a user states need not be that of its force.
-    """
+    """Return whether the equations of motion leave the body at rest in a configuration."""
     system, y = at_rest.system, at_rest.state(q)
+    # The energy that code of a user states need not be that of its force.
     acceleration = np.abs(with_modes_at(system, y).rates(y)).max()
     inertia = min(float(system.body.mass), float(np.linalg.eigvalsh(system.body.inertia).min()))
     load = largest_load(at_rest, q)

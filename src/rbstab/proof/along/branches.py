@@ -117,10 +117,7 @@ class Branches:
         return g[:3, 0], H[:3, :, 0] * (1.0, 1.0, 1.0, self.width)
 
     def _on_plane(self, x: Array, normal: Array) -> Array | None:
-        """Return the point of a curve near x on the plane through x; None if there is none.
-
-        At a pitchfork the equations are singular: the shortest step does not leave the curve.
-        """
+        """Return the point of a curve near x on the plane through x; None if there is none."""
         place = normal @ x
         with np.errstate(all="ignore"):
             for _ in range(NEWTON_STEPS):
@@ -128,6 +125,7 @@ class Branches:
                 if not np.isfinite(J).all():
                     return None
                 left = np.append(-g, place - normal @ x)
+                # At a pitchfork the equations are singular: the shortest step stays on the curve.
                 step = np.linalg.lstsq(np.vstack([J, normal]), left, 1e-9)[0]
                 x = x + step
                 if np.abs(step).max() < ARRIVED:

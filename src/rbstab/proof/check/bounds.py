@@ -332,7 +332,13 @@ def first(x: Series, rows: Sequence[int]) -> Matrix:
 
 
 def second(x: Series, rows: Sequence[int], columns: Sequence[int]) -> Matrix:
-    """Return second derivatives of a series as a matrix."""
+    """Return second derivatives of a series as a matrix.
+
+    Args:
+        x: The series.
+        rows: The number of the variable of each row.
+        columns: The number of the variable of each column.
+    """
     return arb_mat([[derivative(x, i, j) for j in columns] for i in rows])
 
 
@@ -341,6 +347,11 @@ def least_of(a: Sequence[Ball], A: Sequence[Sequence[Ball]], reach: Sequence[Bal
 
     Of the first x, p x²/2 + b x is at least -b²/2p, where b depends on the other x (then these have
     the Schur complement left), or it is bounded for the largest |b|: the better of both counts.
+
+    Args:
+        a: The slopes, shape (n,).
+        A: The second derivatives, shape (n, n).
+        reach: The largest |x_i|, shape (n,).
     """
     if not a:
         return arb(0)

@@ -143,7 +143,13 @@ class WithoutLength(Energy):
     def __call__(
         self, leaves: Mapping[int, Series], order: int = ORDER, about: About = None
     ) -> list[Series]:
-        """Return the series of all operations; r is z + r where z is zero."""
+        """Return the series of all operations; r is z + r where z is zero.
+
+        Args:
+            leaves: The series of the variables, as for `Energy`.
+            order: The highest order.
+            about: As for `Energy`.
+        """
         zero: dict[int, Series] = {z: {} for z in self._places}
         ends = super().__call__({**leaves, **zero}, order)
         moved = {z: summed([(arb(-1), ends[k])]) for z, k in self._places.items()}

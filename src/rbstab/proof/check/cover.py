@@ -89,7 +89,14 @@ class _Part:
 
 
 def cover(box: Box, reason: Reason, limit: int = BOX_LIMIT, narrowest: float = MIN_WIDTH) -> Cover:
-    """Halve a box until each part is settled, up to a number of boxes, or down to a width."""
+    """Halve a box until each part is settled, up to a number of boxes, or down to a width.
+
+    Args:
+        box: The box.
+        reason: Returns the reason why a box is settled, or None.
+        limit: The most boxes that are examined.
+        narrowest: A box narrower than this is not halved: its claim is refused.
+    """
     return flood(box, box, reason, lambda _: None, limit, narrowest=narrowest)[0]
 
 

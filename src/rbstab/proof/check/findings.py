@@ -71,7 +71,15 @@ def shown(box: Box) -> str:
 def confirmed(
     about: str, claim: str, text: str, covers: Mapping[str, Cover], *, verified: bool = True
 ) -> Finding:
-    """Return a finding that is verified if its covers have no open box, and in words if not."""
+    """Return a finding that is verified if its covers have no open box, and in words if not.
+
+    Args:
+        about: The name of the range of Θ.
+        claim: The name of the claim.
+        text: What was checked: a sentence without its full stop.
+        covers: The covers, by the name of the place that they cover.
+        verified: Whether all else is verified.
+    """
     verified = verified and all(cover.open is None for cover in covers.values())
     text = f"{text}." if verified else f"{text}: this could not be confirmed."
     return Finding(about, claim, verified, text, covers)

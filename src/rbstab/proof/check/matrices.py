@@ -18,7 +18,13 @@ def column(entries: Sequence[Ball]) -> Matrix:
 
 
 def part(M: Matrix, rows: Sequence[int], columns: Sequence[int] = (0,)) -> Matrix:
-    """Return some rows and columns of a matrix."""
+    """Return some rows and columns of a matrix.
+
+    Args:
+        M: The matrix.
+        rows: The numbers of the rows.
+        columns: The numbers of the columns; without them the first one.
+    """
     return arb_mat([[M[i, j] for j in columns] for i in rows])
 
 

@@ -68,6 +68,11 @@ class Range:
 def range_of(U: Energy, energy: Any, claims: Any) -> tuple[Range, list[Finding]]:
     """Return the range of some claims, and what was found about its closed faces.
 
+    Args:
+        U: The energy.
+        energy: What the record says of it: its stop, rad, and the axes that are closed.
+        claims: What the record claims of the range: its ends, rad, and whether it is everywhere.
+
     Raises:
         RefusedError: Its ends are no angles.
     """

@@ -47,7 +47,13 @@ class Level:
         self.bound, self.shown = arb(level), f"{level:.10g} J"
 
     def cover(self, box: Box, face: Face | None = None, of: Energy | None = None) -> Cover:
-        """Cover a box, or a part of a face."""
+        """Cover a box, or a part of a face.
+
+        Args:
+            box: The box.
+            face: If it is given, the part of this face in the box is covered.
+            of: The energy that is at least the level there; U if it is not given.
+        """
         U, box = of or self.U, box if face is None else flattened(box, face.axis)
         return cover(box, lambda b: ABOVE if Bounds(U, b, face).at_least(self.bound) else None)
 
@@ -152,13 +158,9 @@ class Region(Level):
         return self._finding(f"region of {self.state.name}", text, wrong if stopped else "", covers)
 
     def _on_this_side(self, walls: dict[int, int], box: Box) -> Bounds | None:
-        """Return bounds over the part of a box on the side of the rest state; None if it has none.
-
-        Args:
-            walls: The signs of the arguments of steps at the rest state, by their variables.
-            box: The box.
-        """
+        """Return bounds over the part of a box on the side of the rest state; None without one."""
         over = Bounds(self.U, box)
+        # `walls` has the signs of the arguments of steps at the rest state, by their variables.
         if any(over.side(k) == -side for k, side in walls.items()):
             return None
         if len(over.jumps) == 1 and over.jumps[0] in walls:
@@ -167,10 +169,7 @@ class Region(Level):
         return over
 
     def _closed_by(self, walls: dict[int, int], box: Box) -> bool:
-        """Return whether U is at least the level where a box meets a wall.
-
-        On a surface where a force jumps, U is L(Θ, λ) for λ = 0, or for any λ if L is linear in it.
-        """
+        """Return whether U is at least the level where a box meets a wall."""
 
         def reason(part: Box) -> str | None:
             over = Bounds(self.U, part)
@@ -178,6 +177,7 @@ class Region(Level):
                 return BEYOND
             if len(over.jumps) > 1:
                 return None
+            # Where a force jumps, U is L(Θ, λ) for λ = 0, or for any λ if L is linear in it.
             low, high = over.share_at_rest(ridge=True) or (0.0, 0.0)
             step = (low + high) / 2
             bounds = Bounds(self.U, part, share=(step, step))
@@ -192,7 +192,13 @@ class Region(Level):
 
 
 def kept(U: Energy, range_: Range, level: float) -> Finding:
-    """Check theorem 11: motions below a level do not reach the ends of the range."""
+    """Check theorem 11: motions below a level do not reach the ends of the range.
+
+    Args:
+        U: The energy.
+        range_: The range.
+        level: The level, J.
+    """
     energy_level = Level(U, range_, level)
     text = f"Every motion with an energy below {energy_level.shown} keeps the range"
     return confirmed(range_.name, "range", text, energy_level.border())

@@ -93,6 +93,11 @@ class State:
 def states_of(U: Energy, claims: Any, range_: Range) -> list[State]:
     """Return the rest states that are claimed.
 
+    Args:
+        U: The energy.
+        claims: What the record claims of the range: its rest states, and boxes that are undecided.
+        range_: The range.
+
     Raises:
         RefusedError: They cannot be read.
     """

@@ -65,11 +65,7 @@ class _Switch:
         return not self._reduced(U1 - U0)
 
     def _values(self, on: bool | None) -> list[Poly]:
-        """Return all operations where the step is on, or off, as polynomials of symbols.
-
-        With None for `on`, all functions are symbols. So is a positive part where the step is off:
-        it has another form there.
-        """
+        """Return all operations as polynomials of symbols, where the step is on, off, or either."""
         values, touched = list[Poly](), list[bool]()
         for k, (kind, *rest) in enumerate(self.U.operations):
             positive = kind == "positive" and rest[0] == self.inner
@@ -89,8 +85,10 @@ class _Switch:
             elif on is not None and k == self.step:
                 x = self.ring.constant(int(on))
             elif on and positive:
+                # Where the step is off, a positive part has another form: it is a symbol.
                 x = self.p
             elif on is None or kind == "var":
+                # With None for `on`, all functions are symbols.
                 x = self.symbols[k]
             else:
                 x = self._function(k, kind, rest, values[rest[-1]], must=on and touched[k])
@@ -98,16 +96,13 @@ class _Switch:
         return values
 
     def _function(self, k: int, kind: str, rest: list[Any], x: Poly, *, must: bool) -> Poly:
-        """Return a function of a series in p with numbers, near h = 0.
-
-        A step and a positive part must not change there. Other functions are symbols; if the step
-        is on, only those that do not depend on it.
-        """
+        """Return a function of a series in p with numbers, near h = 0."""
         x = self._reduced(x)
         parts = x.to_dict()
         c0 = fmpq(0)
         if not any(any(m[:-1]) for m in parts):
             c0 = parts.get((0,) * (len(self.symbols) + 1), c0)
+        # A step and a positive part must not change near h = 0.
         if c0 and kind in ("step", "positive"):
             side = self.ring.constant(int(c0 > 0))
             return side if kind == "step" else side * x
@@ -117,6 +112,7 @@ class _Switch:
                 return self._power(x / c0 - 1, n, root)
             except FlintError:  # the root is no rational number
                 pass
+        # If the step is on, only functions that do not depend on it are symbols.
         if must:
             raise _NoFormError(f"{kind} of it has no series")
         return self.symbols[k]

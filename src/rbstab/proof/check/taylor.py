@@ -53,7 +53,13 @@ def summed(terms: Iterable[tuple[Ball, Series]]) -> Series:
 
 
 def times(x: Series, y: Series, order: int) -> Series:
-    """Return the product of two series up to an order."""
+    """Return the product of two series up to an order.
+
+    Args:
+        x: The first series.
+        y: The second series.
+        order: The highest order of the product.
+    """
     product: Series = {}
     for i, v in x.items():
         room = order - len(i)
@@ -66,14 +72,26 @@ def times(x: Series, y: Series, order: int) -> Series:
 
 
 def through(g: Sequence[Ball], x: Series, order: int) -> Series:
-    """Return g(x), from the Taylor coefficients of g at the value of x."""
+    """Return g(x), from the Taylor coefficients of g at the value of x.
+
+    Args:
+        g: g, g' and g''/2 at the value of x.
+        x: The series.
+        order: The highest order of g(x): 1, or `ORDER`.
+    """
     u = {k: v for k, v in x.items() if k}
     bend = times(u, u, order) if order == ORDER else {}
     return {**summed([(g[1], u), (g[2], bend)]), (): g[0]}
 
 
 def over_box(x: Series, at: Series, steps: Mapping[int, Ball]) -> Ball:
-    """Return f over a box by Taylor's theorem, from its series over it and at its middle."""
+    """Return f over a box by Taylor's theorem, from its series over it and at its middle.
+
+    Args:
+        x: Its series over the box.
+        at: Its series at the middle.
+        steps: The ways δ from the middle, by the numbers of the variables.
+    """
     total = constant(at)
     for k, c in at.items():
         if len(k) == 1:
@@ -91,7 +109,13 @@ def narrower(x: Ball, y: Ball) -> Ball:
 
 
 def coefficients(kind: str, v: Ball, power: int = 0) -> list[Ball]:
-    """Return g(v), g'(v) and g''(v)/2 of a function."""
+    """Return g(v), g'(v) and g''(v)/2 of a function.
+
+    Args:
+        kind: The name of the function: `sin`, ..., or `pow`.
+        v: Its argument.
+        power: The exponent of `pow`.
+    """
     match kind:
         case "sin" | "cos":
             s, c = v.sin_cos()

@@ -68,7 +68,13 @@ class Load(NamedTuple):
 
 
 def driven(system: System, loads: Sequence[Load], w: Array) -> System:
-    """Return a system with the loads w on it, three entries for each load."""
+    """Return a system with the loads w on it.
+
+    Args:
+        system: The system.
+        loads: The n loads.
+        w: Their values, shape (3 n,): N m of a couple, N of a force, in body coordinates.
+    """
     inputs = [load.acting(w[3 * k : 3 * k + 3]) for k, load in enumerate(loads)]
     return replace(system, elements=(*system.elements, *inputs))
 

@@ -66,11 +66,9 @@ class Family:
 
     @property
     def _lost(self) -> Array:
-        """What errors R take at most from the diagonal, shape (n, boxes): Σ_j R_ij √(s_i/s_j).
-
-        For any s > 0, R_ij |x_i x_j| <= ½ R_ij (√(s_i/s_j) x_i² + √(s_j/s_i) x_j²). With
-        s_i = 1/(M⁻¹)_ii, little is taken from what is small.
-        """
+        """What errors R take at most from the diagonal, shape (n, boxes): Σ_j R_ij √(s_i/s_j)."""
+        # For any s > 0, R_ij |x_i x_j| <= ½ R_ij (√(s_i/s_j) x_i² + √(s_j/s_i) x_j²).
+        # With s_i = 1/(M⁻¹)_ii, little is taken from what is small.
         with np.errstate(all="ignore"):
             root = np.sqrt(np.einsum("iim->im", inverses(self.middle)))
             ratio = root / root[:, None]

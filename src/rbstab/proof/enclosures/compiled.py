@@ -328,12 +328,10 @@ class Compiled:
 
 
 def _shared(terms: Mapping[Any, Fraction]) -> tuple[Atom, int] | None:
-    """Return the atom, with the sign of its power, that most monomials share; None if none do.
-
-    Steps come last: where they are known, A³(step - step·step') is then exactly zero.
-    """
+    """Return the atom, with the sign of its power, that most monomials share; None if none do."""
     counts = Counter((a, 1 if p > 0 else -1) for m in terms for a, p in m)
     shared = [factor for factor, count in counts.items() if count > 1]
+    # Steps come last: where they are known, A³(step - step·step') is then exactly zero.
     return min(
         shared,
         key=lambda factor: (factor[0].kind == STEP, -counts[factor], factor[0].order, factor[1]),

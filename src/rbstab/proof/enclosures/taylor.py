@@ -70,14 +70,12 @@ class Values:
     def _tighter(
         self, k: int, over: Array, about: "Values", reach: Array, powers: dict[Exponents, Array]
     ) -> Array:
-        """Bound the coefficients over the boxes by those at the centres (Taylor's theorem).
-
-        f_α(m + h) = Σ C(β, α) f_β h^(β - α), where f_β is taken over the box for the highest |β|.
-        """
+        """Bound the coefficients over the boxes by those at the centres (Taylor's theorem)."""
         compiled, at = self.compiled, about.values[k]
         inner, outer = np.abs(at).max(axis=1), np.abs(over).max(axis=1)
         # A function of a number, as on the face of a stop, has one column for all boxes.
         spread = np.zeros(np.broadcast_shapes(outer.shape, inner.shape, about.smooth.shape))
+        # f_α(m + h) = Σ C(β, α) f_β h^(β - α), where f_β is taken over the box for the highest |β|.
         for i, terms in enumerate(compiled.expanded(k)):
             for j, top, factor, b in terms:
                 if b not in powers:

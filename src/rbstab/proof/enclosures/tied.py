@@ -41,7 +41,13 @@ class TiedBounds(BoundedEnergy):
         self.rest = BoundedEnergy(N, (*ANGLES, *free), least=least, order=2) if N.terms else None
 
     def is_single(self, x: Array, values: Values, size: Array) -> Array:
-        """Return whether W has one stationary point z, its minimiser, for all Θ of each box."""
+        """Return whether W has one stationary point z, its minimiser, for all Θ of each box.
+
+        Args:
+            x: The ends of the boxes, shape (n, 2, boxes).
+            values: The values of W and of the lengths over each box.
+            size: The largest |z_i| of these, shape (free, boxes).
+        """
         # |r_j| is at least |z + r_j| - |z| for any z.
         pull = sum(self.weights) + self._pull(x)
         away = (pull / self.stiffness + np.sqrt((size**2).sum(axis=0))) * UP

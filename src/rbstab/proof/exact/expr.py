@@ -57,7 +57,13 @@ _atoms: WeakValueDictionary[tuple[str, Any, Any], Atom] = WeakValueDictionary()
 
 
 def atom(kind: str, argument: Union[int, "Expr"], extra: Union[int, "Expr", None] = None) -> Atom:
-    """Return the atom of a kind and an argument."""
+    """Return the atom of a kind and an argument.
+
+    Args:
+        kind: Its kind, see `Atom`.
+        argument: The number of a variable, or an expression.
+        extra: As for `Atom`; None for other kinds.
+    """
     name = argument.digest if isinstance(argument, Expr) else argument
     more = extra.digest if isinstance(extra, Expr) else extra
     a = _atoms.get((kind, name, more))
@@ -295,11 +301,10 @@ class Expr:
 
 @root_excess.register(Expr)
 def _root_excess(x: Any) -> Expr:
-    """Return √(1 + x) - 1: one function has sharper bounds than a quotient of two.
-
-    But where x is small the difference has few digits, as of a limit that is far above all forces.
-    """
+    """Return √(1 + x) - 1."""
     root = (1 + x).sqrt()
+    # One function has sharper bounds than a quotient of two. But where x is small the difference
+    # has few digits, as of a limit that is far above all forces.
     small = all(abs(c) < SMALL_EXCESS for c in x.terms.values())
     return x / (1 + root) if small else root - 1
 
@@ -365,7 +370,13 @@ def summed(parts: Iterable[Expr]) -> Expr:
 def mapped(
     e: Expr, change: Callable[[Atom, int], Expr], multiply: Callable[[Expr, Expr], Expr] = mul
 ) -> Expr:
-    """Return an expression with other factors in place of each a^p."""
+    """Return an expression with other factors in place of each a^p.
+
+    Args:
+        e: The expression.
+        change: Returns what takes the place of a^p.
+        multiply: Returns the product of two factors.
+    """
     return summed(
         reduce(multiply, (change(a, p) for a, p in m), expr(c)) for m, c in e.terms.items()
     )

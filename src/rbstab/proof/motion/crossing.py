@@ -138,10 +138,7 @@ def _across(
 def _next_switch(
     equations: Equations, states: MotionSet, possible: Possible, longest: float
 ) -> tuple[Modes, int, bool, float]:
-    """Return modes in a set, the number of the g that changes first, its sign then, and a time.
-
-    After the time, s, the set has surely left that surface; it is an estimate.
-    """
+    """Return modes in a set, the number of the g that changes first, its sign then, and a time."""
     g = evaluated(equations.guards, states.models)
     low, high = (side[:, 0] for side in g.range())
     middle, wide = (low + high) / 2, (high - low) / 2
@@ -159,6 +156,7 @@ def _next_switch(
         needed = 2.0 * ((abs(middle[k]) if towards else 0.0) + wide[k]) / abs(rate)
         if needed < best:
             best, which, rising = needed, k, rate > 0
+    # An estimate, s, of when the whole set has left that surface.
     return now, which, rising, max(_on_grid(best) + 2 * TIME_GRID, SHORTEST)
 
 
@@ -201,21 +199,13 @@ def _cut_down(
 
 
 def _moved_start(
-    program: Program,
+    program: Program,  # that of `Equations.crossing`
     states: MotionSet,
-    jump: Array,
-    rates: tuple[float, float],
-    scale: Array,
+    jump: Array,  # Δ, shape (n,)
+    rates: tuple[float, float],  # bounds on Ĝ, a mean of g' before the surface
+    scale: Array,  # the size of each state, shape (n,)
 ) -> MotionSet:
-    """Return a set of all y + Δ τ(y), with τ = -g(y)/Ĝ for y in a set.
-
-    Args:
-        program: That of `Equations.crossing`.
-        states: The set, before the surface.
-        jump: Δ, shape (n,).
-        rates: Bounds on Ĝ, a mean of g' before the surface.
-        scale: The size of each state, shape (n,).
-    """
+    """Return a set of all y + Δ τ(y), with τ = -g(y)/Ĝ for y in a set before the surface."""
     n, (low, high), around = len(jump), rates, states.models
     G, error = (low + high) / 2, states.error[0]
     of_P = Models(states.space, around.polynomial, np.zeros_like(around.remainder))

@@ -64,18 +64,14 @@ class Followed(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Running:
-    """Sets that are followed: one entry for each.
+    """Sets that are followed: one entry for each."""
 
-    number is the place of the set among all starts. longest is the largest next step, and largest
-    the longest step so far, s.
-    """
-
-    number: Array
+    number: Array  # the place among all starts
     states: MotionSet
     steps: Array
     time: Array
-    longest: Array
-    largest: Array
+    longest: Array  # the largest next step, s
+    largest: Array  # the longest step so far, s
 
     def __getitem__(self, chosen: Array | slice) -> "_Running":
         parts = (self.steps, self.time, self.longest, self.largest)

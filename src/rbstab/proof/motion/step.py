@@ -196,15 +196,13 @@ def set_steps(
 def _series(
     field: Field, start: MotionSet, scale: Array, longest: Array
 ) -> tuple[Array, Array, Array]:
-    """Return the length of each step, and the series in τ of the nodes of `rates` and `step`.
-
-    The latter have lower degrees in z.
-    """
+    """Return the length of each step, and the series in τ of the nodes of `rates` and `step`."""
     given = start.polynomial.swapaxes(0, 1)[np.newaxis]
     order, terms, tolerance = _accuracy(start.space)
     # With one monomial, there is no use in fewer nodes.
     first = field.rates if start.space.variables else field.step
     values = node_series(first, start.space, given, longest, order)
+    # The series of `step` have lower degrees in z.
     low = _low(start.space)
     lows = node_series(field.step, low, np.ascontiguousarray(values[..., : len(low)]))
     n, factor = len(scale), np.ones(len(start))
@@ -239,16 +237,14 @@ def _defect(p: Array, rates: Models, h: Array) -> Array:
 
 
 def _jacobian(slopes: Models, places: Array, n: int, h: Array) -> tuple[Array, Array]:
-    """Return J, h∂f/∂y along p at z = 0, and G, from the models of ∂f/∂y within the margin.
-
-    G, shape (sets, n, n), bounds |h∂f/∂y(p + e) - J| for all z, 0 <= τ <= 1 and |e| within the
-    margin. High powers of τ are left out of J.
-    """
+    """Return J, h∂f/∂y along p at z = 0, and G, from the models of ∂f/∂y within the margin."""
+    # High powers of τ are left out of J.
     terms = _accuracy(slopes.space).terms
     middle, rest = h * slopes.polynomial[:terms, ..., 0], slopes.polynomial.copy()
     rest[:terms, ..., 0] = 0.0
     size = np.abs(rest).sum(axis=0).sum(axis=-1) + slopes.remainder
     bound = h * size + 2 * UNIT * np.abs(middle).sum(axis=0)
+    # G bounds |h∂f/∂y(p + e) - J| for all z, 0 <= τ <= 1 and |e| within the margin.
     G = np.zeros((len(h), n, n))
     G[:, places[0], places[1]] = rounded_up(bound).T
     return _matrices(middle, places, n), G
@@ -273,16 +269,10 @@ def _times(matrix: Array, vector: Array) -> Array:
 def _error_bounds(  # noqa: PLR0913, PLR0917 (the parts of one inequality)
     linear: LinearBounds, radius: Array, d: Array, G: Array, margin: Array, share: float = SHARE
 ) -> tuple[Array, Array, Array]:
-    """Return b and W, and whether it is proved that |e| < b and |w| <= W on the whole step.
-
-    Args:
-        linear: The bounds of the linear part.
-        radius: ω, shape (sets, n).
-        d: The bound on the defect and on δ, shape (sets, n).
-        G: The bound on |J̄ - J| within the margin, shape (sets, n, n).
-        margin: The largest b, shape (sets, n).
-        share: The largest part of W that may come from A b + C G b.
-    """
+    """Return b and W, and whether it is proved that |e| < b and |w| <= W on the whole step."""
+    # ω is `radius`, and d bounds the defect and δ; like b and `margin`, the largest b, they have
+    # the shape (sets, n). G, shape (sets, n, n), bounds |J̄ - J| within the margin. At most the
+    # part `share` of W may come from A b + C G b.
     guess = rounded_up(_times(linear.forward, radius + _times(linear.backward, d)))
     best_b, best_W = np.zeros_like(guess), np.zeros_like(guess)
     bounded = np.zeros(len(guess), dtype=bool)

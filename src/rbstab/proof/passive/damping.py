@@ -95,18 +95,13 @@ def _vanish(dissipated: Expr, *velocities: Array) -> bool:
 
 
 class _Dampers(NamedTuple):
-    """The dampers of a body.
+    """The dampers of a body."""
 
-    Attributes:
-        rotation: The sum of all L of Ω'LΩ, shape (3, 3).
-        points: For each point p of the body the sum of all L of F'LF, shape (3, 3), and the names
-            of their elements.
-        others: The names of the elements whose dissipation has another form.
-    """
-
-    rotation: Array
+    rotation: Array  # the sum of all L of Ω'LΩ, shape (3, 3)
+    # For each point p of the body the sum of all L of F'LF, shape (3, 3), and their elements'
+    # names.
     points: dict[tuple[Fraction, ...], tuple[Array, list[str]]]
-    others: list[str]
+    others: list[str]  # the names of the elements whose dissipation has another form
 
 
 def why_not_damped(
@@ -174,10 +169,8 @@ def _dampers(system: System) -> _Dampers:
 
 
 def _damper(element: Element, L: str) -> Array:
-    """Return a damping matrix.
-
-    That of a motor with a lag is D: where it dissipates z'Dz = 0 for a while, z = 0, and so is u.
-    """
+    """Return a damping matrix."""
+    # That of a motor with a lag is D: where it dissipates z'Dz = 0 for a while, z = 0, and so is u.
     return element.left if isinstance(element, Lagged) else getattr(element, L)
 
 

@@ -335,13 +335,11 @@ def moves_down(stored: Expr, state_numbers: Sequence[int], rates: Sequence[Expr]
 
 
 def _has_sign(rate: Expr, slope: Expr, number: int) -> bool:
-    """Return whether rate·slope is never positive, and zero only where the slope is.
-
-    If the slope is s = a D + b with a constant a, it takes the place of D.
-    """
+    """Return whether rate·slope is never positive, and zero only where the slope is."""
     s, parts = variable(TAGS), quadratic_in(slope, [number], constant=(VAR, SIN, COS))
     a, D = parts.b[0].constant, variable(number)
     b = slope - parts.b[0] * D
+    # If the slope is s = a D + b with a constant a, it takes the place of D.
     if a and number not in b.variables:
         rate, slope = substituted(rate, {atom(VAR, number): (s - b).scaled(1 / a)}), s
     power = as_factor(slope) * -rate

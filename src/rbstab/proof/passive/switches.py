@@ -69,13 +69,8 @@ def force_is_continuous(statements: Statements) -> bool:
 
 
 def _smooth(statements: Statements) -> list[bool | None] | None:
-    """Return whether the force is continuous at each surface; None if its sign there is not seen.
-
-    It is looked for in functions of the entries of a motion, and in those of q.
-
-    Returns:
-        None if it is not shown that the energy is continuous.
-    """
+    """Return whether the force is continuous at each surface; None if E is not shown to be."""
+    # It is looked for in functions of the entries of a motion, and in those of q.
     forms = (statements.of_any, statements.of_motion)
     both = [_parts(of.guards, of.stored, statements.modes) for of in forms]
     candidates = [
@@ -83,6 +78,7 @@ def _smooth(statements: Statements) -> list[bool | None] | None:
         for parts in both
         if len(parts) == len(both[1]) > 0 and all(_vanishes(T, g) for g, T in parts)
     ]
+    # An entry is None if the sign of the force at its surface is not seen.
     return min(candidates, key=lambda smooth: smooth.count(None), default=None)
 
 

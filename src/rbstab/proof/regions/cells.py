@@ -278,11 +278,9 @@ class Component:
 
 
 def _halved(boxes: Boxes, pairs: Array, split: Array, axis: int) -> tuple[Boxes, Array]:
-    """Return boxes with some of them halved along an axis, and the new pairs of neighbours.
-
-    Those that are not halved come first, then the lower halves, then the upper ones.
-    """
+    """Return boxes with some of them halved along an axis, and the new pairs of neighbours."""
     parts = boxes[split]
+    # Those that are not halved come first, then the lower halves, then the upper ones.
     halves = joined([boxes[~split], parts.halved(np.full(parts.count, axis))], 3)
     kept, m = boxes.count - parts.count, parts.count
     # The new numbers of each box: two of one that is halved.

@@ -132,12 +132,10 @@ class Landscape:
         return [level for level in self.face_levels if level.face and self._ends_lowest(level.face)]
 
     def _ends_lowest(self, face: Face) -> bool:
-        """Return whether the component of the lowest state may end at a face.
-
-        If all rest states are confined to the range, it does not at those of θ1 and θ3: beyond them
-        V has no rest state, also along θ2 = ±π/2, and rises without end. So each component of a set
-        {V < c} below all other levels has a minimum of V, and there is one.
-        """
+        """Return whether the component of the lowest state may end at a face."""
+        # If all rest states are confined to the range, it does not at those of θ1 and θ3: beyond
+        # them V has no rest state, also along θ2 = ±π/2, and rises without end. So each component
+        # of a set {V < c} below all other levels has a minimum of V, and there is one.
         return face[0] == PITCH or not self.confining
 
     def is_pass(self, level: Level) -> bool:

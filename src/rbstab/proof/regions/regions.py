@@ -162,10 +162,8 @@ def _lowered(land: Landscape, bound: float) -> float:
 
 
 def _is_end(land: Landscape, least: Level) -> bool:
-    """Return whether the component of the lowest state ends at the least of all other levels.
-
-    It does at a rest state that is no minimum, and on a face if V does not fall outwards there.
-    """
+    """Return whether the component of the lowest state ends at the least of all other levels."""
+    # It does at a rest state that is no minimum, and on a face if V does not fall outwards there.
     if least.face is None or least.at is None:
         return land.is_pass(least)
     axis, sign = least.face
@@ -174,11 +172,9 @@ def _is_end(land: Landscape, least: Level) -> bool:
 
 
 def _ends(land: Landscape) -> dict[int, Level]:
-    """Return the passes of minima that cells prove: they are divided until all are known.
-
-    The lowest is left out if its component is known to end at the least of all other levels.
-    """
+    """Return the passes of minima that cells prove: they are divided until all are known."""
     sought = [k for k in land.minima if land.floor(k) < land.cap]
+    # The lowest is left out if its component is known to end at the least of all other levels.
     if 0 in sought and land.floor(0) < (least := _lowest_end(land)).bound and _is_end(land, least):
         sought.remove(0)
     searches = [_Search(land, k) for k in sought]
@@ -196,27 +192,20 @@ def _ends(land: Landscape) -> dict[int, Level]:
 
 
 class _Search:
-    """The search for the pass of one minimum.
-
-    Args:
-        land: The landscape.
-        minimum: The number of the minimum.
-
-    Attributes:
-        levels: The levels at which its component may end.
-        reached: The pass as it is proved so far; None if there is none below the cap.
-        top: The level at which the component is known to have left, for all that is known, J.
-    """
+    """The search for the pass of one minimum."""
 
     def __init__(self, land: Landscape, minimum: int) -> None:
         self.land, self.minimum, self.floor = land, minimum, land.floor(minimum)
         levels = [
             level for level in land.state_levels[1:] if land.is_pass(level)
         ] + land.face_levels
+        # The levels at which its component may end.
         self.levels = [level for level in levels if self.floor < level.bound < land.cap]
         if land.cap < np.inf:
             self.levels.append(Level(land.cap, land.cap))
+        # The pass as it is proved so far; None if there is none below the cap.
         self.reached: Pass | None = None
+        # The level, J, at which the component has left, as far as cells tell.
         self.top = np.inf
 
     @property

@@ -159,15 +159,13 @@ def _may_have_energies(members: Members, part: Part, error: NoReducedEnergy) -> 
 
 
 def _axis(family: Family, doubtful: Array) -> int | None:
-    """Return the index of the number along which a box is halved; None if it does not matter.
-
-    If only inertia and damping vary, all bodies have one energy U, and those of halves have too.
-    """
+    """Return the index of the number along which a box is halved; None if it does not matter."""
     points = doubtful[:4].T
     changes, bends = family.over(points, points).by_number()
     sizes = np.abs(np.concatenate([changes, bends.reshape(len(bends), 9, -1)], axis=1))
     total = sizes.sum(axis=0)
     scores = np.nan_to_num(sizes / np.where(total > 0, total, 1.0)).sum(axis=(1, 2))
+    # If only inertia and damping vary, all bodies have one energy U, and those of halves have too.
     return int(scores.argmax()) if scores.any() else None
 
 

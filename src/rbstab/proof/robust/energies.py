@@ -118,15 +118,13 @@ def _next_above(angle: Fraction) -> float:
 
 
 def _check_lengths(exact: System) -> None:
-    """Raise `NoReducedEnergy` if a spring of a held body may have no length at some attitude.
-
-    Its ends are then at the same distance from the contact point, of a body in the box.
-    """
+    """Raise `NoReducedEnergy` if a spring of a held body may have no length at some attitude."""
     if not exact.coordinates.holds_contact:
         return
     c = exact.body.contact_point
     for element in exact.elements:
         if isinstance(element, Spring):
+            # Then both ends are at one distance from the contact point, for a body in the box.
             arm, reach = element.point - c, element.anchor - c - exact.anchor
             apart, spread = middle_and_spread(expr(arm @ arm - reach @ reach))
             if abs(apart) <= spread:
@@ -177,11 +175,7 @@ def _eliminated(total: Expr, others: range, count: int, stop: Fraction | None) -
 
 
 def _functions(e: Expr) -> Functions:
-    """Write a sum of products of atoms in functions: one for each product without a step.
-
-    Terms with the same steps are one function, step·(θ2 - a): it is small where the step is not
-    known, and its terms are not.
-    """
+    """Write a sum of products of atoms in functions: one for each product without a step."""
     functions: Functions = {}
     by_steps: dict[Monomial, Functions] = {}
     for m, c in e.terms.items():
@@ -190,6 +184,8 @@ def _functions(e: Expr) -> Functions:
             by_steps.setdefault(steps, {})[tuple(factor for factor in m if factor not in steps)] = c
         else:
             functions[m] = c
+    # Terms with the same steps are one function, step·(θ2 - a): it is small where the step is not
+    # known, and its terms are not.
     for steps, terms in by_steps.items():
         lead = terms[min(terms, key=lambda m: [(a.order, p) for a, p in m])]
         ((rest, _),) = as_factor(Expr(terms).scaled(1 / lead)).terms.items()
@@ -214,10 +210,7 @@ def _exact(rows: Sequence[Sequence[Fraction]]) -> Matrix:
 
 
 def _minimiser(H: Matrices, B: Matrices) -> tuple[Matrices, Matrices]:
-    """Return x_0 and q = Hx_0 + b, of the highest order that `PRODUCTS` allows.
-
-    The terms of x_0 of each order cancel those of q.
-    """
+    """Return x_0 and q = Hx_0 + b, of the highest order that `PRODUCTS` allows."""
     try:
         inverse = H[()].inv()
     except (KeyError, ZeroDivisionError) as error:
@@ -225,6 +218,7 @@ def _minimiser(H: Matrices, B: Matrices) -> tuple[Matrices, Matrices]:
     x: Matrices = {}
     q = B
     for order in range(HIGHEST + 1):
+        # The terms of x_0 of each order cancel those of q.
         step = {
             z: -1 * inverse * matrix for z, matrix in q.items() if sum(p for _, p in z) == order
         }

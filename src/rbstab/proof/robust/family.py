@@ -277,9 +277,7 @@ class Over:
 
 
 def _seen(up: Array, down: Array, outwards: Array) -> Array:
-    """Return where no body rests, as its slope along y rises or falls.
-
-    On the face of a stop, where `outwards` is y2 times the side, only slopes say so that are not
-    those of a body that presses against it.
-    """
+    """Return where no body rests, as its slope along y rises or falls."""
+    # On the face of a stop `outwards` is y2 times the side: the slopes of a body that presses
+    # against the stop do not count.
     return np.asarray((up & (outwards >= 0)) | (down & (outwards <= 0)))

@@ -112,24 +112,13 @@ def halved(
 def _searched(
     family: Family, minimum: Minimum, boxes: Boxes, side: int, is_late: IsLate
 ) -> tuple[int, Array]:
-    """Exclude boxes, by branch and bound, in which no body has a rest state but the known one.
-
-    Args:
-        family: The energies.
-        minimum: The rest states of all bodies.
-        boxes: The boxes.
-        side: The sign of θ2 on the face of a stop, or 0.
-        is_late: Returns whether the search is to be given up.
-
-    Returns:
-        The number of boxes that were examined; and some points at which a body may rest, or at
-        which the search was given up, shape (n, 3), rad. Without any, all boxes are excluded.
-    """
+    """Exclude boxes, by branch and bound, in which no body has a rest state but the known one."""
     domain, flat = minimum.domain, boxes[slice(0, 0)]
 
     def is_left(some: Boxes) -> Array:
         nonlocal flat
         local = family.over(*some)
+        # The side is the sign of θ2 on the face of a stop, or 0.
         left = ~local.rises(side)
         if not side:
             left &= ~some.within(domain)
@@ -141,11 +130,12 @@ def _searched(
             excluded, at_centre = local.excluded(y, side)
             left, never = left & ~excluded, never & ~at_centre
         flat = some[left & never]
-        flat = some[never]
         return left
 
     examined, pending = halved(boxes, family.batch, is_left, lambda: flat.count > 0 or is_late())
     doubtful = flat if flat.count else pending
+    # Points, shape (n, 3), rad, at which a body may rest, or at which the search was given up.
+    # Without any, all boxes are excluded.
     return examined, (0.5 * doubtful.lo + 0.5 * doubtful.hi).T[:MOST_DOUBTFUL]
 
 
@@ -201,12 +191,9 @@ def border_height(
 
 
 def _bounds(over: Over, at_point: Over) -> tuple[Array, Array]:
-    """Return lower bounds of U - U(Θ̂) over boxes, and the most that smaller ones can give.
-
-    With the numbers z inside of functions, and the differences d of values and of slopes by z,
-
-        U - U(Θ̂) = d_0 + g_0 δ + d_z0 z + Σ w_j (d_j + g_j δ + d_zj z) + ½ (δ, z)'∂²U (δ, z) - ...
-    """
+    """Return lower bounds of U - U(Θ̂) over boxes, and the most that smaller ones can give."""
+    # With the numbers z inside of functions, and the differences d of values and of slopes by z,
+    #     U - U(Θ̂) = d_0 + g_0 δ + d_z0 z + Σ w_j (d_j + g_j δ + d_zj z) + ½ (δ, z)'∂²U (δ, z) - ...
     here, there, r = over.linear, at_point.linear, over.radius
     # Θ̂ is a point, so only U and its slopes by z are differences.
     differs = np.ones((len(r) + 1, 1))

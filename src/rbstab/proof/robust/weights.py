@@ -50,13 +50,10 @@ def weighted(e: Expr) -> dict[Monomial, Expr]:
 
 
 class _Weights:
-    """The taking apart of one expression; equal reciprocals share a remainder.
-
-    Args:
-        placing: The numbers that stay in terms with steps.
-    """
+    """The taking apart of one expression; equal reciprocals share a remainder."""
 
     def __init__(self, placing: frozenset[int]) -> None:
+        # The numbers in `placing` stay in terms with steps.
         self.placing, self.remainders = placing, 0
         self.reciprocal = cache(self._reciprocal)
 
@@ -86,14 +83,12 @@ class _Weights:
         return only(a) ** p
 
     def _reciprocal(self, q: Expr) -> Expr:
-        """Return 1/q as a polynomial in z and w with |w| <= 1, where q = q0 (1 + d), |d| <= δ < 1.
-
-        1/q = (1 - d + d² - ...)/q0 + w δⁿ/((1 - δ) |q0|), with n terms in brackets.
-        """
+        """Return 1/q as a polynomial in z and w, |w| <= 1, where q = q0 (1 + d), |d| <= δ < 1."""
         middle, spread = middle_and_spread(q)
         if spread >= abs(middle):
             raise NoReducedEnergy(NoEnergyReason.DIVISOR)
         delta, deviation = spread / abs(middle), q.scaled(1 / middle) - 1
+        # 1/q = (1 - d + d² - ...)/q0 + w δⁿ/((1 - δ) |q0|), with n terms in brackets.
         series, power, n = expr(1), expr(1), 1
         while n < SERIES and delta**n > SMALL:
             power = power * -deviation

@@ -143,17 +143,15 @@ def _read_rotations_only(element: Element, motion: Motion, element_states: Array
 
 
 def _check_lines(exact: System, *, held: bool) -> None:
-    """Refuse springs that may lose their length, or whose energy is not convex in X (Q3, Q6).
-
-    A point p of a body that is held at its contact point c is at A(p - c) + c + X_a. Its distance
-    from an anchor a is never zero if |p - c| is not |a - c - X_a|, which is exact.
-    """
+    """Refuse springs that may lose their length, or whose energy is not convex in X (Q3, Q6)."""
     c = exact.body.contact_point
     for element in exact.elements:
         if not isinstance(element, Spring):
             continue
         if not held:
             raise NotOnRotationsError(f"the energy of {element.name} is not convex in X")
+        # A point p of a body that is held at its contact point c is at A(p - c) + c + X_a. Its
+        # distance from an anchor a is never zero if |p - c| is not |a - c - X_a|, which is exact.
         arm, reach = element.point - c, element.anchor - c - exact.anchor
         if _square(arm) == _square(reach):
             raise NotOnRotationsError(f"{element.name} has no length at some rotation")

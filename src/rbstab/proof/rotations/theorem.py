@@ -78,11 +78,7 @@ def why_not_damped_on_rotations(exact: System) -> str | None:
 
 
 def _two_ties_are_enough(exact: System) -> bool:
-    """Return whether (iii) holds: weights and damped ties alone, two of them with G off their line.
-
-    Where nothing is dissipated for a while, the points of all ties are fixed, so all forces are
-    constant. X is bounded, and a quadratic function of the time: G is fixed as well.
-    """
+    """Return whether (iii) holds: weights and damped ties alone, two with G off their line."""
     if exact.coordinates.holds_contact:
         return False
     points = list[Array]()
@@ -99,6 +95,8 @@ def _two_ties_are_enough(exact: System) -> bool:
             element, (Gravity, ConstantForce, AttitudeSpring, RotationalStabilizer)
         ):
             return False
+    # Where nothing is dissipated for a while, the points of all ties are fixed, so all forces are
+    # constant. X is bounded, and a quadratic function of the time: G is fixed as well.
     return any(any(cross(p, q)) for p in points for q in points)
 
 

@@ -108,6 +108,13 @@ class Table:
         """Return a table of plain entries, without the columns that have no text.
 
         A column with a number is one of numbers.
+
+        Args:
+            name: Short, in lower case and hyphens, unique in a report.
+            title: Its title.
+            heads: The headers of its columns, or their words alone.
+            rows: Its rows, with an entry for each column.
+            note: Shown below the table.
         """
         columns = zip(*(tuple(map(Cell.of, row)) for row in rows), strict=True)
         shown = [

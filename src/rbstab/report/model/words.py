@@ -42,7 +42,13 @@ def with_unit(label: str, unit: str) -> str:
 
 
 def counted(count: int, singular: str, plural: str = "") -> str:
-    """Format a count with its noun: "1 run", "2 runs", "10,000 runs"."""
+    """Format a count with its noun: "1 run", "2 runs", "10,000 runs".
+
+    Args:
+        count: The count.
+        singular: The noun for a count of one.
+        plural: The noun for other counts, if it is not the singular with an s.
+    """
     return f"{grouped(count)} {singular if count == 1 else plural or f'{singular}s'}"
 
 
@@ -50,6 +56,11 @@ def listed(words: Iterable[str], max_items: int = 6, last: str = ", ") -> str:
     """Join the first words by commas, and add the number of the omitted ones.
 
     If none is omitted, the last two are joined by `last`, such as " and ".
+
+    Args:
+        words: The words.
+        max_items: The most words that are shown.
+        last: What stands between the last two.
     """
     every = list(words)
     if len(every) > max_items:

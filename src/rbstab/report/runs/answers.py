@@ -113,11 +113,9 @@ def _common_desire(runs: Sequence[Run]) -> str:
 def _card(
     run: Run, sketch: Sketch | None, varying: Sequence[str], *, is_alone: bool, has_desire: bool
 ) -> Card:
-    """Return a card that begins with the outcome, and with what is wrong.
-
-    That of a single run has all answers in sentences. Of several runs, the words of those answers
-    that vary stand among the numbers; the table of answers has the sentences.
-    """
+    """Return a card that begins with the outcome, and with what is wrong."""
+    # That of a single run has all answers in sentences. Of several runs, the words of those answers
+    # that vary stand among the numbers; the table of answers has the sentences.
     answers = run.answer.answers
     statements = [
         Statement(

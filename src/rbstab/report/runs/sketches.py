@@ -52,13 +52,11 @@ def decay_sketches(runs: Sequence[Run]) -> list[Sketch | None]:
 
 
 def _ratio(run: Run, *, by_largest: bool) -> Array | None:
-    """Return v over v(0), or over its largest value; NaN where it is not drawn, None for no decay.
-
-    What is not above `LOWEST` is not drawn on a logarithmic scale.
-    """
+    """Return v over v(0) or its largest value; NaN where it is not drawn, None for no decay."""
     v = lyapunov_function_of(run.result)
     unit = v.max(where=np.isfinite(v), initial=0.0) if by_largest else v[0]
     if run.settling_time == 0.0 or not 0.0 < unit < np.inf or not np.ptp(run.result["time"]) > 0:
         return None
     ratio = v / unit
+    # What is not above `LOWEST` is not drawn on a logarithmic scale.
     return np.where(np.isfinite(ratio) & (ratio > (0.0 if by_largest else LOWEST)), ratio, np.nan)

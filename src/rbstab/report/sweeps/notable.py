@@ -26,7 +26,13 @@ TONES = {RETURNS: "good", LEFT_RANGE: "bad", FAILED: "bad"}
 
 
 def notable_blocks(name: str, members: Members, command: str) -> list[Block]:
-    """Return the table of notable members, each with the command that runs it."""
+    """Return the table of notable members, each with the command that runs it.
+
+    Args:
+        name: The name of the sweep; that of the table begins with it.
+        members: The members.
+        command: The command that runs a member, without its number.
+    """
     reasons = notable(members) if members.plan is not None else {}
     if not reasons:
         return []

@@ -13,7 +13,13 @@ from rbstab.sweep.plan.plan import Plan
 
 
 def overview_table(name: str, members: Members, path: Path) -> Table:
-    """Return the table of facts on a sweep, and of its varied keys."""
+    """Return the table of facts on a sweep, and of its varied keys.
+
+    Args:
+        name: The name of the sweep; that of the table begins with it.
+        members: The members.
+        path: The file of the sweep.
+    """
     table = members.table
     attributes = table.attributes
     rows = {

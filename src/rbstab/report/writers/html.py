@@ -96,10 +96,8 @@ def _prose(text: str) -> Markup:
 
 
 def _rows(table: Table) -> Markup:
-    """Return the rows of a table.
-
-    A page may have a hundred thousand entries, and a template takes several times as long.
-    """
+    """Return the rows of a table."""
+    # A page may have a hundred thousand entries, and a template takes several times as long.
     lines = []
     for row in table.rows:
         entries = zip(row, table.heads, strict=True)

@@ -18,7 +18,14 @@ Curves = tuple[Axis, Sequence[Mark]]
 
 
 def time_figure(name: str, title: str, panels: Iterable[Curves], caption: str = "") -> Figure:
-    """Return a figure of panels over time, two side by side."""
+    """Return a figure of panels over time, two side by side.
+
+    Args:
+        name: Short, in lower case and hyphens, unique in a report.
+        title: Its title.
+        panels: The vertical axis of each panel, and its marks.
+        caption: Its caption.
+    """
     drawn = tuple(Panel(TIME, axis, tuple(marks)) for axis, marks in panels)
     return Figure(name, title, drawn, columns=2, caption=caption, shares_time=True)
 
@@ -58,7 +65,13 @@ def components(run: Run, name: str) -> Curves:
 
 
 def curve_of(run: Run, y: Array, x: Array | None = None) -> Line:
-    """Return a curve in the colour of its run."""
+    """Return a curve in the colour of its run.
+
+    Args:
+        run: The run.
+        y: Its values, shape (n,).
+        x: Where they are, shape (n,); the times of the samples, s, if it is not given.
+    """
     x, dash = run.result["time"] if x is None else x, run.number // len(COLOURS)
     return Line(x, y, run.label, colour=run.number, dash=dash, group=run.legend)
 
@@ -70,9 +83,14 @@ def acting_parts(run: Run) -> list[str]:
 
 
 def parts_of(run: Run, names: Sequence[str], values: Array) -> list[Line]:
-    """Return the curve of each part of a system, columns of values, that is not zero throughout.
+    """Return the curve of each part of a system that is not zero throughout.
 
     A part has one colour in all figures; inputs, without energy, follow the others.
+
+    Args:
+        run: The run.
+        names: The names of the parts.
+        values: Their values over time, shape (n, parts).
     """
     colours = list(dict.fromkeys((*acting_parts(run), *names)))
     numbers = [colours.index(name) for name in names]

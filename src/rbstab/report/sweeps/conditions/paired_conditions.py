@@ -70,13 +70,11 @@ def conditions_of(members: Members) -> Conditions:
 
 
 def _change_v(plan: Plan, names: list[str]) -> bool:
-    """Return whether v may be another function along some axes.
-
-    It is not along those of starts and inputs: v is the energy of the body and of what acts on it,
-    less that at rest.
-    """
+    """Return whether v may be another function along some axes."""
     keys = [key for axis in plan.axes if axis.name in names for key in axis.varied_keys]
     elements = plan.bases[plan.variants[0]].elements
+    # It is not along those of starts and inputs: v is the energy of the body and of what acts on
+    # it, less that at rest.
     return not all(
         is_of_initial_state(key.path)
         or (key.path[0] == "elements" and elements[str(key.path[1])].kind == "input")
@@ -92,15 +90,11 @@ def _condition(parameter: Parameter, entry: float) -> str:
 
 
 def _pairs(plan: Plan, names: list[str]) -> Array | None:
-    """Return rows of members that differ only along the named axes.
-
-    Returns:
-        Numbers of members, shape (rows, conditions); None if one of the axes is sampled.
-    """
+    """Return rows of members that differ only along named axes; None if one of these is sampled."""
     dimensions = plan.dimensions
     if any(name not in dimensions for name in names):
         return None
     axes = list(dimensions)
     numbers = np.arange(math.prod(dimensions.values())).reshape(*dimensions.values())
     moved = np.moveaxis(numbers, [axes.index(name) for name in names], range(-len(names), 0))
-    return moved.reshape(-1, math.prod(dimensions[name] for name in names))
+    return moved.reshape(-1, math.prod(dimensions[name] for name in names))  # (rows, conditions)

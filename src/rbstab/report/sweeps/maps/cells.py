@@ -60,7 +60,13 @@ class MapGrid(NamedTuple):
 
 
 def map_grid(x: BinnedAxis, y: BinnedAxis, chosen: Array | None = None) -> MapGrid:
-    """Return the grid of two axes with the chosen members (their numbers; None: all)."""
+    """Return the grid of two axes with the chosen members.
+
+    Args:
+        x: The horizontal axis.
+        y: The vertical axis.
+        chosen: The numbers of the members; None: all.
+    """
     chosen = np.arange(len(x.indices)) if chosen is None else chosen
     cells = y.indices[chosen] * len(x.middles) + x.indices[chosen]
     return MapGrid(x, y, chosen, cells)
@@ -89,7 +95,13 @@ def cell_values(grid: MapGrid, values: Array, *, is_share: bool = False) -> Arra
 
 
 def cells_of(members: Members, grid: MapGrid, quantity: MemberQuantity) -> Cells:
-    """Return the map of a quantity, with the members in its cells."""
+    """Return the map of a quantity, with the members in its cells.
+
+    Args:
+        members: The members of the sweep.
+        grid: The cells, and the members in them.
+        quantity: The quantity, with a number for each member.
+    """
     values = cell_values(grid, quantity.values, is_share=quantity.is_share)
     chosen = quantity.values[grid.chosen]
     finite = np.isfinite(chosen)

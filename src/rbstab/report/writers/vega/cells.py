@@ -72,7 +72,13 @@ def edges_of(centres: Array, axis: Axis) -> Array:
 
 
 def picture(cells: Cells, x: Axis, y: Axis) -> str:
-    """Return the picture of a map as an address with its data, clear where a cell has no value."""
+    """Return the picture of a map as an address with its data, clear where a cell has no value.
+
+    Args:
+        cells: The cells of the map.
+        x: The horizontal axis.
+        y: The vertical axis.
+    """
     tints = _rgb(tints_of(cells))
     number = np.where(shown(cells), _shades(cells, len(tints)), len(tints))
     rows, columns = pixels(edges_of(cells.y, y), y), pixels(edges_of(cells.x, x), x)

@@ -104,18 +104,10 @@ def _layer(
     panel: Panel,
     series: str,
     columns: Mapping[str, Array | Sequence[Any]],
-    shown: dict[str, str],
-    style: JSON,
+    shown: dict[str, str],  # the column by the channel that shows it
+    style: JSON,  # of the mark
 ) -> JSON:
-    """Return a layer; it is invisible while its series is hidden.
-
-    Args:
-        panel: The panel.
-        series: The name of the series.
-        columns: Arrays of numbers, and other lists.
-        shown: The column by the channel that shows it.
-        style: The mark.
-    """
+    """Return a layer; it is invisible while its series is hidden."""
     axes = {name: getattr(panel, way[0]) for way, name in shown.items() if way[0] in "xy"}
     entries = {
         name: _numbers(column, axes.get(name)) if isinstance(column, np.ndarray) else column

@@ -16,8 +16,6 @@ from secrets import token_hex
 from threading import Lock, local
 from typing import Any, NamedTuple, Self
 
-import numpy as np
-
 from rbstab.experiment.provenance import PACKAGES, commit
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.integrate.status import RunStatus
@@ -102,7 +100,7 @@ def digest_of(columns: Mapping[str, Array]) -> str:
     content = hashlib.sha256()
     for name, column in columns.items():
         content.update(f"{name} {column.dtype.str} {column.shape}\n".encode())
-        content.update(np.ascontiguousarray(column))
+        content.update(column.tobytes())
     return content.hexdigest()
 
 

@@ -12,6 +12,7 @@ import rbstab
 from rbstab.analysis import run_extremes
 from rbstab.analysis.settling import SETTLED_FRACTION
 from rbstab.config.build import problem_of
+from rbstab.experiment.answers.facts import FACTS
 from rbstab.experiment.summary import at_rest_from, half_unit, settling_time_of, summary_of
 from rbstab.integrate import step_ends
 from rbstab.integrate.straight_line.equations import StraightLine
@@ -108,6 +109,11 @@ def test_joined_steps_do_not_depend_on_samples_either(monkeypatch):
     settled = float(whole["settling_time"])
     assert few["settling_time"].tobytes() == many["settling_time"].tobytes()
     assert abs(float(few["settling_time"]) - settled) <= float(few["settling_time_error"])
+    # More samples would not help, so the words for ≥ and ≤ do not name them.
+    assert not summary_of(many).resolved
+    for fact in ("peak |E|", "at rest from"):
+        assert "not known" in FACTS[fact].words
+        assert "sample" not in FACTS[fact].words
 
 
 def test_of_too_many_steps_only_the_short_ones_are_joined(monkeypatch):

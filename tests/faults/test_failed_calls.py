@@ -19,7 +19,15 @@ pytestmark = pytest.mark.skipif(not CAN_BUILD, reason="no C compiler")
 ONCE, LASTING = False, True
 
 SOME = {
-    "run": (("open", "EIO", LASTING), ("write", "ENOSPC", ONCE), ("fsync", "EIO", ONCE)),
+    "run": (
+        ("open", "EIO", LASTING),
+        ("open", "EIO", ONCE),
+        ("write", "ENOSPC", ONCE),
+        ("fsync", "EIO", ONCE),
+        ("link", "EIO", ONCE),
+    ),
+    "run replacing": (("rename", "EIO", ONCE),),
+    "sweep": (("open", "EIO", ONCE), ("rename", "EIO", ONCE), ("link", "EIO", ONCE)),
     "sweep after its parts": (
         ("write", "EIO", ONCE),
         ("close", "EIO", ONCE),
@@ -62,7 +70,14 @@ def name_of(fault):
 
 
 @pytest.mark.parametrize(
-    "case", ["run", "sweep after its parts", pytest.param("report text", marks=pytest.mark.slow)]
+    "case",
+    [
+        "run",
+        "run replacing",
+        "sweep",
+        "sweep after its parts",
+        pytest.param("report text", marks=pytest.mark.slow),
+    ],
 )
 def test_some_failed_calls(harness, case):
     for operation, error, lasting in SOME[case]:

@@ -6,6 +6,7 @@ import json
 import re
 import subprocess
 import sys
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -218,23 +219,49 @@ def test_what_is_no_such_file(file, tmp_path):
     content = file.read_bytes()
     bare = content[:-SEAL_SIZE]
     old = b"\nrbstab sha256 " + b"0" * 64 + b"\n"
-    made_before = "was made before the first release; run its config again (h5py reads it, "
+    made_before = "was made before the first release; run its config again."
     cases = {
         b"": "has no seal of rbstab",
         b"time: 1\n": "has no seal of rbstab",
         bare: "has no seal of rbstab",
         bare + old: made_before,
         bare + b"\nrbstab format 002 sha256 " + b"0" * 64 + b"\n": "was written by a newer rbstab",
+        b"!" + content: "is damaged: its content does not match its digest",
     }
     for changed, message in cases.items():
         file.write_bytes(changed)
         kind, text = refused(file)
         assert text.startswith(f"{file} {message}")
+        assert text.endswith(". Without this check, h5py may still read it") != ("newer" in message)
         assert (kind is NewerSchemaError) == ("newer" in message)
     missing = tmp_path / "none.h5"
     assert refused(missing) == (StoreError, f"{missing} cannot be read: No such file or directory")
     assert refused(tmp_path) == (StoreError, f"{tmp_path} cannot be read: Is a directory")
     assert refused(file / "b") == (StoreError, f"{file / 'b'} cannot be read: Not a directory")
+
+
+def test_a_flipped_bit_of_any_byte_is_refused(tmp_path):
+    """One bit of each byte of the smallest file, and all bits of its seal."""
+    path = tmp_path / "least.h5"
+    size = write_dataset(path, Dataset({}, {}, kind=KIND)).size
+    content = path.read_bytes()
+    assert len(content) == size
+    read_dataset(path, KIND)
+    flips = {(place, place % 8) for place in range(size)}
+    flips |= set(itertools.product(range(size - SEAL_SIZE, size), range(8)))
+    accepted = []
+    # Changed in place: to write a new file for each takes a hundred times as long.
+    with path.open("r+b", buffering=0) as changed:
+        for place, bit in sorted(flips):
+            changed.seek(place)
+            changed.write(bytes([content[place] ^ 1 << bit]))
+            with suppress(NotAResultError, NewerSchemaError):
+                read_dataset(path, KIND)
+                accepted.append((place, bit))
+            changed.seek(place)
+            changed.write(content[place : place + 1])
+    read_dataset(path, KIND)
+    assert accepted == []
 
 
 def write_index(path, change):

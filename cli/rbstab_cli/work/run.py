@@ -12,6 +12,7 @@ from rbstab.experiment.answers.facts import FACTS
 from rbstab.experiment.answers.rest_modes import rest_modes
 from rbstab.experiment.answers.rounded import NO_VALUE
 from rbstab.experiment.answers.run_answer import SETTLED, SETTLED_DRIVEN, STARTS_AT_REST
+from rbstab.experiment.summary import UNKNOWN_STEPS
 from rbstab.files.text import shell_word
 from rbstab_cli import exit_codes
 from rbstab_cli.inputs import load_configs, load_members, refuse_engine_change
@@ -108,7 +109,7 @@ def _print_table(runs: Sequence[AssessedRun]) -> None:
     meaning = SETTLED_DRIVEN if driven == {True} else SETTLED
     if len(driven) > 1:
         meaning += f"; where elements supply power, {SETTLED_DRIVEN}"
-    before = "; ≤: not later, the samples do not show it better" if "≤" in "".join(settling) else ""
+    before = f"; ≤: not later, {UNKNOWN_STEPS}" if "≤" in "".join(settling) else ""
     never = "; -: not in this run" if NO_VALUE in settling else ""
     at_start = f"; {STARTS_AT_REST}" if "0" in settling else ""
     note = f"At rest: {meaning} from then on{at_start}{before}{never}."

@@ -12,14 +12,15 @@ def lyapunov_trace(
 ) -> tuple[Array, Array]:
     """Return v and its residual r(t) = v(t) - v(0) - ∫v' dt along a motion, shape (samples,), J.
 
-    v is the sum of the kinetic and the stored energies less their value at rest: eq. 28 to 31, 34,
-    42 and 45 are this sum, each for one set of elements. r is zero but for integration errors.
+    v is `systems.quantities.total_energy` less its value at rest. r is zero but for integration
+    errors.
 
     Args:
         energy: By part, shape (samples, parts), J.
         rate_integral: ∫v' dt, integrated together with the motion, shape (samples,), J.
         energy_at_rest: The stored energy of the rest state, J (-h in eq. 28).
     """
+    # numpy's order of the sum: with another, v of more than eight parts has other last bits.
     value = energy.sum(axis=1) - energy_at_rest
     return value, value - value[0] - rate_integral
 

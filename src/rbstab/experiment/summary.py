@@ -48,6 +48,10 @@ class Summary(NamedTuple):
         return self.displacement_resolved and self.pitch_resolved
 
 
+UNKNOWN_STEPS = "some steps of the run are not known"
+"""Why a peak has ≥, and a settling time ≤: only samples, or the ends of joined steps, are known."""
+
+
 def at_least(resolved: bool) -> str:
     """Return what stands before a peak: nothing, or ≥ if the true one may be farther from zero."""
     return "" if resolved else "≥ "

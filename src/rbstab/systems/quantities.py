@@ -122,6 +122,14 @@ def _of_stabilizer(kind: type, part: str) -> Formula:
     return formula
 
 
+def total_energy(energies: Iterable[Number]) -> Number:
+    """Return the sum of energies by part, J: v and the energy at rest.
+
+    Eq. 28 to 31, 34, 42 and 45 are this sum, each for one set of elements.
+    """
+    return sum(energies)
+
+
 def _lyapunov_rate(seen: Observation) -> Number:
     """Return v' (eq. 29, 37, 43 and 46)."""
     rate = -sum(seen.dissipation.tolist()[1:])

@@ -11,6 +11,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import psutil
 import pytest
 from support.sweeping import Listener, digest_of, run_sweep
@@ -18,6 +19,7 @@ from support.sweeps import FakeEngine, plan_of, plan_with_traces, shard_files
 
 from rbstab.store.errors import StoreError
 from rbstab.sweep.execution.computing import ExecutorError
+from rbstab.sweep.execution.computing import digest_of as digest_of_columns
 from rbstab.sweep.execution.events import ShardDone, Warned
 from rbstab.sweep.execution.pools import Pool, Processes, Threads
 from rbstab.sweep.execution.run import ShardRun
@@ -60,6 +62,22 @@ class Forgetful(Executor):
             future.set_exception(self.error)
         else:
             future.set_result(function(start, stop))
+        return future
+
+
+class Careless(Executor):
+    """An executor that flips one bit of the first result."""
+
+    def __init__(self):
+        self.flips = 1
+
+    def submit(self, function, /, *args, **_):
+        future: Future[Any] = Future()
+        computed = function(*args)
+        if self.flips:
+            self.flips -= 1
+            computed.shard.outcome["lyapunov_end"].view(np.uint8)[-8] ^= 1
+        future.set_result(computed)
         return future
 
 
@@ -116,6 +134,29 @@ def test_how_often_members_are_tried(tmp_path, lost, expected):
     assert all("(made up)" in text for text in warnings)
     assert len(warnings) == expected
     assert sum("given up" in text for text in warnings) == len(lost)
+
+
+def test_results_that_change_on_the_way_are_computed_again(tmp_path):
+    listener = Listener()
+    assert run_sweep(tmp_path / "a", listener=listener, pool=Pool(Careless, 1)).finished
+    [warning] = [event.text for event in listener.of(Warned)]
+    assert "not computed (their results changed on the way from the worker)" in warning
+    run_sweep(tmp_path / "b")
+    assert shard_files(tmp_path / "a") == shard_files(tmp_path / "b")
+
+
+def test_the_digest_of_columns_is_that_of_their_names_types_shapes_and_bytes():
+    columns = {"v": np.arange(6.0).reshape(2, 3)}
+    same = {"v": np.asfortranarray(columns["v"])}
+    changed = [
+        {"w": columns["v"]},
+        {"v": columns["v"].reshape(3, 2)},
+        {"v": columns["v"].view("i8")},
+        {"v": np.nextafter(columns["v"], 9.0)},
+        columns | same | {"w": np.zeros(0)},
+    ]
+    assert digest_of_columns(same) == digest_of_columns(columns)
+    assert len({digest_of_columns(other) for other in (columns, *changed)}) == 6
 
 
 def test_another_error_of_a_worker_ends_the_sweep(tmp_path):

@@ -13,7 +13,7 @@ from rbstab.experiment.answers.rounded import number, vector
 from rbstab.experiment.answers.words import run_words
 from rbstab.experiment.convergence.convergence import ATTRIBUTE
 from rbstab.experiment.stored_run import final_state, stored_config
-from rbstab.experiment.summary import ReferenceValue, reference_values_of
+from rbstab.experiment.summary import UNKNOWN_STEPS, ReferenceValue, reference_values_of
 from rbstab.files.text import printable
 from rbstab.mechanics.quaternion import turned_back
 from rbstab.report.runs.paper_cases import changed_keys
@@ -160,8 +160,7 @@ def _print_numbers(run: AssessedRun) -> None:
         if fact.text(run):
             table.add(fact.name, fact.text(run))
     if not run.summary.resolved:
-        why = "the motion is faster than its samples; more `integration.samples` show its peaks"
-        table.add("", why, style="yellow")
+        table.add("", f"≥: {UNKNOWN_STEPS}, and the peak may be larger", style="yellow")
     if run.stores_v_minus_work:
         ends = (number(float(result["lyapunov"][place]), 7) for place in (0, -1))
         table.add("v - ε at 0 and at the end", " J, ".join(ends) + " J")

@@ -60,7 +60,7 @@ _Number = Annotated[float, Field(ge=0, allow_inf_nan=False)] | None
 class _Form(BaseModel):
     """The form of a declaration: what its arguments may be."""
 
-    model_config = ConfigDict(strict=True, extra="forbid")
+    model_config = ConfigDict(strict=True, extra="forbid", defer_build=True)
 
 
 class _GainForm(_Form):

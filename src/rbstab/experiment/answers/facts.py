@@ -25,7 +25,12 @@ from rbstab.experiment.answers.run_answer import (
 from rbstab.experiment.answers.state_words import kinds_of
 from rbstab.experiment.answers.words import Sureness, word_of
 from rbstab.experiment.convergence.zero_description import is_below_end
-from rbstab.experiment.summary import at_least, at_rest_from, lyapunov_function_of
+from rbstab.experiment.summary import (
+    UNKNOWN_STEPS,
+    at_least,
+    at_rest_from,
+    lyapunov_function_of,
+)
 from rbstab.integrate.status import RunStatus
 
 T = TypeVar("T")
@@ -174,7 +179,7 @@ def _largest_v(run: AssessedRun) -> Shown | float:
 
 
 def _peak(value: float, *, resolved: bool) -> Shown:
-    """Return a peak, with ≥ if it may be larger between the samples."""
+    """Return a peak, with ≥ if some steps are not known, in which it may be larger."""
     return Shown(at_least(resolved or math.isnan(value)) + number(value), value)
 
 
@@ -233,7 +238,7 @@ _FACTS: tuple[Fact[AssessedRun], ...] = (
         "s",
         _at_rest_from,
         f"{SETTLED} from then on; where elements supply power, {SETTLED_DRIVEN}. "
-        f"{STARTS_AT_REST}. ≤: the samples do not show it better",
+        f"{STARTS_AT_REST}. ≤: not later, {UNKNOWN_STEPS}",
     ),
     Fact(
         "v(0)",
@@ -262,8 +267,8 @@ _FACTS: tuple[Fact[AssessedRun], ...] = (
         "peak |E|",
         "m",
         lambda run: _peak(run.summary.peak_distance, resolved=run.summary.displacement_resolved),
-        "E is the displacement of the contact point from its anchor. ≥: between the samples "
-        "the peak may be larger",
+        f"E is the displacement of the contact point from its anchor. ≥: {UNKNOWN_STEPS}, and the "
+        "peak may be larger",
     ),
     *map(_peak_by_axis, range(3)),
     Fact(

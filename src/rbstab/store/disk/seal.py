@@ -29,7 +29,9 @@ MIN_AGE = 2.0
 
 _LINE = b"\nrbstab format %03d sha256 %s\n"
 SEAL_SIZE = len(_LINE % (FORMAT, b"0" * 64))
-_SEAL = re.compile(rb"\nrbstab format (?P<format>[0-9]{3}) sha256 (?P<digest>[0-9a-f]{64})\n")
+_SEAL = re.compile(
+    rb"\nrbstab format (?P<format>(?!000)[0-9]{3}) sha256 (?P<digest>[0-9a-f]{64})\n"
+)
 _OLD_SEAL = re.compile(rb"\nrbstab sha256 [0-9a-f]{64}\n\Z")
 
 _BLOCK = 1 << 20
@@ -79,14 +81,15 @@ def read_seal(path: Path, file: BinaryIO) -> str:
             raise NewerSchemaError(f"{path} was written by a newer rbstab; update rbstab")
         return match["digest"].decode()
     if _OLD_SEAL.search(end):
-        raise NotAResultError(
-            f"{path} was made before the first release; run its config again (h5py reads it, "
-            "variable config)"
-        )
-    raise NotAResultError(
-        f"{path} has no seal of rbstab: it is no result, or it was damaged or changed by another "
-        "program. A result that was changed can be read with h5py"
+        raise _refusal(path, "was made before the first release; run its config again")
+    raise _refusal(
+        path,
+        "has no seal of rbstab: it is no result, or it was damaged or changed by another program",
     )
+
+
+def _refusal(path: Path, reason: str) -> NotAResultError:
+    return NotAResultError(f"{path} {reason}. Without this check, h5py may still read it")
 
 
 def checked_seal(path: Path, file: BinaryIO) -> str:
@@ -109,8 +112,8 @@ def checked_seal(path: Path, file: BinaryIO) -> str:
         content_hash.update(block)
         left -= len(block)
     if content_hash.hexdigest() != digest:
-        raise NotAResultError(
-            f"{path} is damaged: its content does not match its digest (or it is open for writing)"
+        raise _refusal(
+            path, "is damaged: its content does not match its digest (or it is open for writing)"
         )
     if time.time() - status.st_mtime > MIN_AGE:
         _unchanged.add(identity_of(status))

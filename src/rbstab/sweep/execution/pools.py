@@ -6,7 +6,13 @@ from contextlib import ExitStack
 
 from rbstab.processes.imports import keep_imports
 from rbstab.processes.workers import worker_pool
-from rbstab.sweep.execution.computing import Computed, Computing, ExecutorError, Task
+from rbstab.sweep.execution.computing import (
+    ChangedOnTheWayError,
+    Computed,
+    Computing,
+    ExecutorError,
+    Task,
+)
 from rbstab.sweep.members.engine import EngineFactory
 from rbstab.sweep.plan.plan import Plan
 
@@ -22,7 +28,10 @@ class Pool:
         threads: How many members it computes at once.
     """
 
-    lost: tuple[type[Exception], ...] = BrokenExecutor, CancelledError, MemoryError
+    lost: tuple[type[Exception], ...] = (
+        *(BrokenExecutor, CancelledError, MemoryError),
+        ChangedOnTheWayError,
+    )
     """The errors of a task whose members another worker may compute."""
 
     is_here = False

@@ -1,7 +1,8 @@
 """Compute the missing shards of a sweep in some pools, and write them.
 
-Only this process writes. With equal versions and processors, the content of a shard depends on the
-plan alone: neither workers, nor parts, nor interruptions change it.
+Only this process writes, and only columns that have the digest that their worker made. With equal
+versions and processors, the content of a shard depends on the plan alone: neither workers, nor
+parts, nor interruptions change it.
 
 If a worker is lost, its members are computed again: alone in the pool, so that no others are lost
 with them. If that fails, too, the members are halved until the one is found that ends its workers.
@@ -17,9 +18,11 @@ from typing import NamedTuple
 
 from rbstab.integrate.engines import EngineMissingError
 from rbstab.sweep.execution.computing import (
+    ChangedOnTheWayError,
     Computed,
     ExecutorError,
     crashed_member,
+    digest_of,
     joined,
     processor,
 )
@@ -165,7 +168,9 @@ class ShardRun:
     def _result(self, future: "Future[Computed]", pool: Pool, members: _Members) -> Shard:
         """Return the results of some members, and warn of what was unusual."""
         try:
-            shard, error, name = future.result()
+            shard, error, name, digest = future.result()
+            if digest_of(shard.outcome) != digest:
+                raise ChangedOnTheWayError("their results changed on the way from the worker")
         except Exception as raised:
             expected: tuple[type[Exception], ...] = (ExecutorError, EngineMissingError, *pool.lost)
             if pool.is_here or isinstance(raised, expected):

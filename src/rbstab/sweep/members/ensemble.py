@@ -43,7 +43,7 @@ from rbstab.sweep.members.single import SingleRuns
 from rbstab.sweep.members.traces import TIME
 from rbstab.sweep.plan.plan import Plan
 from rbstab.systems.modes import has_modes
-from rbstab.systems.quantities import BY_NAME, PEAKS, Quantity, observed_in
+from rbstab.systems.quantities import BY_NAME, PEAKS, Quantity, observed_in, total_energy
 
 STATES_IN_MEMORY = 512 * 201
 """States in memory at once, at samples and at the ends of steps (25 MB). With fewer, more time is
@@ -54,7 +54,7 @@ ENDS_EXPECTED = 1000
 
 TOTAL = Quantity(
     *("total_energy", "-", "J", ("time",), "sum of all energies"),
-    formula=lambda seen: sum(seen.energy.tolist()),
+    formula=lambda seen: total_energy(seen.energy.tolist()),
 )
 """v, and the energy at rest."""
 

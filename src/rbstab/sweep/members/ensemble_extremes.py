@@ -25,7 +25,7 @@ from rbstab.integrate.heyoka.symbols import state_symbols
 from rbstab.integrate.in_quaternions import in_quaternions
 from rbstab.mechanics.attitude import half_sine_squared_rate
 from rbstab.mechanics.numbers import Array, Number
-from rbstab.systems.quantities import BY_NAME, PEAKS, values_of
+from rbstab.systems.quantities import BY_NAME, PEAKS, total_energy, values_of
 from rbstab.systems.system import Observation, System
 
 
@@ -87,7 +87,7 @@ def _watched_with_rates(seen: Observation) -> list[Number]:
     (v_rate,) = values_of([BY_NAME["lyapunov_rate"]], seen)
     return [
         *watched_at(seen),
-        sum(seen.energy.tolist()),
+        total_energy(seen.energy.tolist()),
         *np.concatenate(rates).tolist(),
         2.0 * (motion.E @ motion.F),
         half_sine_squared_rate(motion.A, motion.Omega),

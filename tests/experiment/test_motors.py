@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
+from scipy.optimize import brentq, minimize
+from support.leg import BODY, WEIGHT_MOMENT, held_leg
 
 import rbstab
 from rbstab.config.errors import ConfigError
@@ -11,6 +12,7 @@ from rbstab.config.tolerances import tolerances_of
 from rbstab.experiment.answers.motors import motor_answers
 from rbstab.experiment.proof import prove
 from rbstab.experiment.robust.bodies import prove_within
+from rbstab.experiment.stored_proof.data import TOO_FEW
 from rbstab.experiment.verification.verify import verify
 from rbstab.sweep.members.engines import factory_for
 from rbstab.sweep.plan.load import load_plan
@@ -162,6 +164,28 @@ def test_a_body_hangs_lower_on_limited_springs():
     assert proof.states[0].position == pytest.approx((0, 0, -sag), abs=1e-12)
 
 
+@pytest.mark.parametrize("limit", [300, 402.2])
+def test_a_motor_weaker_than_the_weight_is_named_at_once(limit):
+    """The body weighs 402.21 N: it falls, and no box of angles is searched."""
+    for brief in (True, False):
+        proof = prove(free({"limit": {"H": [600, 600, limit], "N": [300] * 3}}), brief=brief)
+        assert not proof.proved
+        assert (proof.examined, proof.states) == (0, ())
+        assert "no position was found where the forces balance" in proof.outcome
+
+
+def test_a_search_that_would_not_end_in_time_is_given_up_early():
+    """The tie carries the weight, and weak motors leave the body several ways to rest."""
+    config = free({"limit": {"H": [165, 73, 120], "N": [84, 242, 34]}}).plain()
+    config["controller"] |= {"variant": "visco-elastic", "K_c": [12300, 12300, 9840]}
+    config["controller"] |= {"L_c": [600, 600, 420]}
+    proof = prove(rbstab.load_config(config))
+    assert not proof.proved
+    assert proof.outcome.startswith(TOO_FEW)
+    assert proof.examined < 25_000
+    assert proof.stable_count > 1
+
+
 TIE = {"point": [0.1, 0, 0.4], "anchor": [0.1, 0, 0.4], "K_c": [900, 700, 800], "L_c": [50, 50, 50]}
 
 
@@ -199,8 +223,16 @@ def test_ties_have_motors_too(actuators):
         # 140/3280 s: with fewer digits it would be below the lag.
         ({"lag": 0.042682}, True, "its lag is below 0.0426829 s"),
         ({"lag": 0.0427}, False, "not passive, nothing is proved. The body is stable by the eig"),
-        ({"lag": 0.0844}, False, "The body is stable by the eigenvalues at rest"),
-        ({"lag": 0.0846}, False, "The body is unstable by the eigenvalues at rest"),
+        (
+            {"lag": 0.0844},
+            False,
+            "is stable by the eigenvalues at the rest state Θ = (0, 0, 0) rad (",
+        ),
+        (
+            {"lag": 0.0846},
+            False,
+            "is unstable by the eigenvalues at the rest state Θ = (0, 0, 0) rad (",
+        ),
         (LIMITS, True, "its limit keeps it passive, proved"),
     ],
 )
@@ -209,6 +241,17 @@ def test_what_is_said_of_the_motor_of_the_force(actuators, passive, said):
     assert (answer.name, answer.passive) == ("H", passive)
     assert said in answer.sentence
     assert (answer.sureness == "proved") == passive
+
+
+def test_the_rest_state_whose_eigenvalues_tell_is_named():
+    """With the centre at (0, -d, h) it leans: K θ1 = m g (h sin θ1 + d cos θ1)."""
+    d, h, weight = 0.01, 0.186, WEIGHT_MOMENT / 0.186
+    leg = held_leg((10, 10, 5), body=BODY | {"contact_point": [0, d, -h]})
+    leg["controller"]["actuators"] = {"lag": 0.2}
+    lean = brentq(lambda x: 10 * x - weight * (h * np.sin(x) + d * np.cos(x)), 0, 1)
+    (answer,) = motor_answers(rbstab.load_config(leg))
+    assert answer.as_data()["orientation"] == pytest.approx((lean, 0, 0), abs=1e-9)
+    assert f"at the rest state Θ = ({lean:.4g}, 0, 0) rad (largest Re λ" in str(answer)
 
 
 SUPPLIES = "an element supplies power"
@@ -221,8 +264,8 @@ def test_nothing_is_proved_of_motors_that_are_not_passive():
         assert not proof.proved
         assert proof.outcome == SUPPLIES
         assert rbstab.simulate(config).attributes["verdict"] == "driven"
-    name, passive, _, sureness, said = motor_answers(paper(LIMITS | {"axes": "body"}))[1]
-    assert (name, passive, sureness) == ("N", False, "not decided")
+    name, passive, _, sureness, said, at = motor_answers(paper(LIMITS | {"axes": "body"}))[1]
+    assert (name, passive, sureness, at) == ("N", False, "not decided", None)
     assert "body axes" in said
 
 

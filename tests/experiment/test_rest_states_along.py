@@ -15,6 +15,7 @@ from support.leg import BODY, WEIGHT_MOMENT, held_leg, leg
 import rbstab
 from rbstab.experiment.along.parameter import Parameter
 from rbstab.experiment.along.rest_states import states_along
+from rbstab.proof.along import intervals
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -61,6 +62,19 @@ def test_a_held_leg_has_a_pitchfork_where_its_spring_carries_its_weight():
         interval.high - interval.low for interval in along_states.intervals if interval.proved
     )
     assert proved > 0.99 * 19
+
+
+@pytest.mark.parametrize("near", [1e-2, 1e-4, 1e-6])
+def test_a_leg_near_its_critical_stiffness_has_no_impossible_number_of_rest_states(near):
+    low, high = WEIGHT_MOMENT - near, WEIGHT_MOMENT + near
+    found = along(held_leg((10, 10, 5)), "controller.K_r[0]", low, high)
+    (turn,) = found.turns
+    assert (turn.kind, turn.value) == ("pitchfork", pytest.approx(WEIGHT_MOMENT, abs=near / 100))
+    check_cover(found, low, high)
+    for one in found.intervals:
+        leans = 0.5 * (one.low + one.high) < WEIGHT_MOMENT
+        assert one.states is None or (one.states, one.stable) == ((3, 2) if leans else (1, 1))
+    assert sum(one.high - one.low for one in found.intervals if one.proved) > 1.9 * near
 
 
 def test_an_offset_makes_a_fold_of_the_pitchfork():
@@ -169,6 +183,14 @@ def test_a_stiffness_that_holds_the_position_is_a_parameter_too(key):
     middle = Parameter(key, np.ones(1)).at(config, 0.97)
     alone = rbstab.prove(middle)
     assert (alone.proved, len(alone.states), alone.stable_count) == (True, 1, 1)
+
+
+def test_no_interval_of_a_tied_body_needs_many_boxes(monkeypatch):
+    """Made for the middle of all values alone, the energy needs thousands near both ends."""
+    monkeypatch.setattr(intervals, "MOST_BOXES", 1000)
+    config = rbstab.load_config(CONFIGS / "paper" / "case2_visco_elastic.yaml")
+    found = along(config, "controller.K_c", 0.5, 2, 2, scales=True)
+    assert [(one.states, one.stable, one.proved) for one in found.intervals] == [(1, 1, True)]
 
 
 def with_strut(config):

@@ -86,6 +86,36 @@ def test_a_pitchfork_is_symmetric_and_a_crossing_is_not():
     assert counts(intervals) == ([(2, 1)], True)
 
 
+@pytest.mark.parametrize("near", [1e-4, 1e-6, 1e-8])
+def test_so_near_a_pitchfork_that_branches_lie_side_by_side_no_count_is_wrong(near):
+    """∂U/∂x = x³ - (p - 1) x: one rest state below p = 1, and three above."""
+    branches, intervals = searched(X**4 / 4 - (P - 1) * X**2 / 2, 1 - near, 1 + 1.1 * near)
+    decided = [one for one in intervals if one.states is not None]
+    for one in decided:
+        below = 0.5 * (one.low + one.high) < 1
+        assert (one.states, one.stable, one.degree) == ((1, 1, 1) if below else (3, 2, 1))
+    assert sum(one.high - one.low for one in decided) > 1.5 * near
+    assert kinds(branches) == [("pitchfork", 1, 0)]
+
+
+def test_what_branches_show_is_not_told_where_its_degree_is_that_of_no_proved_interval(monkeypatch):
+    """The curve of x = 0 is lost, so that two minima have no saddle between them."""
+    branches, _ = searched(X**4 / 4 - (P - 1) * X**2 / 2, 0, 2)
+    branches.curves = [one for one in branches.curves if np.ptp(one.orientations[:, 0]) > 0]
+    monkeypatch.setattr(Branches, "search", lambda *_: None)
+    intervals = intervals_of(branches, lambda: False)
+    seen = [one for one in intervals if not one.proved]
+    assert {(one.states, one.degree) for one in seen} == {(None, None)}
+    assert any(one.proved and one.states == 3 for one in intervals)
+
+
+def test_rest_states_that_are_not_told_apart_are_not_counted(monkeypatch):
+    branches, _ = searched(X**2 / 2 - P * X, 0, 1)
+    branches.curves *= 2
+    monkeypatch.setattr(Branches, "search", lambda *_: None)
+    assert {one.states for one in intervals_of(branches, lambda: True)} == {None}
+
+
 def test_a_closed_branch_is_followed_once():
     """∂U/∂x = x² + (p - 1)² - 1/4: a circle, with a fold at each end."""
     branches, intervals = searched(X**3 / 3 + X * ((P - 1) ** 2 - 1 / 4), 0, 2)
@@ -113,7 +143,7 @@ def test_variables_that_are_left_need_a_stiffness_that_is_definite_for_all_param
     # Least over z, U is (1/2 - 1/(4 p)) x², and unstable for p < 1/2.
     for low, high, stable in ((1, 1.2, 1), (0.3, 0.32, 0)):
         energy = along(X**2 / 2 + P * FREE**2 + X * FREE, low, high, (3,))
-        assert proved_over(energy, low, high, []) == (low, high, 1, stable, True)
+        assert proved_over(energy, low, high, []) == (low, high, 1, stable, True, 2 * stable - 1)
     wrong = [P * FREE**2, P**2 * FREE**2]
     # These are zero at both ends, or hide in a term that is linear in z.
     wrong += [FREE**2 + e for e in (P * FREE**4, (P + 1) * (P - 2) * FREE.cos(), FREE * FREE.cos())]

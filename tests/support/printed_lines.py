@@ -51,7 +51,7 @@ def same(shown, printed):
 def without_time(line):
     """Return a line without what differs from one processor or moment to another."""
     line = re.sub(r"\b(in|about|,) [\d.e-]+ s\b(?=[^/]|$)", r"\1 # s", line)
-    line = re.sub(r"known to \S+ J", "known to # J", line)
+    line = re.sub(r"error ≤ \S+ J", "error ≤ # J", line)
     # The last column of the table of `rbstab run` is the time that was taken.
     line = re.sub(r"^( \S+\.h5 .*?)\S+$", r"\1#", line)
     # Where a check has a value of round-off, the time of its maximum is chance.

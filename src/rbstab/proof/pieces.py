@@ -68,7 +68,7 @@ class Piece:
         """Return the rest states on it; arguments as for `rest_zeros`."""
         search = Search(self.V, self.box, also=self._is_elsewhere)
         searched = search.run(limit)
-        if searched.undecided.count and searched.examined >= limit:
+        if searched.undecided.count and searched.stopped:
             searched = search.with_zeros_near(random_points(self.box, seed))
         zeros, undecided = list[Zero](), [self.whole(searched.undecided)]
         for zero in searched.zeros:
@@ -121,6 +121,7 @@ def rest_zeros(energy: Energy, V: BoundedEnergy, box: Box, limit: int, *, seed: 
         any(zeros.family for zeros in by_piece),
         min(zeros.share for zeros in by_piece),
         tuple(x for zeros in by_piece for x in zeros.singular if len(x) == 3),
+        any(zeros.stopped for zeros in by_piece),
     )
 
 

@@ -36,6 +36,10 @@ class NoEnergyReason(Enum):
     )
     NOT_IN_PROOFS = "no proof takes this code of a user into account"
     NOT_HELD = "nothing holds the position: the energy has no single minimum over X and D"
+    NOT_BALANCED = (
+        "at Θ = 0 no position was found where the forces balance: the limit of a motor may be "
+        "below the load"
+    )
     NOT_FINITE = (
         f"a number of the energy is too small or too large: proofs take {SMALLEST:g} to {LARGEST:g}"
         " in SI units"

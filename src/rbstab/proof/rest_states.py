@@ -12,7 +12,7 @@ from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
 from rbstab.proof.boxes import Box, as_boxes, joined
 from rbstab.proof.confine import confined, end_of_pitch
-from rbstab.proof.enclosures.bounds import BoundedEnergy
+from rbstab.proof.enclosures.bounds import BoundedEnergy, times
 from rbstab.proof.enclosures.levels import Ranges, least_values
 from rbstab.proof.enclosures.tied import TiedBounds, bounds_of
 from rbstab.proof.entries import ProvedState
@@ -29,6 +29,9 @@ from rbstab.systems.system import System
 
 LENGTH_LIMIT = 4_000
 """Boxes that are searched for the least length of a line."""
+
+ASTRAY = 1e-3
+"""m: a longer step at the end of the search for the lowest z at one Θ shows that it found none."""
 
 MAX_END = 20.0
 """rad: wider boxes of θ1 and θ3 are not searched, because they take too long."""
@@ -85,6 +88,7 @@ class Body:
         self.at_rest: Configurations = configurations(system)
         if self.energy.free:
             self._reject_beside_springs()
+            self._reject_unbalanced()
         if any(isinstance(element, Spring) for element in system.elements):
             self._reject_lengths()
 
@@ -98,6 +102,15 @@ class Body:
             if element.from_user and element.mode_count and first_jump(self.at_rest, element) == 1:
                 why = f"{element.name}: {KINKED}"
                 raise NoReducedEnergy(NoEnergyReason.NOT_IN_PROOFS, why)
+
+    def _reject_unbalanced(self) -> None:
+        """Raise `NoReducedEnergy` if z runs away at Θ = 0, as where a motor is too weak."""
+        upright = np.zeros((3, 1))
+        least = self.bounded.minimiser(upright)
+        _, slopes, _ = self.bounded.at_all(upright, least.z)
+        step = times(least.inverse, slopes[self.bounded.z])
+        if np.abs(step).max() > ASTRAY:
+            raise NoReducedEnergy(NoEnergyReason.NOT_BALANCED)
 
     def _reject_lengths(self) -> None:
         """Raise `NoReducedEnergy` if a line may have no length at some attitude of a held body."""
@@ -123,7 +136,7 @@ class Body:
         zeros = rest_zeros(self.energy, self.bounded, Box(-end, end), limit)
         zeros = replace(zeros, zeros=tuple(_as_proved(zero, proved_zeros) for zero in zeros.zeros))
         outcome = SearchOutcome.UNDECIDED if zeros.undecided.count else SearchOutcome.PROVED
-        if zeros.undecided.count and (zeros.family or zeros.examined >= limit):
+        if zeros.undecided.count and (zeros.family or zeros.stopped):
             outcome = SearchOutcome.FAMILY if zeros.family else SearchOutcome.BOX_LIMIT
         # If all zeros are known, a point that could not be isolated is none.
         unknown = outcome in {SearchOutcome.UNDECIDED, SearchOutcome.BOX_LIMIT}

@@ -39,6 +39,10 @@ NEAR = 1e-8
 FAMILY_TRIES = 12
 """So many different points that cannot be isolated are taken for a family of zeros."""
 
+TELLING, TOO_LITTLE = 20_000, 0.5
+"""The boxes after which a search with variables z ends early, as each box takes long there: if at
+its rate so far it would decide less than this share of the box."""
+
 FAMILY_APART = 1e-3
 
 SINGULAR = 1e-6
@@ -59,6 +63,7 @@ class Zeros:
         family: Whether the search ended because zeros seem to form a family.
         share: The share of the volume of the box that is decided.
         singular: Points that seem to be zeros with a singular Hessian, each of shape (n,).
+        stopped: Whether the search ended at its limit of boxes, or as this would not be enough.
     """
 
     zeros: tuple[Zero, ...]
@@ -67,6 +72,7 @@ class Zeros:
     family: bool = False
     share: float = 1.0
     singular: tuple[Array, ...] = ()
+    stopped: bool = False
 
     @property
     def proved(self) -> bool:
@@ -102,14 +108,15 @@ class Search:
         self.failed: list[Array] = []
         self.ambiguous: list[Box] = []
         self.left = as_boxes(box)
-        self.examined = 0
+        self.examined, self.stopped = 0, False
         self.pause, self.waiting = 0, 0
 
     def run(self, limit: int) -> Zeros:
         """Search until all boxes are done, or a number of boxes is examined."""
-        n = len(self.box.lo)
+        n, told = len(self.box.lo), not self.energy.k
+        self.stopped = limit <= 0
         pending, left = [as_boxes(self.box)], list[Boxes]()
-        while pending and self.examined < limit and not self.family:
+        while pending and not self.stopped and not self.family:
             boxes = pending.pop()
             if boxes.count < BATCH and pending:
                 boxes = joined([boxes, pending.pop()], n)
@@ -120,6 +127,10 @@ class Search:
             halves, tiny = self._step(boxes)
             left += [tiny] if tiny.count else []
             pending += [halves] if halves.count else []
+            self.stopped = self.examined >= limit
+            if not told and self.examined >= TELLING:
+                told, share = True, 1.0 - sum(map(self._share, pending))
+                self.stopped |= share * limit < TOO_LITTLE * self.examined
         tiny = joined(left, n)
         if tiny.count and not self.family:
             # Krawczyk's operator may have cut a box down to a zero that nobody looked for.
@@ -134,9 +145,6 @@ class Search:
     def _ended(self, undecided: Boxes) -> Zeros:
         """Return the zeros inside; one that may lie on the border is undecided."""
         undecided = self.left = undecided[self._open(undecided)]
-        volume = np.prod(
-            (undecided.hi - undecided.lo) / (self.box.hi - self.box.lo)[:, None], axis=0
-        )
         inside, across = [], [as_boxes(box) for box in self.ambiguous]
         for zero in self.zeros:
             low, high = zero.enclosure
@@ -152,9 +160,15 @@ class Search:
             joined([undecided, *across], len(self.box.lo)),
             self.examined,
             self.family,
-            1.0 - float(volume.sum()),
+            1.0 - self._share(undecided),
             tuple(self.failed),
+            self.stopped,
         )
+
+    def _share(self, boxes: Boxes) -> float:
+        """Return the share of the box that some boxes take."""
+        sizes = (boxes.hi - boxes.lo) / (self.box.hi - self.box.lo)[:, None]
+        return float(np.prod(sizes, axis=0).sum())
 
     @property
     def family(self) -> bool:

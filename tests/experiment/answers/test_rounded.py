@@ -29,4 +29,4 @@ def test_times_are_rounded_up(number, text):
 def test_what_holds_from_a_proved_time_on_is_not_said_of_an_earlier_one():
     convergence = Convergence(True, 1, time=0.123411, energy=(1.0, 1.1), bound=2.99999999)
     assert "from t = 0.1235 s" in convergence.sentence
-    assert "< 2.99999 J, known to 0.06 J" in convergence.sentence
+    assert "< 2.99999 J, error ≤ 0.06 J" in convergence.sentence

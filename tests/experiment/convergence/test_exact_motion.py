@@ -191,10 +191,10 @@ def test_the_sentence_says_what_is_proved():
     convergence = Convergence(True, 1, 0.36031, (915.68, 915.680002), 1020.4123, "", 42, 1.8)
     assert convergence.sentence == (
         "converges to rest state 1: proved; it is inside the certified region from t = 0.3604 s "
-        "(v = 915.68 J < 1020.41 J, known to 1e-06 J), 42 steps, 1.8 s"
+        "(v = 915.68 J < 1020.41 J, error ≤ 1e-06 J), 42 steps, 1.8 s"
     )
     short = replace(convergence, why="not enclosed to the end: too slow")
     assert short.sentence == f"{convergence.sentence}; not enclosed to the end: too slow"
     # An error is never rounded down.
     wider = replace(convergence, energy=(900.0, 901.96))
-    assert "known to 1 J" in wider.sentence
+    assert "error ≤ 1 J" in wider.sentence

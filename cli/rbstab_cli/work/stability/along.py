@@ -184,10 +184,12 @@ def _print_states(locus: Locus) -> None:
     if states.intervals:
         numbers = (locus.axis.text, "rest states", "stable")
         table = Table(*numbers, "sure", numbers=numbers)
-        for low, high, count, stable, proved in states.intervals:
-            inside = _inside(low, high)
+        for low, high, count, stable, proved, _ in states.intervals:
+            inside, counts = " to ".join(_inside(low, high)), (str(count), str(stable))
             sure = "proved for each value" if proved else "seen; there may be others"
-            table.add(" to ".join(inside), str(count), str(stable), sure)
+            if count is None:
+                counts, sure = ("-", "-"), "not decided"
+            table.add(inside, *counts, sure)
         table.print()
     for kind, at, Theta in states.turns:
         place = f"{number(at, DIGITS)}, Θ = {angles(Theta)} rad"

@@ -58,16 +58,22 @@ def states_along(config: Config, parameter: Parameter, is_late: Callable[[], boo
     ]
     why = why_not_all(config, tolerances)
     members = members_of(config, tolerances)
-    numbers = [parameter_between(low, high).scaled(size) for size in factors]
+
+    def between(low: float, high: float) -> AlongEnergy:
+        numbers = [parameter_between(low, high).scaled(size) for size in factors]
+        return AlongEnergy(reduced_energy(system, partial(members.exact, numbers)), low, high)
+
     try:
         system = members.from_doubles([float(tolerance.middle) for tolerance in tolerances])
-        energy = AlongEnergy(reduced_energy(system, partial(members.exact, numbers)), low, high)
+        energy = between(low, high)
     except (NoReducedEnergy, LookupError) as error:  # code of users has no numbers that vary
         return AlongStates(why=why or str(error))
     branches = Branches(energy)
     with np.errstate(all="ignore"):
         for value in values:
             branches.search(value)
-        intervals = intervals_of(branches, lambda: bool(why) or is_late())
+        # Variables z are counted from where U is least in the middle: bounds are far sharper there.
+        again = between if energy.free else None
+        intervals = intervals_of(branches, lambda: bool(why) or is_late(), again)
     turns = sorted(branches.turns.values(), key=lambda turn: turn.value)
     return AlongStates(branches.curves, turns, intervals, why)

@@ -13,6 +13,7 @@ from rbstab.elements.registry import longest_lag
 from rbstab.experiment.along.locus import linearised_at_rest
 from rbstab.experiment.answers.rest_modes import GROWS
 from rbstab.experiment.answers.rounded import rounded_down
+from rbstab.experiment.answers.state_words import angles
 from rbstab.experiment.answers.words import Sureness
 
 SYMBOLS = {"translational stabilizer": "H", "rotational stabilizer": "N"}
@@ -32,6 +33,7 @@ class MotorAnswer(NamedTuple):
         longest_lag: The lag up to which it is, s; None for a limit.
         sureness: How sure it is that the body is stable, or not, if it is not passive.
         sentence: A sentence without a full stop.
+        orientation: Θ of the rest state whose eigenvalues tell this, rad, shape (3,); else None.
     """
 
     name: str
@@ -39,6 +41,7 @@ class MotorAnswer(NamedTuple):
     longest_lag: float | None
     sureness: Sureness
     sentence: str
+    orientation: tuple[float, ...] | None = None
 
     def as_data(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -59,6 +62,7 @@ def _answers(config: Config) -> Iterator[MotorAnswer]:
         if not isinstance(motor, Motor):
             continue
         name, passive, bound = SYMBOLS.get(motor.name, motor.name), not motor.supplies, None
+        Theta = None
         sureness = Sureness.PROVED if passive else Sureness.NOT_DECIDED
         said = "its limit keeps it passive, proved" if passive else BODY_AXES
         said += HARD if isinstance(motor, Hard) else ""
@@ -71,9 +75,9 @@ def _answers(config: Config) -> Iterator[MotorAnswer]:
             )
             said = f"{border}: passive, proved"
             if not passive:
-                sureness, stable = _by_eigenvalues(config)
+                sureness, stable, Theta = _by_eigenvalues(config)
                 said = f"its lag is not below {least}: not passive, nothing is proved. {stable}"
-        yield MotorAnswer(name, passive, bound, sureness, said)
+        yield MotorAnswer(name, passive, bound, sureness, said, Theta)
 
 
 def _border(bound: float, lag: float) -> str:
@@ -82,14 +86,15 @@ def _border(bound: float, lag: float) -> str:
     return next((text for text in texts if float(text) > lag), texts[0])
 
 
-def _by_eigenvalues(config: Config) -> tuple[Sureness, str]:
-    """Return what the eigenvalues at rest say of a body."""
-    linear = linearised_at_rest(config).linearisation
-    if linear is None:
-        return Sureness.NOT_DECIDED, "No rest state is found"
+def _by_eigenvalues(config: Config) -> tuple[Sureness, str, tuple[float, ...] | None]:
+    """Return what the eigenvalues at rest say of a body, and Θ of this rest state."""
+    _, linear, Theta = linearised_at_rest(config)
+    if linear is None or Theta is None:
+        return Sureness.NOT_DECIDED, "No rest state is found", None
     slowest, size = linear.eigenvalues[0].real, abs(linear.eigenvalues).max()
+    by = f"by the eigenvalues at the rest state Θ = {angles(Theta)} rad"
     if abs(slowest) <= GROWS * size:
-        return Sureness.NOT_DECIDED, "Not decided by the eigenvalues at rest"
+        return Sureness.NOT_DECIDED, f"Not decided {by}", Theta
     word = "unstable" if slowest > 0 else "stable"
-    text = f"The body is {word} by the eigenvalues at rest (largest Re λ = {slowest:.4g} 1/s): seen"
-    return Sureness.SEEN, text
+    text = f"The body is {word} {by} (largest Re λ = {slowest:.4g} 1/s): seen"
+    return Sureness.SEEN, text, Theta

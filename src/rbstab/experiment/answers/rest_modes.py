@@ -46,7 +46,8 @@ class RestModes(NamedTuple):
         shown = ", ".join(f"{value:.4g}" for value in self.frequencies)
         parts = [f"natural frequencies {shown} rad/s"] if self.frequencies else []
         if self.others:
-            parts.append(_counted(self.others, "does not oscillate", "do not oscillate"))
+            several = "s" if self.others > 1 else ""
+            parts.append(f"{self.others} real eigenvalue{several} (no oscillation)")
         if self.growing:
             parts.append(f"{_counted(self.growing, 'grows', 'grow')}: this rest state is unstable")
         elif self.staying == len(self.frequencies) + self.others:

@@ -135,7 +135,7 @@ class Convergence:
             claim = f"converges to rest state {self.rest_state}: proved; {EVERY_START}"
             return f"{claim}{effort}{why}"
         values = (
-            f"v = {middle:.6g} J < {rounded_down(self.bound)} J, known to {rounded_up(spread, 1)} J"
+            f"v = {middle:.6g} J < {rounded_down(self.bound)} J, error ≤ {rounded_up(spread, 1)} J"
         )
         begin = "from the start" if self.time == 0 else f"from t = {rounded_up(self.time)} s"
         return (

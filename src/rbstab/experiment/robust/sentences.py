@@ -28,7 +28,8 @@ def sentences_of(bodies: str, record: BodiesRecord) -> list[str]:
         bodies: The bodies: `For every body within controller ±20 %`.
         record: The proof.
     """
-    effort = f"{_count(record.parts, 'part')}, {_count(record.boxes, 'box', 'boxes')}"
+    parts = f"{_count(record.parts, 'part')}, " if record.parts != 1 else ""
+    effort = f"{parts}{_count(record.boxes, 'box', 'boxes')}"
     if record.proved is None:
         return [f"{bodies}: not decided{_why_undecided(record)} [{effort}]."]
     if not record.proved:

@@ -31,6 +31,9 @@ NEWTON_STEPS, ARRIVED = 8, 1e-11
 SAME = 1e-5
 """Points of (Θ, p) that are nearer are one."""
 
+AT_BORDER = 1e-3
+"""rad: a curve that ends nearer to the border of the range leaves it there."""
+
 SIDEWAYS = 1e-3
 """rad: the difference along an eigenvector from which a third derivative is computed."""
 
@@ -98,17 +101,40 @@ class Branches:
         p = (value - self.low) / self.width
         for zero in Piece(OverInterval(self.energy, value, value), RANGE).zeros(0).zeros:
             x = np.append(zero.point, p)
-            # At its end a curve has no point below.
-            near = self.states(max(value, self.low + ARRIVED * self.width))
-            points = (self._on_plane(np.append(point, p), ACROSS) for point, _ in near)
-            if not any(point is not None and np.abs(point - x).max() < SAME for point in points):
+            if not self._is_on_curve(x):
                 back = self._way(x, -1.0)
                 ahead = [] if back and back[-1] is x else self._way(x, 1.0)
-                self._add([*back[::-1], x, *ahead])
+                points = [*back[::-1], x, *ahead]
+                # Near a turn a step may have led to a known curve: one point of it is kept.
+                for end, inside in ((-1, -2), (0, 1)):
+                    while len(points) > 1 and self._is_on_curve(points[inside]):
+                        points.pop(end)
+                self._add(points)
+
+    def _is_on_curve(self, x: Array) -> bool:
+        """Return whether a curve that is known leads through a point, to round-off."""
+        for curve in self.curves:
+            shares = (curve.values - self.low) / self.width
+            y = np.column_stack([curve.orientations, shares])
+            way = np.diff(y, axis=0)
+            size = np.maximum((way * way).sum(1), SAME**4)
+            share = np.clip(((x - y[:-1]) * way).sum(1) / size, 0.0, 1.0)
+            feet = y[:-1] + share[:, None] * way
+            for k in np.abs(feet - x).max(1).argsort()[:1]:
+                on = self._on_plane(feet[k], way[k] / np.sqrt(size[k]))
+                if on is not None and np.abs(on - x).max() < SAME:
+                    return True
+        return False
 
     def states(self, value: float) -> list[tuple[Array, int]]:
         """Return Θ near each rest state of all curves at p, and its index; away from turns."""
         return [state for curve in self.curves for state in curve.at(value)]
+
+    def leave(self, low: float, high: float) -> bool:
+        """Return whether a curve ends at the border of the range of Θ, for p in an interval."""
+        ends = [(one.values[k], one.orientations[k]) for one in self.curves for k in (0, -1)]
+        border = RANGE.hi - AT_BORDER
+        return any(low <= p <= high and np.any(np.abs(Theta) > border) for p, Theta in ends)
 
     def _slopes(self, x: Array) -> tuple[Array, Array]:
         """Return ∇V by Θ, shape (3,), and its derivatives by Θ and p, shape (3, 4)."""

@@ -3,10 +3,14 @@
 An interval is proved as one body is: its rest states are isolated, each with its index, for all p
 of the interval at once, and all other boxes of Θ are excluded. One that is not proved is halved. So
 what stays open lies about folds, pitchforks, and values at which a rest state leaves the range.
+
+The degree Σ (-1)^index over all rest states is the same for all p between which none of them leaves
+the range. So what branches show is not trusted if it has the degree of no proved interval, and of
+none at whose ends a branch leaves the range.
 """
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -34,42 +38,72 @@ class Interval(NamedTuple):
     Attributes:
         low: The lower end.
         high: The upper end.
-        states: Their number.
+        states: Their number; None if it is not decided.
         stable: How many of them are minima.
         proved: Whether this is proved for each p, also for the decimals that both ends mean; else
-            it was seen inside.
+            it was seen in the middle, where these rest states are isolated.
+        degree: Σ (-1)^index.
     """
 
     low: float
     high: float
-    states: int
-    stable: int
+    states: int | None
+    stable: int | None
     proved: bool
+    degree: int | None
+
+    @classmethod
+    def of(cls, low: float, high: float, index: list[int], *, proved: bool) -> "Interval":
+        """Return it with rest states of these indices."""
+        degree = sum((-1) ** one for one in index)
+        return cls(low, high, len(index), index.count(0), proved, degree)
+
+    @property
+    def not_decided(self) -> "Interval":
+        """The same without numbers of states."""
+        return self._replace(states=None, stable=None, degree=None)
 
 
-def intervals_of(branches: Branches, is_late: IsLate) -> list[Interval]:
+Between = Callable[[float, float], AlongEnergy]
+"""Returns the energy made for the middle of an interval."""
+
+
+def intervals_of(
+    branches: Branches, is_late: IsLate, between: Between | None = None
+) -> list[Interval]:
     """Return intervals that cover the whole interval of a parameter.
 
     Args:
         branches: The branches that were found.
         is_late: Returns whether no further interval is to be tried.
+        between: Makes the energy for each interval; by default that of the branches is taken.
     """
-    proved = _merged(_proved(branches, is_late))
+    proved = _merged(_proved(branches, is_late, between))
     ends = [branches.low, *(end for interval in proved for end in interval[:2]), branches.high]
     for low, high in pairwise(ends):
         branches.search(0.5 * low + 0.5 * high)
     gaps = zip(ends[::2], ends[1::2], strict=True)
-    return sorted([*proved, *(interval for gap in gaps for interval in _seen(branches, *gap))])
+    seen = [interval for gap in gaps for interval in _seen(branches, *gap)]
+    counted = sorted((interval for interval in seen if interval.states is not None), key=_width)
+    degrees = {interval.degree for interval in proved or counted[-1:]}
+    degrees |= {interval.degree for interval in seen if branches.leave(interval.low, interval.high)}
+    seen = [interval if interval.degree in degrees else interval.not_decided for interval in seen]
+    return _merged(sorted([*proved, *seen]))
 
 
-def _proved(branches: Branches, is_late: IsLate) -> list[Interval]:
+def _width(one: Interval) -> float:
+    return one.high - one.low
+
+
+def _proved(branches: Branches, is_late: IsLate, between: Between | None) -> list[Interval]:
     low, high = branches.low, branches.high
     pending, intervals = deque([(low, high)]), list[Interval]()
     while pending and not is_late():
         start, end = pending.popleft()
         middle = 0.5 * start + 0.5 * end
         guesses = [Theta for Theta, _ in branches.states(middle)]
-        interval = proved_over(branches.energy, start, end, guesses)
+        energy = between(start, end) if between else branches.energy
+        interval = proved_over(energy, start, end, guesses)
         if interval is not None:
             intervals.append(interval)
         elif end - start > FINEST * (high - low):
@@ -95,10 +129,10 @@ def proved_over(
         if len(search.zeros) < len(guesses):
             return None
     zeros = search.run(MOST_BOXES)
-    index = [zero.index for zero in zeros.zeros]
-    if not zeros.proved or None in index:
+    index = [zero.index for zero in zeros.zeros if zero.index is not None]
+    if not zeros.proved or len(index) < len(zeros.zeros):
         return None
-    return Interval(low, high, len(index), index.count(0), proved=True)
+    return Interval.of(low, high, index, proved=True)
 
 
 def _seen(branches: Branches, low: float, high: float) -> list[Interval]:
@@ -111,8 +145,13 @@ def _seen(branches: Branches, low: float, high: float) -> list[Interval]:
             cuts.append(end)
     for a, b in pairwise([*cuts, high]):
         if a < b:
-            index = [i for _, i in branches.states(0.5 * a + 0.5 * b)]
-            intervals.append(Interval(a, b, len(index), index.count(0), proved=False))
+            middle = 0.5 * a + 0.5 * b
+            near = [Theta for Theta, _ in branches.states(middle)]
+            search = Search(OverInterval(branches.energy, middle, middle), RANGE)
+            zeros = search.with_zeros_near(np.array(near).T).zeros if near else ()
+            index = [zero.index for zero in zeros if zero.index is not None]
+            i = Interval.of(a, b, index, proved=False)
+            intervals.append(i if len(index) == len(near) else i.not_decided)
     return _merged(intervals)
 
 

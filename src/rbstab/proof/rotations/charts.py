@@ -44,7 +44,7 @@ def searched_states(energy: RotationEnergy, limit: int) -> Rotations:
         if zeros.family:
             return Rotations(tuple(states), examined, FAMILY, share=share)
         if not zeros.proved:
-            why = SMALL_PARTS if zeros.examined < limit else BOX_LIMIT
+            why = BOX_LIMIT if zeros.stopped else SMALL_PARTS
             return Rotations(tuple(states), examined, why, share=share)
         for zero in zeros.zeros:
             state = _state(V, zero, k)

@@ -180,12 +180,9 @@ def test_the_length_of_q_changes_no_motion(name):
         trajectory = solved(name, inner)
         norms = np.linalg.norm(trajectory.states[:, [0, 1, 2, q.angles.size]], axis=1)
         assert norms == pytest.approx(length, abs=1e-9)
+        alone = np.zeros(len(trajectory.times), dtype=int)
         Theta, _ = q.angles_along(
-            trajectory.states.T,
-            trajectory.times,
-            given.start[:3],
-            trajectory.states[:0].T,
-            trajectory.times[:0],
+            trajectory.states.T, trajectory.times, given.start[:3, np.newaxis], alone
         )
         runs.append(q.to_angles(trajectory.states.T, Theta))
     assert runs[1] == pytest.approx(runs[0], abs=1e-9)

@@ -19,6 +19,7 @@ from rbstab.mechanics.quaternion import (
 )
 
 RNG = np.random.default_rng(43)
+ONE_MOTION = np.zeros(1, dtype=int)
 
 POLES = [
     [0.3, math.pi / 2, -0.4],
@@ -67,7 +68,7 @@ def test_angles_count_the_turns(axis, row):
     turning = 12.0 * times
     w, r = along(Rotation.from_rotvec(np.outer(turning, axis)))
     Omega = np.tile(12.0 * np.array(axis)[:, None], len(times))
-    Theta, doubt = continued_angles(w, r, Omega, times)
+    Theta, doubt = continued_angles(w, r, Omega, times, ONE_MOTION)
     expected = np.zeros((3, len(times)))
     expected[row] = turning
     assert Theta == pytest.approx(expected, abs=1e-12)
@@ -88,7 +89,7 @@ def test_the_way_round_the_pole_is_the_right_one():
             continue
         expected = np.unwrap(principal)[:, ::parts]
         spin = np.tile(Omega[:, None], 21)
-        Theta, doubt = continued_angles(w[::parts], r[:, ::parts], spin, times[::parts])
+        Theta, doubt = continued_angles(w[::parts], r[:, ::parts], spin, times[::parts], ONE_MOTION)
         if doubt == 0.0:
             assert Theta - Theta[:, :1] == pytest.approx(expected - expected[:, :1], abs=1e-9)
             wrong += bool(np.abs(np.unwrap(principal[:, ::parts]) - expected).max() > 1.0)
@@ -99,9 +100,9 @@ def test_ways_that_samples_do_not_tell_are_in_doubt():
     times = np.linspace(0, 6.0, 13)
     w, r = along(Rotation.from_rotvec(np.outer(8.0 * times, [0.1, 1.0, 0.1])))
     Omega = np.tile(8.0 * np.array([0.1, 1.0, 0.1])[:, None], len(times))
-    _, doubt = continued_angles(w, r, Omega, times)
+    _, doubt = continued_angles(w, r, Omega, times, ONE_MOTION)
     assert doubt == pytest.approx(4.0 * math.hypot(1.0, 0.1, 0.1))
-    assert continued_angles(w[:1], r[:, :1], Omega[:, :1], times[:1])[1] == 0.0
+    assert continued_angles(w[:1], r[:, :1], Omega[:, :1], times[:1], ONE_MOTION)[1] == 0.0
 
 
 def test_steps_past_the_pole_show_how_far_the_angles_go_beyond_their_ends():

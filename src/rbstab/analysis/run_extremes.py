@@ -279,8 +279,8 @@ class _StepsOfRun:
         times = np.array(ends.times)
         if self.q is not None:
             y = np.array(ends.states).T
-            start, later = (y[:, :1], times[:1], self.Theta), (y[:, 1:], times[1:])
-            Theta, self.turn = self.q.angles_along(*start, *later)
+            alone = np.zeros(len(times), dtype=int)
+            Theta, (self.turn,) = self.q.angles_along(y, times, self.Theta[:, np.newaxis], alone)
             turned = self.q.watched(y)
             turned[0, ::2] = Theta[::2]
             table[0][:, THETA_ROWS], table[1][:, THETA_ROWS] = turned[..., :-1], turned[..., 1:]

@@ -44,7 +44,8 @@ class Motions(NamedTuple):
         ends: For each member the times and the audited states of the integrator at the ends of its
             steps, shape (1 + states, ends); audit states in units of their scales.
         scales: The scales of the audit states, shape (m,), J.
-        angles: Θ there, with θ1 and θ3 continued, shape (3, ends), rad; empty without quaternions.
+        angles: Θ there, with θ1 and θ3 continued, for all members one after the other, shape
+            (3, ends), rad; empty without quaternions.
         steps: Accepted steps, shape (m,).
         done: Whether a member reached its end, shape (m,).
         boundary: The audited states with Θ at the start and at the end, shape (states, m, 2).
@@ -54,7 +55,7 @@ class Motions(NamedTuple):
     parameters: Array
     ends: list[Array]
     scales: Array
-    angles: list[Array]
+    angles: Array
     steps: Array
     done: Array
     boundary: Array
@@ -183,17 +184,21 @@ class Ensemble:
         """
         audits, samples = slice(self.size, None), run.samples
         samples[audits] *= scales[:, np.newaxis]
-        angles: list[Array] = []
+        angles = np.empty((3, 0))
         if self.q is not None:
-            w, count = self.q.size - 1, len(run.times)
-            for k, ends in enumerate(run.ends):
-                of_states = samples[: self.size, k], run.times
-                of_ends = ends[1 : 1 + self.size], ends[0]
-                Theta_along, turn = self.q.angles_along(*of_states, Theta[:, k], *of_ends)
-                samples[THETA, k] = Theta_along[:, :count]
-                angles.append(Theta_along[:, count:])
-                run.done[k] &= turn <= LONGEST_TURN
-            samples = np.delete(samples, w, axis=0)
+            size, members, count = self.q.size, np.arange(len(run.ends)), len(run.times)
+            ends = np.concatenate(run.ends, axis=1)
+            counts = [member_ends.shape[1] for member_ends in run.ends]
+            Theta_along, turns = self.q.angles_along(
+                np.concatenate([samples[:size].reshape(size, -1), ends[1 : 1 + size]], axis=1),
+                np.append(np.tile(run.times, len(members)), ends[0]),
+                Theta,
+                np.append(np.repeat(members, count), np.repeat(members, counts)),
+            )
+            samples[THETA] = Theta_along[:, : len(members) * count].reshape(3, -1, count)
+            angles = Theta_along[:, len(members) * count :]
+            run.done &= turns <= LONGEST_TURN
+            samples = np.delete(samples, size - 1, axis=0)
         boundary = samples[..., [0, -1]]
         return Motions(
             *(parameters, run.ends, scales, angles, run.steps, run.done, boundary),

@@ -116,20 +116,17 @@ class _StepsOfMembers:
     ) -> None:
         self._compiled, self._parameters = compiled, motions.parameters
         self._rest, self._system_of, self._q = rest_energy, system_of, compiled.ensemble.q
-        ends = motions.ends
-        if motions.angles:
-            # As last rows: they are cut and repeated as the states are.
-            ends = [np.concatenate(pair) for pair in zip(ends, motions.angles, strict=True)]
+        ends, angles = motions.ends, motions.angles
         counts = np.array([member_ends.shape[1] for member_ends in ends])
         # Complete SIMD vectors: the last member stays at its end.
         more = -counts.sum() % SIMD
         counts[-1] += more
         together = np.concatenate([*ends, np.repeat(ends[-1][:, -1:], more, axis=1)], axis=1)
-        size, audited = compiled.ensemble.size, len(motions.ends[0])
+        self._angles = np.concatenate([angles, np.repeat(angles[:, -1:], more, axis=1)], axis=1)
+        size = compiled.ensemble.size
         self._times, self._states = together[0], together[1 : 1 + size]
         self.member = np.repeat(np.arange(len(counts)), counts)
-        self.audits = together[1 + size : audited] * motions.scales[self.member]
-        self._angles = together[audited:]
+        self.audits = together[1 + size :] * motions.scales[self.member]
         self._first = np.cumsum(counts) - counts
         self._last = self._first + counts - 1
         self._after = self._at_end(np.arange(len(self._times)))

@@ -90,8 +90,8 @@ def turned_back(Theta: Array) -> Array:
     return sharp_angles(w, r)
 
 
-def continued_angles(
-    w: Array, r: Array, Omega: Array, times: Array, first: Array
+def continued_angles(  # noqa: PLR0913, PLR0917 (motions)
+    w: Array, r: Array, Omega: Array, times: Array, first: Array, start: Array
 ) -> tuple[Array, Array]:
     """Return Θ along motions, whose θ1 and θ3 do not jump; and how far they turn in doubt.
 
@@ -107,6 +107,7 @@ def continued_angles(
         Omega: Ω, shape (3, n), rad/s, body.
         times: Shape (n,), s.
         first: The first sample of each motion, shape (m,).
+        start: Θ there, with any whole turns, shape (3, m), rad.
 
     Returns:
         Θ, shape (3, n), rad; and the largest angle by which the body turns between two samples of
@@ -125,7 +126,9 @@ def continued_angles(
     jumps[:, 1:][:, near] += parts.sum(axis=1)
     # An angle that is no number hides no turn of the next motion.
     turns = np.cumsum(np.nan_to_num(_turns(jumps)), axis=1)
-    turns -= np.repeat(turns[:, first], np.diff(np.append(first, len(times))), axis=1)
+    turns_at_start = _turns((start - Theta[:, first])[::2])
+    counts = np.diff(np.append(first, len(times)))
+    turns += np.repeat(turns_at_start - turns[:, first], counts, axis=1)
     Theta[::2] += 2.0 * math.pi * turns
     # A steady turn α of the body is α⁴/3072 off the cubic; fifteen times that is allowed for.
     doubt = np.zeros(len(times))
@@ -148,23 +151,16 @@ def turning(w: Array, r: Array, Omega: Array) -> Array:
 def beyond_ends(before: Array, after: Array, lengths: Array) -> Array:
     """Return how far θ1 and θ3 go beyond both their ends in k steps near θ2 = ±90°, (2, k), rad.
 
-    Other steps, and those in which each goes one way, have 0.
-
     Args:
         before: w, r and Ω at the begin of each step, shape (7, k).
         after: The same at its end.
         lengths: Shape (k,), s.
     """
-    upright = np.minimum(angles(before[0], before[1:4])[1], angles(after[0], after[1:4])[1])
-    speed = np.sqrt(np.maximum((before[4:] ** 2).sum(axis=0), (after[4:] ** 2).sum(axis=0)))
-    near = (lengths > 0) & ~(upright > lengths * speed)
-    path = np.cumsum(_ways(before[:, near], after[:, near], lengths[near])[0], axis=1)
+    path = np.cumsum(_ways(before, after, lengths)[0], axis=1)
     end = path[:, -1]
     over = path.max(axis=1, initial=0.0) - np.maximum(end, 0.0)
     under = np.minimum(end, 0.0) - path.min(axis=1, initial=0.0)
-    excess = np.zeros((2, len(lengths)))
-    excess[:, near] = np.maximum(over, under)
-    return excess
+    return np.asarray(np.maximum(over, under))
 
 
 def same_turns(Theta: Array, reference: Array) -> Array:

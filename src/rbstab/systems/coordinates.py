@@ -190,10 +190,10 @@ class QuaternionCoordinates(Coordinates):
             Θ, shape (3, n), and the turns of `quaternion.continued_angles`, shape (m,).
         """
         order = np.lexsort((times, motions))
-        at, t, motion = y[: self.size][:, order], times[order], motions[order]
+        at = y[np.ix_([*range(6), self.size - 1], order)]
+        t, motion = times[order], motions[order]
         first = np.flatnonzero(np.diff(motion, prepend=-1))
-        Theta, turns = quaternion.continued_angles(at[-1], at[THETA], at[OMEGA], t, first)
-        Theta = quaternion.same_turns(Theta, Theta + (start - Theta[:, first])[:, motion])
+        Theta, turns = quaternion.continued_angles(at[-1], at[THETA], at[OMEGA], t, first, start)
         is_start = t == t[first][motion]
         Theta[:, is_start] = start[:, motion[is_start]]
         unsorted = np.empty_like(Theta)

@@ -186,17 +186,16 @@ class Ensemble:
         samples[audits] *= scales[:, np.newaxis]
         angles = np.empty((3, 0))
         if self.q is not None:
-            size, members, count = self.q.size, np.arange(len(run.ends)), len(run.times)
-            ends = np.concatenate(run.ends, axis=1)
-            counts = [member_ends.shape[1] for member_ends in run.ends]
-            Theta_along, turns = self.q.angles_along(
-                np.concatenate([samples[:size].reshape(size, -1), ends[1 : 1 + size]], axis=1),
-                np.append(np.tile(run.times, len(members)), ends[0]),
-                Theta,
-                np.append(np.repeat(members, count), np.repeat(members, counts)),
+            size, count, members = self.q.size, len(run.times), np.arange(len(run.ends))
+            counts = [ends.shape[1] for ends in run.ends]
+            y = [samples[:size].reshape(size, -1), *(ends[1 : 1 + size] for ends in run.ends)]
+            times = [np.tile(run.times, len(members)), *(ends[0] for ends in run.ends)]
+            of = np.append(np.repeat(members, count), np.repeat(members, counts))
+            along, turns = self.q.angles_along(
+                np.concatenate(y, axis=1), np.concatenate(times), Theta, of
             )
-            samples[THETA] = Theta_along[:, : len(members) * count].reshape(3, -1, count)
-            angles = Theta_along[:, len(members) * count :]
+            samples[THETA] = along[:, : -sum(counts)].reshape(3, -1, count)
+            angles = along[:, -sum(counts) :]
             run.done &= turns <= LONGEST_TURN
             samples = np.delete(samples, size - 1, axis=0)
         boundary = samples[..., [0, -1]]

@@ -140,8 +140,7 @@ class _StepsOfMembers:
             at_begin[0, THETA_ROWS][::2] = self._angles[::2]
         self._table = table = np.array([at_begin, self._at_end(at_begin)])
         if self._q is not None:
-            ends = self._states, self._at_end(self._states)
-            leave_open(table, self._q, ends, self._lengths, self._first, self.member)
+            leave_open(table, self._q, self._states, self._after, self._lengths, self._first)
         return Steps(
             *(self._first, self._times, self._lengths, table),
             *(self._derivatives, self._divide),

@@ -190,7 +190,7 @@ class QuaternionCoordinates(Coordinates):
             Θ, shape (3, n), and the turns of `quaternion.continued_angles`, shape (m,).
         """
         order = np.lexsort((times, motions))
-        at = y[np.ix_([*range(6), self.size - 1], order)]
+        at = np.take(y[[*range(6), self.size - 1]], order, axis=1)
         t, motion = times[order], motions[order]
         first = np.flatnonzero(np.diff(motion, prepend=-1))
         Theta, turns = quaternion.continued_angles(at[-1], at[THETA], at[OMEGA], t, first, start)

@@ -204,6 +204,24 @@ class Ensemble:
             samples if sampled else None,
         )
 
+    def step_again(
+        self, parameters: Array, scale: float, start: Array, times: Array
+    ) -> Array | None:
+        """Return the audited states of the integrator within a step, shape (states, n).
+
+        They are those of its Taylor polynomials; None if the step does not reach its end again.
+
+        Args:
+            parameters: The parameters of the member, shape (parameters,).
+            scale: The scale of its audit states, J.
+            start: The audited state at the begin of the step, shape (states,).
+            times: The times, the first at the begin and the last at the end, shape (n,), s.
+        """
+        pars = np.append(parameters[self.open_indices], scale)
+        lanes = (np.repeat(row[:, np.newaxis], SIMD, axis=1) for row in (pars, start, times))
+        samples, results, _ = self.integrate_batch(*lanes)
+        return samples[..., 0].T if results[0][0] == COMPLETED else None
+
     def integrate_batch(self, pars: Array, starts: Array, grid: Array) -> tuple[Array, ...]:
         """Integrate one batch, with parameters and audited starts of all its lanes.
 

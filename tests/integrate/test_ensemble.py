@@ -108,7 +108,7 @@ def test_a_step_again_is_the_motion_within_the_step(made):
     systems, parameters, starts, ensemble, motions = made
     k, step = 5, 3
     ends, scale = motions.ends[k], motions.scales[k]
-    times = np.linspace(*ends[0, [step, step + 1]], 7)
+    times = np.linspace(ends[0, step], ends[0, step + 1], 7)
     audited = ensemble.step_again(parameters[:, k], scale, ends[1:, step], times)
     assert audited[:, [0, -1]] == pytest.approx(ends[1:, [step, step + 1]], rel=1e-13, abs=1e-13)
     run = solve("heyoka", problem(systems[k], starts[:, k], np.append(0.0, times), rtol=1e-12))

@@ -115,16 +115,16 @@ def test_ways_that_samples_do_not_tell_are_in_doubt():
 def test_no_other_motion_changes_a_bit_of_the_angles():
     """Nor the order of the samples, nor a motion that is no number."""
     rng, q = np.random.default_rng(3), QuaternionCoordinates(CentreCoordinates())
-    spins, counts = [[9, 1, 0.2], [0, 0, 30], [0.1, 12, 0.01], [0, np.nan, 0], [3, -8, 5]], [9, 40]
+    spins = np.array([[9, 1, 0.2], [0, 0, 30], [0.1, 12, 0.01], [0, np.nan, 0], [3, -8, 5]])
     motions, starts = [], rng.uniform(-20, 20, (3, len(spins)))
     for spin, Theta in zip(spins, starts.T, strict=True):
-        times = np.sort(rng.uniform(0, 4, rng.choice(counts)))
+        times = np.sort(rng.uniform(0, 4, rng.choice([9, 40])))
         begin = Rotation.from_euler("XYZ", Theta)
         turned = Rotation.from_rotvec(np.outer(times - times[0], np.nan_to_num(spin)))
         w, r = along(begin * turned)
         y = np.zeros((q.size, len(times)))
-        y[:3], y[3:6], y[-1] = r, np.array(spin)[:, None], w
-        y[:, 3:] += 0.0 * np.sum(spin)
+        y[:3], y[3:6], y[-1] = r, spin[:, None], w
+        y[:, 3:] += 0.0 * spin.sum()
         motions.append((y, times))
     alone = [
         q.angles_along(y, times, starts[:, [k]], np.zeros(len(times), dtype=int))

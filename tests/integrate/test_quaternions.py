@@ -231,7 +231,7 @@ def test_a_step_whose_angles_go_beyond_its_ends_near_the_pole_is_left_open():
         table = np.zeros((2, 2, VALUE + 1, 1))
         table[:, :, THETA_ROWS, 0] = np.moveaxis(turned, -1, 0)
         leave_open(table, q, y, np.array([1]), np.ones(1), np.zeros(1, dtype=int))
-        is_open = np.isinf(table[:, 1, THETA_ROWS, 0]).all(axis=0)
+        is_open = np.asarray(np.isinf(table[:, 1, THETA_ROWS, 0]).all(axis=0))
         assert not is_open[1]
         if upright[[0, -1]].min() > turn:
             assert not is_open.any()

@@ -104,6 +104,21 @@ def test_no_other_member_changes_a_bit(made):
     assert [end.tobytes() for end in unsampled.ends] == [end.tobytes() for end in motions.ends]
 
 
+def test_a_step_again_is_the_motion_within_the_step(made):
+    systems, parameters, starts, ensemble, motions = made
+    k, step = 5, 3
+    ends, scale = motions.ends[k], motions.scales[k]
+    times = np.linspace(ends[0, step], ends[0, step + 1], 7)
+    audited = ensemble.step_again(parameters[:, k], scale, ends[1:, step], times)
+    assert audited[:, [0, -1]] == pytest.approx(ends[1:, [step, step + 1]], rel=1e-13, abs=1e-13)
+    run = solve("heyoka", problem(systems[k], starts[:, k], np.append(0.0, times), rtol=1e-12))
+    error = audited[: systems[k].size].T - run.states[1:]
+    assert np.abs(error).max() < 1e-9 * np.abs(run.states).max()
+    assert scale * audited[CHANGE_ROW] == pytest.approx(run.lyapunov_change[1:], rel=1e-8)
+    lost = np.full(len(audited), np.nan)
+    assert ensemble.step_again(parameters[:, k], scale, lost, times) is None
+
+
 def test_the_scale_of_the_audit_is_the_energy_at_the_start(made):
     systems, parameters, starts, ensemble, _ = made
     sizes = ensemble.energy_sizes(parameters, starts)

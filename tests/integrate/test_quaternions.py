@@ -10,13 +10,20 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.problems import ENGINES
 
-from rbstab.analysis.run_extremes import PARTS_IN_QUATERNIONS, THETA_ROWS, VALUE, divided
+from rbstab.analysis.run_extremes import (
+    PARTS_IN_QUATERNIONS,
+    THETA_ROWS,
+    VALUE,
+    divided,
+    leave_open,
+)
 from rbstab.config.build import problem_of
 from rbstab.config.load import load_config
 from rbstab.integrate import step_ends
 from rbstab.integrate.engines import engine
 from rbstab.integrate.in_quaternions import NEVER, in_quaternions
 from rbstab.mechanics.attitude import rotation, rotations
+from rbstab.systems.coordinates import CentreCoordinates, QuaternionCoordinates
 from rbstab.systems.schedule import NO_LEGS
 
 BODY = {"mass": 2.0, "inertia": [0.2, 0.2, 0.5], "contact_point": [0, 0, -0.4]}
@@ -180,12 +187,9 @@ def test_the_length_of_q_changes_no_motion(name):
         trajectory = solved(name, inner)
         norms = np.linalg.norm(trajectory.states[:, [0, 1, 2, q.angles.size]], axis=1)
         assert norms == pytest.approx(length, abs=1e-9)
+        alone = np.zeros(len(trajectory.times), dtype=int)
         Theta, _ = q.angles_along(
-            trajectory.states.T,
-            trajectory.times,
-            given.start[:3],
-            trajectory.states[:0].T,
-            trajectory.times[:0],
+            trajectory.states.T, trajectory.times, given.start[:3, np.newaxis], alone
         )
         runs.append(q.to_angles(trajectory.states.T, Theta))
     assert runs[1] == pytest.approx(runs[0], abs=1e-9)
@@ -204,3 +208,36 @@ def test_only_a_step_near_the_pole_is_divided_into_many_parts():
         counts.append(len(steps.begin))
     assert counts[0] < 10
     assert counts[1] >= PARTS_IN_QUATERNIONS
+
+
+def test_a_step_whose_angles_go_beyond_its_ends_near_the_pole_is_left_open():
+    rng, turn, q = np.random.default_rng(4), 0.7, QuaternionCoordinates(CentreCoordinates())
+    times, opened = np.linspace(0, 1, 401), 0
+    for _ in range(200):
+        axis = Rotation.random(random_state=rng.integers(2**31)).as_matrix()[0]
+        pitch = math.pi / 2 - rng.uniform(-2 * turn, 2 * turn)
+        begin = Rotation.from_euler("XYZ", [rng.uniform(-3, 3), pitch, rng.uniform(-3, 3)])
+        path = Rotation.from_rotvec(np.outer(turn * times, axis)) * begin
+        angles = np.unwrap(path.as_euler("XYZ"), axis=0).T
+        upright = np.cos(angles[1])
+        if upright.min() < 0.01:
+            continue
+        ends = path[[0, -1]].as_quat(scalar_first=True)
+        ends[1] *= np.sign(ends[0] @ ends[1])
+        y = np.zeros((q.size, 2))
+        y[:3], y[3:6], y[-1] = ends[:, 1:].T, turn * begin.inv().apply(axis)[:, None], ends[:, 0]
+        turned = q.watched(y)
+        turned[0, ::2] = angles[::2][:, [0, -1]]
+        table = np.zeros((2, 2, VALUE + 1, 1))
+        table[:, :, THETA_ROWS, 0] = np.moveaxis(turned, -1, 0)
+        leave_open(table, q, y, np.array([1]), np.ones(1), np.zeros(1, dtype=int))
+        is_open = np.asarray(np.isinf(table[:, 1, THETA_ROWS, 0]).all(axis=0))
+        assert not is_open[1]
+        if upright[[0, -1]].min() > turn:
+            assert not is_open.any()
+            continue
+        sizes = np.abs(angles)
+        beyond = sizes.max(axis=1) - sizes[:, [0, -1]].max(axis=1) > 0.02
+        assert is_open[::2][beyond[::2]].all()
+        opened += beyond[::2].sum()
+    assert opened > 10

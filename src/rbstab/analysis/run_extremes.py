@@ -28,7 +28,7 @@ from rbstab.mechanics.attitude import half_sine_squared, tilt
 from rbstab.mechanics.derivatives import STEP
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.mechanics.quaternion import beyond_ends
-from rbstab.mechanics.states import PITCH, THETA
+from rbstab.mechanics.states import OMEGA, PITCH, THETA
 from rbstab.systems.coordinates import QuaternionCoordinates
 from rbstab.systems.impact import stop_of
 from rbstab.systems.quantities import BY_NAME, PEAKS, total_energy, values_of
@@ -198,10 +198,10 @@ def quaternion_of(system: System) -> QuaternionCoordinates | None:
 def leave_open(  # noqa: PLR0913, PLR0917 (steps of members)
     table: Array,
     q: QuaternionCoordinates,
-    ends: tuple[Array, Array],
+    y: Array,
+    after: Array,
     lengths: Array,
     first: Array,
-    members: Array,
 ) -> None:
     """Make the rates of θ1 and θ3 infinite where their extrema may be between the ends of steps.
 
@@ -210,18 +210,24 @@ def leave_open(  # noqa: PLR0913, PLR0917 (steps of members)
     Args:
         table: The values and rates at both ends of steps, shape (2, 2, q, n).
         q: The coordinates with a quaternion.
-        ends: The states at both ends of steps, shape (states, n) each.
+        y: The states at the begins of steps, and maybe more, shape (states, k).
+        after: The place of the state at the end of each step, shape (n,).
         lengths: The lengths of the steps, shape (n,), s.
         first: The first step of each member, shape (m,).
-        members: The member of each step, shape (n,).
     """
-    begin, end = (y[[q.size - 1, *range(6)]] for y in ends)
-    beyond = beyond_ends(begin, end, lengths)
+    sine = np.abs(table[:, 0, THETA_ROWS.start + PITCH]).max(axis=0)
+    speed = np.sqrt((y[OMEGA] * y[OMEGA]).sum(axis=0))
+    turn = lengths * np.maximum(speed[: len(lengths)], speed[after])
+    # Farther from θ2 = ±90° than the body turns, θ1 and θ3 are as smooth as all else.
+    near = np.flatnonzero((lengths > 0) & ~(1.0 - sine * sine > turn * turn))
+    begin, end = (y[np.ix_([q.size - 1, *range(6)], steps)] for steps in (near, after[near]))
+    beyond = beyond_ends(begin, end, lengths[near])
+    member = np.searchsorted(first, near, side="right") - 1
     for row, over in zip((THETA_ROWS.start, THETA_ROWS.stop - 1), beyond, strict=True):
         size = np.abs(table[:, 0, row]).max(axis=0)
-        largest = np.maximum.reduceat(size, first)[members]
-        is_open = (over > ABSOLUTE) & (size + over > largest)
-        table[:, 1, row, is_open] = np.inf
+        largest = np.maximum.reduceat(size, first)[member]
+        is_open = (over > ABSOLUTE) & (size[near] + over > largest)
+        table[:, 1, row, near[is_open]] = np.inf
         rates = table[:, 1, row]
         rates[np.isnan(rates)] = np.inf
 
@@ -274,13 +280,13 @@ class _StepsOfRun:
         times = np.array(ends.times)
         if self.q is not None:
             y = np.array(ends.states).T
-            start, later = (y[:, :1], times[:1], self.Theta), (y[:, 1:], times[1:])
-            Theta, self.turn = self.q.angles_along(*start, *later)
+            alone = np.zeros(len(times), dtype=int)
+            Theta, (self.turn,) = self.q.angles_along(y, times, self.Theta[:, np.newaxis], alone)
             turned = self.q.watched(y)
             turned[0, ::2] = Theta[::2]
             table[0][:, THETA_ROWS], table[1][:, THETA_ROWS] = turned[..., :-1], turned[..., 1:]
-            only = np.zeros(len(rows), dtype=int)
-            leave_open(table, self.q, (y[:, :-1], y[:, 1:]), np.diff(times), only[:1], only)
+            after = np.arange(1, len(times))
+            leave_open(table, self.q, y, after, np.diff(times), np.zeros(1, dtype=int))
         table[:, 1][..., self.joined] = 0.0
         self._table = table
         return Steps(

@@ -114,13 +114,15 @@ def _angles_along(
     q: QuaternionCoordinates, trajectory: Trajectory, start: Array
 ) -> tuple[Array, float, bool]:
     """Return Θ at samples, the largest turn in doubt, rad, and whether the ends of steps tell."""
-    count, ends, more = len(trajectory.times), trajectory.ends, np.zeros((q.size, 0))
+    count, ends = len(trajectory.times), trajectory.ends
+    states, times = trajectory.states.T, trajectory.times
     told = ends is not None and ends.complete and len(ends.times) > 1
     if ends is not None and told:
-        more = np.array(ends.states).T
-    times = np.array(ends.times if ends is not None and told else [])
-    Theta, turn = q.angles_along(trajectory.states.T, trajectory.times, start, more, times)
-    return Theta[:, :count], turn, told
+        states = np.concatenate([states[: q.size], np.array(ends.states).T[: q.size]], axis=1)
+        times = np.append(times, ends.times)
+    alone = np.zeros(len(times), dtype=int)
+    Theta, turns = q.angles_along(states, times, start[:, np.newaxis], alone)
+    return Theta[:, :count], float(turns[0]), told
 
 
 def _parts_needed(turn: float, intervals: float, trajectory: Trajectory) -> int:

@@ -90,46 +90,50 @@ def turned_back(Theta: Array) -> Array:
     return sharp_angles(w, r)
 
 
-def continued_angles(w: Array, r: Array, Omega: Array, times: Array) -> tuple[Array, Array]:
+def continued_angles(  # noqa: PLR0913, PLR0917 (motions)
+    w: Array, r: Array, Omega: Array, times: Array, first: Array, start: Array
+) -> tuple[Array, Array]:
     """Return Θ along motions, whose θ1 and θ3 do not jump; and how far they turn in doubt.
 
     θ1 is the direction of (A33, -A23), and θ3 that of (A11, -A12). Both vectors are cos θ2 long. If
     this is more than the body turns between two samples, each takes the shorter way. Near
     θ2 = ±90° the way is that of the cubic through q and q̇. It is in doubt if cos θ2 is no larger
-    there than the error of the cubic.
+    there than the error of the cubic. The angles of a motion do not depend on the others, to the
+    last bit: only whole turns are added up.
 
     Args:
-        w: Shape (..., n).
-        r: Shape (3, ..., n).
-        Omega: Ω, shape (3, ..., n), rad/s, body.
+        w: The samples of m motions, one after the other, shape (n,).
+        r: Shape (3, n).
+        Omega: Ω, shape (3, n), rad/s, body.
         times: Shape (n,), s.
+        first: The first sample of each motion, shape (m,).
+        start: Θ there, with any whole turns, shape (3, m), rad.
 
     Returns:
-        Θ, shape (3, ..., n), rad; and the largest angle by which the body turns between two samples
-        where the way is in doubt, shape (...), rad, else 0.
+        Θ, shape (3, n), rad; and the largest angle by which the body turns between two samples of
+        each motion where the way is in doubt, shape (m,), rad, else 0.
     """
     Theta, upright = angles(w, r)
-    if len(times) == 1:
-        return Theta, np.zeros(w.shape[:-1])
-    speed = np.sqrt((Omega * Omega).sum(axis=0))
-    turn = np.diff(times) * np.maximum(speed[..., 1:], speed[..., :-1])
+    lengths, speed = np.diff(times), np.sqrt((Omega * Omega).sum(axis=0))
+    turn = lengths * np.maximum(speed[1:], speed[:-1])
     # The vectors bend off their chord by at most turn²/8 if Ω is steady; twice that is allowed for.
-    near = ~(np.minimum(upright[..., 1:], upright[..., :-1]) > turn * (0.5 + 0.25 * turn))
-    steps = np.diff(Theta[::2], axis=-1)
-    jumps = (near | (np.abs(steps) > math.pi).any(axis=0)).any(axis=-1)
-    doubt = np.zeros(turn.shape)
-    if not jumps.any():
-        return Theta, doubt.max(axis=-1)
-    ways = steps - _whole(steps)
+    near = ~(np.minimum(upright[1:], upright[:-1]) > turn * (0.5 + 0.25 * turn))
+    near[first[1:] - 1] = False
     motion = np.concatenate([w[np.newaxis], r, Omega])
-    before, after = motion[..., :-1][:, near], motion[..., 1:][:, near]
-    parts, least = _ways(before, after, np.broadcast_to(np.diff(times), near.shape)[near])
-    ways[:, near] = parts.sum(axis=1)
+    parts, least = _ways(motion[:, :-1][:, near], motion[:, 1:][:, near], lengths[near])
+    jumps = np.zeros((2, len(times)))
+    jumps[:, 1:] = -np.diff(Theta[::2])
+    jumps[:, 1:][:, near] += parts.sum(axis=1)
+    # An angle that is no number hides no turn of the next motion.
+    turns = np.cumsum(np.nan_to_num(_turns(jumps)), axis=1)
+    turns_at_start = _turns((start - Theta[:, first])[::2])
+    counts = np.diff(np.append(first, len(times)))
+    turns += np.repeat(turns_at_start - turns[:, first], counts, axis=1)
+    Theta[::2] += 2.0 * math.pi * turns
     # A steady turn α of the body is α⁴/3072 off the cubic; fifteen times that is allowed for.
-    doubt[near] = np.where(least > turn[near] ** 4 / 200.0, 0.0, turn[near])
-    turns = np.cumsum((ways - steps)[:, jumps], axis=-1)
-    Theta[::2, jumps, 1:] += _whole(turns)
-    return Theta, doubt.max(axis=-1)
+    doubt = np.zeros(len(times))
+    doubt[:-1][near] = np.where(least > turn[near] ** 4 / 200.0, 0.0, turn[near])
+    return Theta, np.maximum.reduceat(doubt, first)
 
 
 def turning(w: Array, r: Array, Omega: Array) -> Array:
@@ -152,39 +156,28 @@ def turning(w: Array, r: Array, Omega: Array) -> Array:
 def beyond_ends(before: Array, after: Array, lengths: Array) -> Array:
     """Return how far θ1 and θ3 go beyond both their ends in k steps near θ2 = ±90°, (2, k), rad.
 
-    Other steps, and those in which each goes one way, have 0.
-
     Args:
         before: w, r and Ω at the begin of each step, shape (7, k).
         after: The same at its end.
         lengths: Shape (k,), s.
     """
-    upright = np.minimum(angles(before[0], before[1:4])[1], angles(after[0], after[1:4])[1])
-    speed = np.sqrt(np.maximum((before[4:] ** 2).sum(axis=0), (after[4:] ** 2).sum(axis=0)))
-    near = (lengths > 0) & ~(upright > lengths * speed)
-    path = np.cumsum(_ways(before[:, near], after[:, near], lengths[near])[0], axis=1)
+    path = np.cumsum(_ways(before, after, lengths)[0], axis=1)
     end = path[:, -1]
     over = path.max(axis=1, initial=0.0) - np.maximum(end, 0.0)
     under = np.minimum(end, 0.0) - path.min(axis=1, initial=0.0)
-    excess = np.zeros((2, len(lengths)))
-    excess[:, near] = np.maximum(over, under)
-    return excess
+    return np.asarray(np.maximum(over, under))
 
 
 def same_turns(Theta: Array, reference: Array) -> Array:
-    """Return Θ, shape (3, ..., n), with whole turns added to θ1 and θ3, nearest to a reference.
-
-    If only the first sample of each motion is known, the last axis of `reference` has length 1.
-    """
-    away = (reference - Theta[..., : reference.shape[-1]])[::2]
+    """Return Θ with the whole turns of θ1 and θ3 that are nearest to a reference, shape (3, n)."""
     turned = Theta.copy()
-    turned[::2] += _whole(away)
+    turned[::2] += 2.0 * math.pi * _turns((reference - Theta)[::2])
     return turned
 
 
-def _whole(angles: Array) -> Array:
-    """Return the nearest whole turns, rad."""
-    return 2.0 * math.pi * np.round(angles / (2.0 * math.pi))
+def _turns(angles: Array) -> Array:
+    """Return the nearest numbers of whole turns."""
+    return np.round(angles / (2.0 * math.pi))
 
 
 def _ways(before: Array, after: Array, h: Array) -> tuple[Array, Array]:
@@ -195,7 +188,7 @@ def _ways(before: Array, after: Array, h: Array) -> tuple[Array, Array]:
     cubic = t * t * ((1 + 2 * s) * a + s * h * up) + s * s * ((1 + 2 * t) * b - t * h * down)
     Theta, upright = angles(cubic[:, 0], np.moveaxis(cubic[:, 1:], 1, 0))
     parts = np.diff(Theta[::2], axis=1)
-    return parts - _whole(parts), upright.min(axis=0)
+    return parts - 2.0 * math.pi * _turns(parts), upright.min(axis=0)
 
 
 def _rates(motion: Array) -> Array:

@@ -188,32 +188,29 @@ class QuaternionCoordinates(Coordinates):
         return np.concatenate([Theta, y[OMEGA.start : size], y[size + 1 :]])
 
     def angles_along(
-        self, y: Array, times: Array, start: Array, more: Array, more_times: Array
-    ) -> tuple[Array, float]:
-        """Return Θ along a motion, with θ1 and θ3 continued, and the largest turn in doubt, rad.
+        self, y: Array, times: Array, start: Array, motions: Array
+    ) -> tuple[Array, Array]:
+        """Return Θ along m motions, with θ1 and θ3 continued, and the largest turns in doubt, rad.
 
         Args:
-            y: The state vectors at its samples, or longer ones, shape (states, n).
+            y: The state vectors at any samples, or longer ones, shape (states, n).
             times: Their times, shape (n,), s.
-            start: Θ at the first one, shape (3,), rad.
-            more: The same at other times, as the ends of its steps, shape (states, k).
-            more_times: Shape (k,), s, not before the first sample.
+            start: Θ at the first sample of each motion, shape (3, m), rad.
+            motions: The motion of each sample: all numbers from 0 to m - 1, shape (n,).
 
         Returns:
-            Θ, shape (3, n + k), and the turn of `quaternion.continued_angles`.
+            Θ, shape (3, n), and the turns of `quaternion.continued_angles`, shape (m,).
         """
-        used = self.size
-        together = np.concatenate([times, more_times])
-        order = np.argsort(together, kind="stable")
-        at = np.concatenate([y[:used], more[:used]], axis=1)[:, order]
-        Theta, turn = quaternion.continued_angles(
-            at[used - 1], at[THETA], at[OMEGA], together[order]
-        )
-        Theta = quaternion.same_turns(Theta, start[:, np.newaxis])
-        Theta[:, together[order] == times[0]] = start[:, np.newaxis]
+        order = np.lexsort((times, motions))
+        at = np.take(y[[*range(6), self.size - 1]], order, axis=1)
+        t, motion = times[order], motions[order]
+        first = np.flatnonzero(np.diff(motion, prepend=-1))
+        Theta, turns = quaternion.continued_angles(at[-1], at[THETA], at[OMEGA], t, first, start)
+        is_start = t == t[first][motion]
+        Theta[:, is_start] = start[:, motion[is_start]]
         unsorted = np.empty_like(Theta)
         unsorted[:, order] = Theta
-        return unsorted, float(turn)
+        return unsorted, turns
 
     def watched(self, y: Array) -> Array:
         """Return θ1, sin θ2 and θ3 at state vectors, and their rates, shape (2, 3, ...)."""

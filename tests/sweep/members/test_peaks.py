@@ -5,12 +5,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.paper_runs import paper_config
 
-from rbstab.analysis import extrema, run_extremes
+from rbstab.analysis import extrema
 from rbstab.config.build import problem_of
 from rbstab.integrate.heyoka.ensemble import Ensemble
 from rbstab.integrate.heyoka.observed import Observed
 from rbstab.integrate.heyoka.symbols import parameter_values
-from rbstab.sweep.members import ensemble_extremes
 from rbstab.sweep.members.ensemble import ensemble_engine
 from rbstab.sweep.members.outcome import STATUSES
 from rbstab.sweep.members.single import SingleRuns
@@ -157,13 +156,13 @@ def test_the_number_of_samples_changes_no_summary_of_a_single_run():
 def test_a_step_that_is_too_long_is_divided(monkeypatch):
     """With a loose tolerance, polynomials on steps are not accurate enough: shorter steps are."""
     divided = []
-    divide = run_extremes.divided
+    again = Ensemble.step_again
 
-    def watched(system, times, *start):
+    def watched(self, parameters, scale, start, times):
         divided.append(times)
-        return divide(system, times, *start)
+        return again(self, parameters, scale, start, times)
 
-    monkeypatch.setattr(ensemble_extremes, "divided", watched)
+    monkeypatch.setattr(Ensemble, "step_again", watched)
     whole = columns(random_spins(11, "heyoka", 4), "heyoka")
     assert not divided
     monkeypatch.setattr(extrema, "RELATIVE", 1e-12)

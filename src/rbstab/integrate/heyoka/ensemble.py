@@ -44,7 +44,8 @@ class Motions(NamedTuple):
         ends: For each member the times and the audited states of the integrator at the ends of its
             steps, shape (1 + states, ends); audit states in units of their scales.
         scales: The scales of the audit states, shape (m,), J.
-        angles: Θ there, with θ1 and θ3 continued, shape (3, ends), rad; empty without quaternions.
+        angles: Θ there, with θ1 and θ3 continued, for all members one after the other, shape
+            (3, ends), rad; empty without quaternions.
         steps: Accepted steps, shape (m,).
         done: Whether a member reached its end, shape (m,).
         boundary: The audited states with Θ at the start and at the end, shape (states, m, 2).
@@ -54,7 +55,7 @@ class Motions(NamedTuple):
     parameters: Array
     ends: list[Array]
     scales: Array
-    angles: list[Array]
+    angles: Array
     steps: Array
     done: Array
     boundary: Array
@@ -180,23 +181,44 @@ class Ensemble:
         """Return motions with Θ and with audit states in J."""
         audits, samples = slice(self.size, None), run.samples
         samples[audits] *= scales[:, np.newaxis]
-        angles: list[Array] = []
+        angles = np.empty((3, 0))
         if self.q is not None:
-            w, count = self.q.size - 1, len(run.times)
-            for k, ends in enumerate(run.ends):
-                of_states = samples[: self.size, k], run.times
-                of_ends = ends[1 : 1 + self.size], ends[0]
-                Theta_along, turn = self.q.angles_along(*of_states, Theta[:, k], *of_ends)
-                samples[THETA, k] = Theta_along[:, :count]
-                angles.append(Theta_along[:, count:])
-                # A member whose steps do not tell how it turns past θ2 = ±90° is not done.
-                run.done[k] &= turn <= LONGEST_TURN
-            samples = np.delete(samples, w, axis=0)
+            size, count, members = self.q.size, len(run.times), np.arange(len(run.ends))
+            counts = [ends.shape[1] for ends in run.ends]
+            y = [samples[:size].reshape(size, -1), *(ends[1 : 1 + size] for ends in run.ends)]
+            times = [np.tile(run.times, len(members)), *(ends[0] for ends in run.ends)]
+            of = np.append(np.repeat(members, count), np.repeat(members, counts))
+            along, turns = self.q.angles_along(
+                np.concatenate(y, axis=1), np.concatenate(times), Theta, of
+            )
+            samples[THETA] = along[:, : -sum(counts)].reshape(3, -1, count)
+            angles = along[:, -sum(counts) :]
+            # A member whose steps do not tell how it turns past θ2 = ±90° is not done.
+            run.done &= turns <= LONGEST_TURN
+            samples = np.delete(samples, size - 1, axis=0)
         boundary = samples[..., [0, -1]]
         return Motions(
             *(parameters, run.ends, scales, angles, run.steps, run.done, boundary),
             samples if sampled else None,
         )
+
+    def step_again(
+        self, parameters: Array, scale: float, start: Array, times: Array
+    ) -> Array | None:
+        """Return the audited states of the integrator within a step, shape (states, n).
+
+        They are those of its Taylor polynomials; None if the step does not reach its end again.
+
+        Args:
+            parameters: The parameters of the member, shape (parameters,).
+            scale: The scale of its audit states, J.
+            start: The audited state at the begin of the step, shape (states,).
+            times: The times, the first at the begin and the last at the end, shape (n,), s.
+        """
+        pars = np.append(parameters[self.open_indices], scale)
+        lanes = (np.repeat(row[:, np.newaxis], SIMD, axis=1) for row in (pars, start, times))
+        samples, results, _ = self.integrate_batch(*lanes)
+        return samples[..., 0].T if results[0][0] == COMPLETED else None
 
     def integrate_batch(self, pars: Array, starts: Array, grid: Array) -> tuple[Array, ...]:
         """Integrate one batch.

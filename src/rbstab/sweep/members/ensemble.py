@@ -227,7 +227,6 @@ class _VariantEngine:
                 motions,
                 quantities["orientation"][:, -1] - rest.orientation,
                 *(rest.energy, round_off),
-                lambda k: self._problem(values, k).system,
             )
             columns = outcome_of(quantities, extremes) | residuals
         columns["status"] = np.full(len(round_off), STATUSES.index(RunStatus.COMPLETED))

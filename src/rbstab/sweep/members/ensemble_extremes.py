@@ -1,18 +1,16 @@
 """The extrema of members that are integrated in batches, and when they settle."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from rbstab.analysis.extrema import Steps, along, farthest_from_zero, last_above
 from rbstab.analysis.lyapunov import energy_scale
 from rbstab.analysis.run_extremes import (
+    PARTS_IN_QUATERNIONS,
     SETTLED_DISTANCE,
     SQUARE,
     THETA_ROWS,
     VALUE,
     Extremes,
-    divided,
     leave_open,
     pitch_of_sine,
     watched_at,
@@ -22,11 +20,10 @@ from rbstab.integrate.heyoka.compiled_map import SIMD
 from rbstab.integrate.heyoka.ensemble import CHANGE_ROW, Ensemble, Motions
 from rbstab.integrate.heyoka.observed import OfMembers
 from rbstab.integrate.heyoka.symbols import state_symbols
-from rbstab.integrate.in_quaternions import in_quaternions
 from rbstab.mechanics.attitude import half_sine_squared_rate
 from rbstab.mechanics.numbers import Array, Number
 from rbstab.systems.quantities import BY_NAME, PEAKS, total_energy, values_of
-from rbstab.systems.system import Observation, System
+from rbstab.systems.system import Observation
 
 
 class EnsembleExtremes:
@@ -48,7 +45,6 @@ class EnsembleExtremes:
         from_rest: Array,
         rest_energy: Array,
         round_off: Array,
-        system_of: Callable[[int], System],
     ) -> tuple[Extremes, dict[str, Array]]:
         """Return the extremes of members, and their columns of the energy residual.
 
@@ -57,9 +53,8 @@ class EnsembleExtremes:
             from_rest: Θ at the end minus Θ of the rest state, shape (m, 3), rad.
             rest_energy: The energy of that state, shape (m,), J.
             round_off: The energy below which v is round-off, shape (m,), J.
-            system_of: Returns the system of a member.
         """
-        member_steps = _StepsOfMembers(self, motions, rest_energy, system_of)
+        member_steps = _StepsOfMembers(self, motions, rest_energy)
         steps, supplies = member_steps.steps(), self.supplies
         extrema = farthest_from_zero(steps)
         if self.ensemble.q is not None:
@@ -98,32 +93,24 @@ def _watched_with_rates(seen: Observation) -> list[Number]:
 class _StepsOfMembers:
     """The steps of members, one after the other."""
 
-    def __init__(
-        self,
-        compiled: EnsembleExtremes,
-        motions: Motions,
-        rest_energy: Array,
-        system_of: Callable[[int], System],
-    ) -> None:
-        self._compiled, self._parameters = compiled, motions.parameters
+    def __init__(self, compiled: EnsembleExtremes, motions: Motions, rest_energy: Array) -> None:
         # The energies of the rest states have the shape (m,), J.
-        self._rest, self._system_of, self._q = rest_energy, system_of, compiled.ensemble.q
-        ends = motions.ends
-        if motions.angles:
-            # As last rows: they are cut and repeated as the states are.
-            ends = [np.concatenate(pair) for pair in zip(ends, motions.angles, strict=True)]
+        self._compiled, self._motions, self._rest = compiled, motions, rest_energy
+        self._parameters, self._q = motions.parameters, compiled.ensemble.q
+        ends, angles = motions.ends, motions.angles
         counts = np.array([member_ends.shape[1] for member_ends in ends])
         # Complete SIMD vectors: the last member stays at its end.
         more = -counts.sum() % SIMD
         counts[-1] += more
         together = np.concatenate([*ends, np.repeat(ends[-1][:, -1:], more, axis=1)], axis=1)
-        size, audited = compiled.ensemble.size, len(motions.ends[0])
-        self._times, self._states = together[0], together[1 : 1 + size]
+        self._angles = np.concatenate([angles, np.repeat(angles[:, -1:], more, axis=1)], axis=1)
+        size = compiled.ensemble.size
+        self._times, self._audited = together[0], together[1:]
+        self._states = self._audited[:size]
         # The member of each end, shape (n,).
         self.member = np.repeat(np.arange(len(counts)), counts)
         # The audit states at the ends, J.
-        self.audits = together[1 + size : audited] * motions.scales[self.member]
-        self._angles = together[audited:]
+        self.audits = self._audited[size:] * motions.scales[self.member]
         self._first = np.cumsum(counts) - counts
         self._last = self._first + counts - 1
         self._after = self._at_end(np.arange(len(self._times)))
@@ -137,8 +124,7 @@ class _StepsOfMembers:
             at_begin[0, THETA_ROWS][::2] = self._angles[::2]
         self._table = table = np.array([at_begin, self._at_end(at_begin)])
         if self._q is not None:
-            ends = self._states, self._at_end(self._states)
-            leave_open(table, self._q, ends, self._lengths, self._first, self.member)
+            leave_open(table, self._q, self._states, self._after, self._lengths, self._first)
         return Steps(
             *(self._first, self._times, self._lengths, table),
             *(self._derivatives, self._divide),
@@ -165,14 +151,24 @@ class _StepsOfMembers:
         return np.moveaxis(derivatives, 2, 0)[:, :, quantity, inverse]
 
     def _divide(self, step: int) -> Steps | None:
-        member = int(self.member[step])
-        system = self._system_of(member)
+        """Return a step as shorter ones, from its Taylor polynomials; None if it has no length."""
+        begin, end, of = self._times[step], self._times[self._after[step]], self.member[[step]]
+        if begin == end:
+            return None
+        motions, times = self._motions, np.linspace(begin, end, PARTS_IN_QUATERNIONS + 1)
+        parameters, scales = motions.parameters[:, of], motions.scales[of]
+        ensemble, start = self._compiled.ensemble, self._audited[:, step]
+        audited = ensemble.step_again(parameters[:, 0], scales[0], start, times)
+        if audited is None:
+            return None
+        angles = motions.angles
         if self._q is not None:
-            system, _ = in_quaternions(system)
-        start = np.zeros(system.audited_size)
-        start[: system.size] = self._states[:, step]
-        times = float(self._times[step]), float(self._times[self._after[step]])
-        return divided(system, times, start, float(self._rest[member]), self._table[..., step])
+            alone = np.zeros(len(times), dtype=int)
+            angles, _ = self._q.angles_along(audited, times, self._angles[:, [step]], alone)
+        ends = [np.vstack([times, audited])]
+        part = motions._replace(parameters=parameters, ends=ends, scales=scales, angles=angles)
+        parts = _StepsOfMembers(self._compiled, part, self._rest[of])
+        return parts.steps()._replace(divide=lambda _: None)
 
     def _observed(self, y: Array, t: Array, of: Array) -> Array:
         """Return what is watched and its rates at states of members, shape (2, q, p)."""

@@ -1,6 +1,7 @@
 """Protects how often disturbances tilt members too far: the worst, the interval, the sentences."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -62,6 +63,14 @@ def test_who_ended_early_may_have_left_and_may_not():
     assert "not known of 2 that ended early" in found.leaving
     assert "Probability" not in answers(independent=False).leaving
     assert answers(independent=False).interval is None
+
+
+def test_shards_of_earlier_versions_without_peaks_are_not_counted_as_members_that_stay():
+    peaks = np.where(np.arange(7) < 6, np.nan, answers().peaks)
+    unknown = replace(answers(), peaks=peaks, completed=np.ones(7, bool))
+    assert (int(unknown.left.sum()), unknown.unknown) == (0, 6)
+    assert unknown.interval == (0.0, clopper_pearson(6, 7)[1])
+    assert "not known of 6 that ended early or have no peak" in unknown.leaving
 
 
 def test_the_sentences_have_the_numbers():

@@ -70,3 +70,12 @@ def test_a_wrong_base_does_not_hide_what_else_is_wrong(complaints, tmp_path, bas
         assert len(lines) == 2
         assert expected in lines
         assert any(line.startswith(place) for line in lines)
+
+
+@pytest.mark.parametrize("variant", ["free", "permanent"])
+def test_a_base_without_controller_has_no_variant_that_varies(complaints, variant):
+    body = "{mass: 12, inertia: [1, 1, 1], contact_point: [0, 0, -1]}"
+    assert complaints(
+        f"base:\n  schema_version: 2\n  body: {body}\n  integration: {{duration: 1, samples: 5}}\n"
+        f"vary:\n  controller.variant: {{values: [{variant}]}}\n"
+    ) == ["2:3: base: has no controller (expected controller in the base, whose variant varies)"]

@@ -127,10 +127,10 @@ def _print_outcomes(outcomes: SweepOutcomes) -> None:
         print_statement("Decides", outcomes.deciding)
 
 
-def _print_disturbed(found: MemberAnswers) -> None:
+def _print_disturbed(answers: MemberAnswers) -> None:
     """Print how far disturbances tilt the members, if the plan states a bound."""
-    if found.disturbed is not None:
-        for word, sentence in found.disturbed.statements.items():
+    if answers.disturbed is not None:
+        for word, sentence in answers.disturbed.statements.items():
             print_statement(word, sentence)
 
 

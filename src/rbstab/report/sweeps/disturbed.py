@@ -18,24 +18,24 @@ ABOVE = 1.08
 """The axes end at so many times the largest values."""
 
 
-def disturbed_blocks(name: str, found: DisturbedAnswers | None, command: str) -> list[Block]:
+def disturbed_blocks(name: str, answers: DisturbedAnswers | None, command: str) -> list[Block]:
     """Return sentences on the bound that a plan states, and the largest tilts over disturbances.
 
     Args:
         name: The name of the sweep.
-        found: The answers; None: it states none.
+        answers: The answers; None: it states none.
         command: The command that runs a member, without its number.
     """
-    if found is None:
+    if answers is None:
         return []
-    sentences = " ".join(f"{word}: {text}." for word, text in found.statements.items())
-    stated, codes = found.bounds.stated, np.isin(found.bounds.codes, (PROVED, LARGER))
+    sentences = " ".join(f"{word}: {text}." for word, text in answers.statements.items())
+    stated, codes = answers.bounds.stated, np.isin(answers.bounds.codes, (PROVED, LARGER))
     # So it is about each member whose load of the only kind is below the bound.
-    proved = len(stated.given) == 1 and bool(codes.all()) and found.proved > 0
+    proved = len(stated.given) == 1 and bool(codes.all()) and answers.proved > 0
     panels = [
-        _panel(found, load.kind, float(bound), proved)
+        _panel(answers, load.kind, float(bound), proved)
         for load, bound in stated.given.items()
-        if _drawn(found, load.kind).any()
+        if _drawn(answers, load.kind).any()
     ]
     if not panels:
         return [sentences]
@@ -44,22 +44,22 @@ def disturbed_blocks(name: str, found: DisturbedAnswers | None, command: str) ->
     thin = (
         f" Of more than {MOST} members of a kind, only some are drawn." if len(codes) > MOST else ""
     )
-    caption = f"{found.leaving[:1].upper()}{found.leaving[1:]}.{shaded}{thin}"
+    caption = f"{answers.leaving[:1].upper()}{answers.leaving[1:]}.{shaded}{thin}"
     figure = Figure(f"{name}-disturbed", title, tuple(panels), 2, caption=caption, command=command)
     return [sentences, figure]
 
 
-def _drawn(found: DisturbedAnswers, kind: str) -> Array:
+def _drawn(answers: DisturbedAnswers, kind: str) -> Array:
     """Return which members have a tilt, and a load of a kind that has a largest value."""
-    size = found.bounds.loads.largest[kind]
-    return np.isfinite(found.peaks) & (size > 0) & (size < np.inf)
+    size = answers.bounds.loads.largest[kind]
+    return np.isfinite(answers.peaks) & (size > 0) & (size < np.inf)
 
 
-def _panel(found: DisturbedAnswers, kind: str, bound: float, shaded: bool) -> Panel:
+def _panel(answers: DisturbedAnswers, kind: str, bound: float, shaded: bool) -> Panel:
     """Return the panel of the disturbances of one kind."""
-    sizes, peaks = found.bounds.loads.largest[kind], found.peaks
-    tilt = float(found.bounds.stated.tilt)
-    drawn, proved = _drawn(found, kind), found.bounds.codes == PROVED
+    sizes, peaks = answers.bounds.loads.largest[kind], answers.peaks
+    tilt = float(answers.bounds.stated.tilt)
+    drawn, proved = _drawn(answers, kind), answers.bounds.codes == PROVED
     right = ABOVE * float(sizes[drawn].max(initial=bound))
     top = ABOVE * float(peaks[drawn].max(initial=tilt))
     x, low, high = np.array([[0.0, bound], [tilt, tilt], [top, top]])
@@ -67,17 +67,19 @@ def _panel(found: DisturbedAnswers, kind: str, bound: float, shaded: bool) -> Pa
     marks: list[Mark] = [area] if shaded else []
     groups = (
         (proved, "stays below for ever: proved", GOOD, 0),
-        (~proved & ~found.left, "stayed below in this run", OPEN, 0),
-        (found.left, "tilted farther", BAD, 1),
-        (np.arange(len(peaks)) == found.worst, f"worst: member {found.worst}", THIRD, 2),
+        (~proved & ~answers.left, "stayed below in this run", OPEN, 0),
+        (answers.left, "tilted farther", BAD, 1),
+        (np.arange(len(peaks)) == answers.worst, f"worst: member {answers.worst}", THIRD, 2),
     )
     for chosen, label, colour, symbol in groups:
-        own = np.flatnonzero(chosen & drawn)
-        own = own[:: 1 + len(own) // MOST]
-        members = tuple(own.tolist())
+        places = np.flatnonzero(chosen & drawn)
+        places = places[:: 1 + len(places) // MOST]
+        members = tuple(places.tolist())
         texts = tuple(f"{label}\nmember {k}" for k in members)
         if members:
-            marks.append(Points(sizes[own], peaks[own], label, colour, symbol, texts, members))
+            marks.append(
+                Points(sizes[places], peaks[places], label, colour, symbol, texts, members)
+            )
     marks.append(Level(tilt, f"bound: {number(tilt)} rad"))
     marks.append(Level(bound, f"bound: {number(bound)} {UNITS[kind]}", vertical=True))
     across = Axis(f"largest {kind} of the disturbance", UNITS[kind], ends=(0.0, right))

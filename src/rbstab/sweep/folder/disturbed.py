@@ -63,20 +63,20 @@ class DisturbedAnswers:
 
     @property
     def unknown(self) -> int:
-        """How many members ended early, and within the bound until then."""
-        return int(np.count_nonzero(~self.left & ~self.completed))
+        """How many members ended early, and within the bound until then; or have no peak."""
+        return int(np.count_nonzero(~self.left & (~self.completed | np.isnan(self.peaks))))
 
     @property
     def worst(self) -> int | None:
         """The member that tilts farthest; None if no tilt is known."""
-        known = np.isfinite(self.peaks)
-        return int(np.argmax(np.where(known, self.peaks, -1.0))) if known.any() else None
+        finite = np.isfinite(self.peaks)
+        return int(np.argmax(np.where(finite, self.peaks, -1.0))) if finite.any() else None
 
     @property
     def interval(self) -> tuple[float, float] | None:
         """The 95 % interval of the probability to tilt farther; None if no chance chose members.
 
-        Members that ended early count as both.
+        Members of which it is not known count as both.
         """
         if not self.independent:
             return None
@@ -105,7 +105,7 @@ class DisturbedAnswers:
         share = f"{grouped(count)} of {grouped(total)} members ({number(100 * count / total, 3)} %)"
         text = f"tilt above {decimal_text(self.bounds.stated.tilt)} rad: {share} by {self.end}"
         if self.unknown:
-            text += f"; not known of {grouped(self.unknown)} that ended early"
+            text += f"; not known of {grouped(self.unknown)} that ended early or have no peak"
         if self.interval is not None:
             low, high = (100.0 * end for end in self.interval)
             ends = f"{rounded_down(low, 3)} to {rounded_up(high, 3)} %"
@@ -115,25 +115,27 @@ class DisturbedAnswers:
     @property
     def statements(self) -> dict[str, str]:
         """Sentences without a full stop, by the words before them."""
-        stated, bodies, found = self.bounds.stated, self.bounds.bodies, dict[str, str]()
+        stated, bodies, sentences = self.bounds.stated, self.bounds.bodies, dict[str, str]()
         if self.worst is not None:
             k, peak = self.worst, float(self.peaks[self.worst])
             sizes = self.bounds.loads.largest.items()
-            known = [(name, a[k]) for name, a in sizes if 0 < a[k] < np.inf]
-            loads = (f", {name} up to {number(size)} {UNITS[name]}" for name, size in known)
+            largest = [(name, a[k]) for name, a in sizes if 0 < a[k] < np.inf]
+            loads = (f", {name} up to {number(size)} {UNITS[name]}" for name, size in largest)
             tilt = f"{number(peak)} rad ({angle_in_degrees(peak)}), member {k}"
-            found = {"Worst tilt": tilt + "".join(loads), "Leaves": self.leaving}
+            sentences = {"Worst tilt": tilt + "".join(loads), "Leaves": self.leaving}
         count = sum(bound is not None and bound.proved for bound, _ in bodies)
         some = f" for {grouped(count)} of {grouped(len(bodies))} bodies" if len(bodies) > 1 else ""
         any_load = f"any disturbance {names_of(tuple(stated.given), tuple(stated.given.values()))}"
         below = f"below {decimal_text(stated.tilt)} rad"
         word = f"proved{some}" if count else "not proved"
-        found["Bound"] = f"from rest at Θ = 0, {any_load} keeps the tilt {below} for ever: {word}"
+        sentences["Bound"] = (
+            f"from rest at Θ = 0, {any_load} keeps the tilt {below} for ever: {word}"
+        )
         parts = [f"not proved for {grouped(n)}: {why}" for why, n in self.why.items()]
         if self.proved:
             members = f"{grouped(self.proved)} of {grouped(len(self.peaks))} members"
             parts = [f"{members} stay {below}: proved", *parts]
-        return found | {"For ever": "; ".join(parts)}
+        return sentences | {"For ever": "; ".join(parts)}
 
     @property
     def data(self) -> dict[str, Any]:

@@ -124,5 +124,5 @@ def open_sweep(path: str | Path) -> Table:
     table, place = read_sweep(Path(path)), Path(path).absolute()
     plan, folder = plan_of(table), place if path_is_dir(place) else place.parent
     table, bounds = with_outcomes(table, plan), plan and member_bounds(plan, folder.parent)
-    found = {"stated_bound": COLUMN.of(bounds.codes)} if bounds else {}
-    return replace(table, variables=dict(table.variables) | found)
+    stated_bounds = {"stated_bound": COLUMN.of(bounds.codes)} if bounds else {}
+    return replace(table, variables=dict(table.variables) | stated_bounds)

@@ -47,6 +47,10 @@ def read_bases(  # noqa: PLR0913, PLR0917 (a base and what changes it)
     except ConfigError as error:
         problems += problems.source.new(error.problems)
         return {}
+    if variants and "controller" not in source.data:
+        expected = "expected controller in the base, whose variant varies"
+        problems.add(("base",), "has no controller", expected)
+        return {}
     wanted = tuple(dict.fromkeys(variants)) or ("",)
     bases: dict[str, Config] = {}
     wrong: dict[ConfigProblem, list[str]] = {}

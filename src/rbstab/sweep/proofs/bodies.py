@@ -50,19 +50,19 @@ def bodies_of(plan: Plan, variants: Iterable[str] | None = None) -> Bodies:
     return distinct_bodies(plan, {name: body_keys(plan, name) for name in decided})
 
 
-def distinct_bodies(plan: Plan, own: Mapping[str, tuple[VariedKey, ...]]) -> Bodies:
+def distinct_bodies(plan: Plan, body_keys_of: Mapping[str, tuple[VariedKey, ...]]) -> Bodies:
     """Return the bodies of some variants, which differ in the numbers at some keys of each."""
     of_member = np.full(plan.members, -1)
     firsts = [np.zeros(0, dtype=int)]
-    for rows, table in _numbers_of_bodies(plan, own):
+    for rows, table in _numbers_of_bodies(plan, body_keys_of):
         first, inverse = _distinct_rows(table)
         of_member[rows] = sum(map(len, firsts)) + inverse
         firsts.append(rows[first])
-    found = np.concatenate(firsts)
-    by_member = np.argsort(found)
+    first_members = np.concatenate(firsts)
+    by_member = np.argsort(first_members)
     place = np.append(np.argsort(by_member), -1)  # the last entry stays -1
-    order = np.array(ProofSelection().first(len(found), len(found)), dtype=int)
-    return Bodies(place[of_member], found[by_member], order)
+    order = np.array(ProofSelection().first(len(first_members), len(first_members)), dtype=int)
+    return Bodies(place[of_member], first_members[by_member], order)
 
 
 def _numbers_of_bodies(
@@ -96,11 +96,14 @@ def body_keys(plan: Plan, variant: str) -> tuple[VariedKey, ...]:
 def values_at_start(plan: Plan, members: Array) -> tuple[tuple[VariedKey, ...], dict[str, Array]]:
     """Return the varied keys of the initial state of the members of a body, and their values."""
     first, stop = int(members[0]), int(members[-1]) + 1
-    row = {key: found.tolist()[0] for key, found in plan.values(first, first + 1).items()}
+    row = {
+        key: entries_of_first.tolist()[0]
+        for key, entries_of_first in plan.values(first, first + 1).items()
+    }
     varied = plan.varied_keys_of(plan.variant_of(row))
-    keys = tuple(one for one in varied if is_of_initial_state(one.path))
+    keys = tuple(varied_key for varied_key in varied if is_of_initial_state(varied_key.path))
     # The members may be far apart.
-    some = plan.values(first, stop, [one.key for one in keys]).items()
+    some = plan.values(first, stop, [varied_key.key for varied_key in keys]).items()
     return keys, {key: entries[members - first] for key, entries in some}
 
 

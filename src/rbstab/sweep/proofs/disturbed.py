@@ -67,11 +67,11 @@ def stated_of(plan: Plan) -> Stated | None:
 
 def _bodies(plan: Plan) -> Iterator[tuple[Config, Array]]:
     """Yield the config of the first member of each body, and its members; inputs are no part."""
-    own = {
+    keys_of_variants = {
         name: tuple(k for k in body_keys(plan, name) if not is_of_input(base, k.path))
         for name, base in plan.bases.items()
     }
-    bodies = distinct_bodies(plan, own)
+    bodies = distinct_bodies(plan, keys_of_variants)
     for body in bodies.order.tolist():
         yield plan.config_of(int(bodies.first[body])), bodies.members(body)
 
@@ -139,11 +139,13 @@ def starts_within(
     assert claim is not None
     forms = forms_of(without_inputs(system_of(base, numbers)), bound.loads)
     system = system_of(base, bounded_decimals)
-    motion, own = bounded_start(base, varied_keys, values, system)
+    motion, element_states = bounded_start(base, varied_keys, values, system)
     rest, held = bounded_decimals(forms.rest), system.coordinates.holds_contact
     place = [] if held else [motion.E - rest[X_OF_Z] + system.anchor]
     speed = [motion.Omega] if held else [motion.Omega, motion.F]
-    z = np.concatenate([[1.0], *place, own - rest[len(rest) - len(own) :], *speed])
+    z = np.concatenate(
+        [[1.0], *place, element_states - rest[len(rest) - len(element_states) :], *speed]
+    )
     count, angles = max(map(len, values.values()), default=1), map(as_bounded, motion.Theta)
     ends = [(column_of(a.low, count), column_of(a.high, count)) for a in angles]
     (over,) = Matrices([forms.value(claim.cross)]).over(Boxes(*np.stack(ends, axis=1)))

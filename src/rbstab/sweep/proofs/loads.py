@@ -77,7 +77,7 @@ def disturbances(plan: Plan, stated: Stated) -> Disturbances:
     for name in _inputs(base):
         section = sections[name]
         amplitude = np.abs(section.amplitude)
-        load = next((one for one in parts if one.kind in section.quantity), None)
+        load = next((bounded for bounded in parts if bounded.kind in section.quantity), None)
         if load is None:
             other |= amplitude != 0
             continue
@@ -89,21 +89,21 @@ def disturbances(plan: Plan, stated: Stated) -> Disturbances:
         parts[load].append(_Part(section.quantity, amplitude, extent, direction))
     below, largest = ~other, {}
     for load, bound in stated.given.items():
-        limit, own = float(bound), parts[load]
-        square = sum((_product(a, b) for a in own for b in own), Bounded(0.0, 0.0))
+        limit, inputs = float(bound), parts[load]
+        square = sum((_product(a, b) for a in inputs for b in inputs), Bounded(0.0, 0.0))
         fits = square.high <= (bounded_decimal(limit) ** 2).low
-        if len(own) == 1:  # the order of decimals is that of their doubles
-            fits = fits | ((own[0].extent <= 1) & (own[0].amplitude <= limit))
+        if len(inputs) == 1:  # the order of decimals is that of their doubles
+            fits = fits | ((inputs[0].extent <= 1) & (inputs[0].amplitude <= limit))
         below &= fits
         largest[load.kind] = np.broadcast_to(np.sqrt(square.value), members)
     return Disturbances(largest, below, other)
 
 
-def _product(one: _Part, two: _Part) -> Any:
+def _product(first: _Part, second: _Part) -> Any:
     """Return A_i |G_ij| A_j."""
-    found = math.prod(bounded_decimal(x) for part in (one, two) for x in part[1:3])
-    if one is two or one.frame != two.frame:
-        return found
-    a, b = one.direction, two.direction
+    product = math.prod(bounded_decimal(x) for part in (first, second) for x in part[1:3])
+    if first is second or first.frame != second.frame:
+        return product
+    a, b = first.direction, second.direction
     cosine = (a @ b) / (sqrt(a @ a) * sqrt(b @ b))
-    return found * Bounded(np.abs(cosine.value), cosine.error)
+    return product * Bounded(np.abs(cosine.value), cosine.error)

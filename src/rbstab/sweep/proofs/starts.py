@@ -128,8 +128,8 @@ def bounded_start(
 ) -> tuple[Motion, Array]:
     """Return the motion and the own states at the start of members, with bounds."""
     floats = {varied.key: values[varied.key].astype(float) for varied in varied_keys}
-    found = varied_numbers(base, varied_keys, floats)
-    config = replaced(base, {path: bounded_decimal(value) for path, value in found.items()})
+    varied_values = varied_numbers(base, varied_keys, floats)
+    config = replaced(base, {path: bounded_decimal(value) for path, value in varied_values.items()})
     return start_motion(config, system, bounded_decimals)
 
 

@@ -13,7 +13,7 @@ from rbstab.experiment.disturbed.bound import Bound
 from rbstab.experiment.disturbed.prove_bound import prove_bound, stated_in, with_start
 from rbstab.experiment.proof_cache import BOUND, PROOFS, stored_model
 from rbstab.experiment.stored_proof.identity import digest_of, proof_id
-from rbstab.proof.disturbed.record import Stated, read_claim, read_stated
+from rbstab.proof.disturbed.record import Stated, read_claim, read_stated, reading
 from rbstab.proof.entries import Entry
 from rbstab.proof.record import WrongRecordError
 from rbstab.store.document import write_document
@@ -46,7 +46,10 @@ class StoredBound(Entry):
             return found
         forms, claim = read_claim(self.claim)
         found = replace(found, record=self.claim, claim=claim)
-        return found if config is None else with_start(found, config, forms)
+        if config is None:
+            return found
+        with reading():  # parts of the claim may fit neither the body nor each other
+            return with_start(found, config, forms)
 
     @property
     def claims_nothing(self) -> bool:

@@ -53,6 +53,9 @@ NARROWEST = 2.0**-11
 STEEP = fmpq(106, 100)
 """λ(1 - cos ρ/2) is so many ℓ: then it is definite at Θ = 0 too."""
 
+SWITCHES = frozenset({"step", "positive"})
+"""Operations without derivatives that bound them."""
+
 CORNERS = tuple(product((-1, 1), repeat=3))
 
 
@@ -96,6 +99,8 @@ class _Claim:
         if [*map(len, (*V, *W))] != [still, still, size, size]:
             raise RefusedError("the matrices have other sizes")
         given = read_energy(record["operations"]).operations
+        if any(kind in SWITCHES for kind, *_ in given):
+            raise RefusedError("an entry of a matrix may switch")
         if not all(
             type(k) is int and 0 <= k < len(given) for M in (*V, *W) for row in M for k in row
         ):

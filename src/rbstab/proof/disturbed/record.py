@@ -62,7 +62,8 @@ def claim_record(stated: Stated, forms: Forms, claim: Claim) -> Record:
 
 
 @contextmanager
-def _reading() -> Iterator[None]:
+def reading() -> Iterator[None]:
+    """Make errors of reading a claim to one of a wrong record."""
     try:
         yield
     except (ArithmeticError, LookupError, TypeError, ValueError) as error:
@@ -77,11 +78,14 @@ def read_stated(record: Mapping[str, Any]) -> Stated:
     """
     if record.get("version") != VERSION:
         raise WrongRecordError("the claim has another version")
-    with _reading():
+    with reading():
         given = {
             Load(one["kind"], tuple(map(float, one["point"]))): Fraction(one["size"])
             for one in record["loads"]
         }
+        kinds = [load.kind for load in given]
+        if len(kinds) < len(record["loads"]) or not {"couple", "force"}.issuperset(kinds):
+            raise ValueError("a load is there twice, or is of no kind")
         return Stated(given, Fraction(record["tilt"]))
 
 
@@ -92,7 +96,7 @@ def read_claim(record: Mapping[str, Any]) -> tuple[Forms, Claim]:
         WrongRecordError: It is none of this version, or nothing is proved.
     """
     given, tilt = read_stated(record)
-    with _reading():
+    with reading():
         found = expressions_of(record["operations"])
         values, rates = ([_rows(M, found) for M in record[key]] for key in ("values", "rates"))
         still, rest = len(values[0]), np.array(record["rest"])

@@ -102,8 +102,10 @@ def read_claim(record: Mapping[str, Any]) -> tuple[Forms, Claim]:
         still, rest = len(values[0]), np.array(record["rest"])
         forms = Forms((values[0], values[1]), (rates[0], rates[1]), still, rest)
         weights = tuple(Fraction(one["weight"]) for one in record["loads"])
-        numbers = (Fraction(record[name]) for name in ("cross", "rate", "level"))
-        return forms, Claim(tilt, tuple(given.values()), weights, *numbers)
+        cross, rate, level = (Fraction(record[name]) for name in ("cross", "rate", "level"))
+        if not min(rate, level) > 0:
+            raise ValueError("a number that must be positive is not")
+        return forms, Claim(tilt, tuple(given.values()), weights, cross, rate, level)
 
 
 def _entries(forms: Forms) -> Iterator[Expr]:

@@ -63,6 +63,7 @@ def test_the_claim_about_another_body_is_not_about_this_one():
     [
         *({"version": 2}, {"level": "x"}, {"operations": []}, {"values": 5}),
         *({"loads": [{"size": "1"}]}, {"rate": "0"}, {"level": 0}),
+        {"level": "1e999999"},
         {"loads": 2 * [{"kind": "couple", "point": [0, 0, 0], "size": "1", "weight": "1"}]},
         {"loads": [{"kind": "power", "point": [0, 0, 0], "size": "1", "weight": "1"}]},
     ],

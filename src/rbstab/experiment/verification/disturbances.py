@@ -31,8 +31,8 @@ def verify_bound(
         text = f"There is no proof: {stored.outcome}."
         return [Finding(DISTURBANCES, "bound", False, text)], []
     findings = check({"format": FORMAT, "bound": stored.claim}, progress)
-    is_known = all(one.claim != VERSION for one in findings)
-    if config is not None and is_known:
+    is_readable = all(finding.claim != VERSION for finding in findings)
+    if config is not None and is_readable:
         findings = [*_config_findings(stored, config), *findings]
     unchecked = [
         "That V' is the derivative of V along the equations: one program makes both of them.",

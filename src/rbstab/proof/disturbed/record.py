@@ -80,8 +80,8 @@ def read_stated(record: Mapping[str, Any]) -> Stated:
         raise WrongRecordError("the claim has another version")
     with reading():
         given = {
-            Load(one["kind"], tuple(map(float, one["point"]))): Fraction(one["size"])
-            for one in record["loads"]
+            Load(entry["kind"], tuple(map(float, entry["point"]))): Fraction(entry["size"])
+            for entry in record["loads"]
         }
         kinds = [load.kind for load in given]
         if len(kinds) < len(record["loads"]) or not {"couple", "force"}.issuperset(kinds):
@@ -97,13 +97,15 @@ def read_claim(record: Mapping[str, Any]) -> tuple[Forms, Claim]:
     """
     given, tilt = read_stated(record)
     with reading():
-        found = expressions_of(record["operations"])
-        values, rates = ([_rows(M, found) for M in record[key]] for key in ("values", "rates"))
+        expressions = expressions_of(record["operations"])
+        values, rates = (
+            [_rows(M, expressions) for M in record[key]] for key in ("values", "rates")
+        )
         still, rest = len(values[0]), np.array(record["rest"])
         forms = Forms((values[0], values[1]), (rates[0], rates[1]), still, rest)
-        weights = tuple(Fraction(one["weight"]) for one in record["loads"])
+        weights = tuple(Fraction(load["weight"]) for load in record["loads"])
         cross, rate, level = (Fraction(record[name]) for name in ("cross", "rate", "level"))
-        if not min(rate, level) > 0:
+        if not min(float(rate), float(level)) > 0:
             raise ValueError("a number that must be positive is not")
         return forms, Claim(tilt, tuple(given.values()), weights, cross, rate, level)
 
@@ -115,10 +117,10 @@ def _entries(forms: Forms) -> Iterator[Expr]:
             yield from row[: i + 1]
 
 
-def _rows(numbers: Sequence[Sequence[int]], found: Sequence[Expr]) -> Rows:
+def _rows(numbers: Sequence[Sequence[int]], expressions: Sequence[Expr]) -> Rows:
     """Return a symmetric matrix from the numbers of its entries."""
     n = range(len(numbers))
-    return [[found[numbers[max(i, j)][min(i, j)]] for j in n] for i in n]
+    return [[expressions[numbers[max(i, j)][min(i, j)]] for j in n] for i in n]
 
 
 def difference_from(record: Mapping[str, Any], forms: Forms) -> str | None:

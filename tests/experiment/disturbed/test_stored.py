@@ -1,6 +1,7 @@
 """Protects the stored proofs of bounds on disturbances: they are about their body and its start."""
 
 import json
+from fractions import Fraction
 from typing import Any
 
 import pytest
@@ -42,6 +43,13 @@ def test_the_stored_bound_is_the_one_that_was_proved(folder):
     made = prove_bound(CONFIG, stated.given, stated.tilt)
     assert made.proved
     assert kept_bound(folder, CONFIG) == made
+
+
+@pytest.mark.slow
+def test_the_level_that_is_printed_is_the_one_that_was_proved(folder):
+    bound = kept_bound(folder, CONFIG)
+    printed = bound.claimed.rpartition(" V < ")[2].removesuffix(" J")
+    assert Fraction(printed) == bound.claim.level
 
 
 @pytest.mark.slow

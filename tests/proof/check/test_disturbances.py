@@ -58,6 +58,7 @@ def test_a_true_claim_is_verified(true):
     finding = checked(true)
     assert (finding.about, finding.claim, finding.verified) == ("all disturbances", "bound", True)
     assert finding.boxes < 2000
+    assert "up to w̄ = 12 takes the tilt to ρ = 1/2 rad" in finding.text
 
 
 @pytest.mark.heavy

@@ -70,7 +70,9 @@ def bound_findings(record: Mapping[str, Any]) -> Iterator[Finding]:
     covered = cover(((-end, end),) * 3, claim.reason, narrowest=NARROWEST * end)
     if covered.open is not None and width(covered.open) > NARROWEST * end:
         raise TooLongError("the check takes too many boxes")
-    text = "No disturbance up to these sizes takes the tilt to ρ from a start with V < ℓ"
+    sizes = ", ".join(str(rational(load["size"])) for load in record["loads"])
+    text = f"No disturbance up to w̄ = {sizes} takes the tilt to ρ = {claim.tilt} rad"
+    text += " from a start with V < ℓ"
     yield confirmed(DISTURBANCES, "bound", text, {"|θ_i| <= ρ": covered})
 
 

@@ -1,6 +1,7 @@
 """Protects the stored proofs of bounds on disturbances: they are about their body and its start."""
 
 import json
+from fractions import Fraction
 from typing import Any
 
 import pytest
@@ -42,6 +43,13 @@ def test_the_stored_bound_is_the_one_that_was_proved(folder):
     made = prove_bound(CONFIG, stated.given, stated.tilt)
     assert made.proved
     assert kept_bound(folder, CONFIG) == made
+
+
+@pytest.mark.slow
+def test_the_level_that_is_printed_is_the_one_that_was_proved(folder):
+    bound = kept_bound(folder, CONFIG)
+    printed = bound.claimed.rpartition(" V < ")[2].removesuffix(" J")
+    assert Fraction(printed) == bound.claim.level
 
 
 @pytest.mark.slow
@@ -90,6 +98,40 @@ def test_a_stored_bound_that_was_changed_is_made_again(folder, tmp_path, place):
     assert kept_bound(tmp_path, CONFIG) is None
     assert bound_for(tmp_path, CONFIG).proved
     assert kept_bound(tmp_path, CONFIG).proved
+
+
+def _fewer_rows(claim):
+    del claim["values"][1][2]
+
+
+def _fewer_entries(claim):
+    del claim["rates"][1][4][2]
+
+
+def _shorter_rest(claim):
+    del claim["rest"][2]
+
+
+def _no_rest(claim):
+    claim["rest"] = "1/3"
+
+
+def _other_variable(claim):
+    claim["operations"][claim["operations"].index(["var", 0])] = ["var", 7]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "change", [_fewer_rows, _fewer_entries, _shorter_rest, _no_rest, _other_variable]
+)
+def test_a_stored_bound_with_parts_that_do_not_fit_is_no_proof(folder, tmp_path, change):
+    data = json.loads(bound_file(folder, CONFIG, stated_in(CONFIG)).read_text())
+    del data["digest"]
+    change(data["claim"])
+    file = bound_file(tmp_path, CONFIG, stated_in(CONFIG))
+    file.parent.mkdir()
+    write_document(file, data)
+    assert kept_bound(tmp_path, CONFIG) is None
 
 
 @pytest.mark.slow

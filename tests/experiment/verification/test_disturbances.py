@@ -102,6 +102,10 @@ def _acts_as_force(data):
     data["claim"]["loads"][0]["kind"] = "force"
 
 
+def _no_loads(data):
+    data["claim"]["loads"] = "x"
+
+
 def _not_proved(data):
     data["claim"] = STATED.record
 
@@ -111,6 +115,7 @@ FORGERIES = {
     _larger: ("all disturbances", "bound"),
     _smaller_tilt: ("all disturbances", "bound"),
     _acts_as_force: ("the config", "V and V'"),
+    _no_loads: ("the config", "V and V'"),
     _not_proved: ("all disturbances", "record"),
 }
 

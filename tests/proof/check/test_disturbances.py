@@ -58,6 +58,7 @@ def test_a_true_claim_is_verified(true):
     finding = checked(true)
     assert (finding.about, finding.claim, finding.verified) == ("all disturbances", "bound", True)
     assert finding.boxes < 2000
+    assert "up to w̄ = 12 takes the tilt to ρ = 1/2 rad" in finding.text
 
 
 @pytest.mark.heavy
@@ -180,6 +181,22 @@ def test_an_entry_that_is_no_operation_is_refused(true):
     wrong = copy.deepcopy(true)
     wrong["values"][0][0][0] = -1
     assert checked(wrong).claim == "record"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("switch", [["step", 1], ["step", 3], ["positive"]], ids=str)
+def test_a_claim_on_matrices_that_switch_is_refused(true, switch):
+    """V' is large and positive near one θ1, which no middle of a box is close to."""
+    wrong = copy.deepcopy(true)
+    operations, W0 = wrong["operations"], wrong["rates"][0]
+    n, angle, entry = len(operations), operations.index(["var", 0]), W0[1][1]
+    operations += [["sum", "-123456/10000000", "1", angle], ["pow", 2, n]]
+    operations += [["sum", "1/100000000", "-1", n + 1], [*switch, n + 2]]
+    operations.append(["sum", "0", "1", entry, f"1{15 * '0'}", n + 3])
+    W0[1][1] = n + 4
+    finding = checked(wrong)
+    assert (finding.claim, finding.verified) == ("record", False)
+    assert "switch" in finding.text
 
 
 @pytest.mark.slow

@@ -60,7 +60,13 @@ def test_the_claim_about_another_body_is_not_about_this_one():
 
 @pytest.mark.parametrize(
     "change",
-    [{"version": 2}, {"level": "x"}, {"operations": []}, {"values": 5}, {"loads": [{"size": "1"}]}],
+    [
+        *({"version": 2}, {"level": "x"}, {"operations": []}, {"values": 5}),
+        *({"loads": [{"size": "1"}]}, {"rate": "0"}, {"level": 0}),
+        {"level": "1e999999"},
+        {"loads": 2 * [{"kind": "couple", "point": [0, 0, 0], "size": "1", "weight": "1"}]},
+        {"loads": [{"kind": "power", "point": [0, 0, 0], "size": "1", "weight": "1"}]},
+    ],
 )
 def test_what_cannot_be_read_is_refused(change):
     _, record = record_of(FORMS["held"], 1)

@@ -170,8 +170,8 @@ def _of_bound(config: Config | None, bound: "Bound | None") -> Answer | None:
         return Answer(Sureness.PROVED, f"{bound.claimed}; {bound.about_start}")
     if bound is not None:
         return Answer(Sureness.NOT_DECIDED, f"{bound.claimed}: {bound.why}")
-    states_one = config is not None and config.bound is not None
-    return Answer(Sureness.NOT_DECIDED, NO_BOUND) if states_one else None
+    is_stated = config is not None and config.bound is not None
+    return Answer(Sureness.NOT_DECIDED, NO_BOUND) if is_stated else None
 
 
 def _this_start(result: Result, convergence: Convergence, lines: dict[str, Check]) -> Answer:

@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from rbstab.config.tolerances import decimal_text
-from rbstab.experiment.answers.rounded import LEVEL_DIGITS, number, rounded_down, rounded_up
+from rbstab.experiment.answers.rounded import LEVEL_DIGITS, number, rounded_up
 from rbstab.files.text import grouped
 from rbstab.proof.disturbed.forms import Load
 from rbstab.proof.disturbed.invariant import Claim
@@ -96,7 +96,7 @@ class Bound:
         )
         if self.claim is None:
             return what
-        level = rounded_down(float(self.claim.level))
+        level = decimal_text(self.claim.level)
         return f"{what}, from rest at Θ = 0, and from every start with less tilt and V < {level} J"
 
     @property

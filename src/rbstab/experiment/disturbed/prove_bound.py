@@ -164,11 +164,11 @@ def with_start(bound: Bound, config: Config, forms: Forms) -> Bound:
     assert claim is not None
     at_rest = configurations(problem.system).system
     held = at_rest.coordinates.holds_contact
-    rest, own_rest = at_rest.motion(forms.rest), forms.rest[at_rest.coordinates.size :]
+    rest, states_at_rest = at_rest.motion(forms.rest), forms.rest[at_rest.coordinates.size :]
     motion = problem.system.motion(problem.start)
-    own = problem.start[problem.system.coordinates.size :]
+    element_states = problem.start[problem.system.coordinates.size :]
     tied, moving = ([], []) if held else ([motion.E - rest.E], [motion.F])
-    z = np.concatenate([[1.0], *tied, own - own_rest, motion.Omega, *moving])
+    z = np.concatenate([[1.0], *tied, element_states - states_at_rest, motion.Omega, *moving])
     V = Matrices([forms.value(claim.cross)]).at(motion.Theta[:, None])[0][..., 0]
     value, level = float(z @ V @ z), float(claim.level)
     if abs(value) < ROUND_OFF * level:

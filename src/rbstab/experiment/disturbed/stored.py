@@ -13,7 +13,7 @@ from rbstab.experiment.disturbed.bound import Bound
 from rbstab.experiment.disturbed.prove_bound import prove_bound, stated_in, with_start
 from rbstab.experiment.proof_cache import BOUND, PROOFS, stored_model
 from rbstab.experiment.stored_proof.identity import digest_of, proof_id
-from rbstab.proof.disturbed.record import Stated, read_claim, read_stated
+from rbstab.proof.disturbed.record import Stated, read_claim, read_stated, reading
 from rbstab.proof.entries import Entry
 from rbstab.proof.record import WrongRecordError
 from rbstab.store.document import write_document
@@ -40,13 +40,16 @@ class StoredBound(Entry):
             WrongRecordError: This version of the program cannot read it.
         """
         given, tilt = read_stated(self.claim)
-        found = Bound(tuple(given), tuple(given.values()), tilt, self.outcome, self.boxes)
-        found = replace(found, without_inputs=self.without_inputs)
+        answer = Bound(tuple(given), tuple(given.values()), tilt, self.outcome, self.boxes)
+        answer = replace(answer, without_inputs=self.without_inputs)
         if self.claims_nothing:
-            return found
+            return answer
         forms, claim = read_claim(self.claim)
-        found = replace(found, record=self.claim, claim=claim)
-        return found if config is None else with_start(found, config, forms)
+        answer = replace(answer, record=self.claim, claim=claim)
+        if config is None:
+            return answer
+        with reading():  # parts of the claim may fit neither the body nor each other
+            return with_start(answer, config, forms)
 
     @property
     def claims_nothing(self) -> bool:
@@ -80,11 +83,11 @@ def kept_bound(folder: Path, config: Config, stated: Stated | None = None) -> Bo
     if stated is None:
         return None
     file = bound_file(folder, config, stated)
-    found = stored_model(file, StoredBound)
+    stored = stored_model(file, StoredBound)
     try:
-        same = found is not None and f"{BOUND}{found.id}" == file.stem
-        about = found is not None and same and read_stated(found.claim) == stated
-        return found.bound(config) if found is not None and about else None
+        same = stored is not None and f"{BOUND}{stored.id}" == file.stem
+        about = stored is not None and same and read_stated(stored.claim) == stated
+        return stored.bound(config) if stored is not None and about else None
     except WrongRecordError:
         return None
 

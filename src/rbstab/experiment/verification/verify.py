@@ -62,7 +62,7 @@ class Verification(NamedTuple):
 
         if self.verified:
             return "verified"
-        if self.takes_too_long and any(one.claim == VERSION for one in self.findings):
+        if self.takes_too_long and any(finding.claim == VERSION for finding in self.findings):
             return "not decided: this checker does not know claims of this version"
         if any(finding.claim == NO_CHECKER for finding in self.findings):
             return "not decided: there is no checker of rest states among all rotations"

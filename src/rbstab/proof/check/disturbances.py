@@ -43,7 +43,7 @@ from rbstab.proof.check.taylor import (
     whole_power,
 )
 
-KNOWN_VERSION = 1
+CHECKED_VERSION = 1
 
 DISTURBANCES = "all disturbances"
 
@@ -53,22 +53,27 @@ NARROWEST = 2.0**-11
 STEEP = fmpq(106, 100)
 """λ(1 - cos ρ/2) is so many ℓ: then it is definite at Θ = 0 too."""
 
+SWITCHES = frozenset({"step", "positive"})
+"""Operations without derivatives that bound them."""
+
 CORNERS = tuple(product((-1, 1), repeat=3))
 
 
 def bound_findings(record: Mapping[str, Any]) -> Iterator[Finding]:
     """Yield the findings on a claim: there is one."""
-    if record["version"] != KNOWN_VERSION:
-        text = f"This checker knows version {KNOWN_VERSION} of such claims alone."
+    if record["version"] != CHECKED_VERSION:
+        text = f"This checker knows version {CHECKED_VERSION} of such claims alone."
         yield Finding(DISTURBANCES, VERSION, False, text)
         return
     claim = _Claim(record)
     end = math.nextafter(float(claim.tilt), math.inf)
-    found = cover(((-end, end),) * 3, claim.reason, narrowest=NARROWEST * end)
-    if found.open is not None and width(found.open) > NARROWEST * end:
+    covered = cover(((-end, end),) * 3, claim.reason, narrowest=NARROWEST * end)
+    if covered.open is not None and width(covered.open) > NARROWEST * end:
         raise TooLongError("the check takes too many boxes")
-    text = "No disturbance up to these sizes takes the tilt to ρ from a start with V < ℓ"
-    yield confirmed(DISTURBANCES, "bound", text, {"|θ_i| <= ρ": found})
+    sizes = ", ".join(str(rational(load["size"])) for load in record["loads"])
+    text = f"No disturbance up to w̄ = {sizes} takes the tilt to ρ = {claim.tilt} rad"
+    text += " from a start with V < ℓ"
+    yield confirmed(DISTURBANCES, "bound", text, {"|θ_i| <= ρ": covered})
 
 
 _Entry = tuple[Any, Sequence[tuple[Any, int]]]
@@ -85,7 +90,7 @@ class _Claim:
         cross, rate, level, self.tilt = (
             rational(record[name]) for name in ("cross", "rate", "level", "tilt")
         )
-        loads = [(rational(one["size"]), rational(one["weight"])) for one in record["loads"]]
+        loads = [(rational(load["size"]), rational(load["weight"])) for load in record["loads"]]
         if not (min(rate, level, self.tilt, *map(min, loads)) > 0 and loads):
             raise RefusedError("a number that must be positive is not")
         if not arb(self.tilt) < arb.pi() / 2:
@@ -96,15 +101,17 @@ class _Claim:
         if [*map(len, (*V, *W))] != [still, still, size, size]:
             raise RefusedError("the matrices have other sizes")
         given = read_energy(record["operations"]).operations
+        if any(kind in SWITCHES for kind, *_ in given):
+            raise RefusedError("an entry of a matrix may switch")
         if not all(
             type(k) is int and 0 <= k < len(given) for M in (*V, *W) for row in M for k in row
         ):
             raise RefusedError("an entry of a matrix is no operation")
-        own = [(fmpq(1), V[0]), (cross, V[1])]
-        parts = [(fmpq(-1), W[0]), (-cross, W[1]), *((-rate * c, M) for c, M in own)]
+        form = [(fmpq(1), V[0]), (cross, V[1])]
+        parts = [(fmpq(-1), W[0]), (-cross, W[1]), *((-rate * c, M) for c, M in form)]
         spent = rate * level - sum((b * w * w for w, b in loads), fmpq(0))
         of_loads = {(still + k, still + k): loads[k // 3][1] for k in range(3 * len(loads))}
-        self.above = _rows(own, still, {(0, 0): -level})
+        self.above = _rows(form, still, {(0, 0): -level})
         self.falling = _rows(parts, size, {(0, 0): spent, **of_loads})
         scalar, (added, terms) = _append_scalar(given), self.above[0][0]
         self.forms = Energy(given)
@@ -169,7 +176,7 @@ def _planes(
     squares |= {(i, i): whole_power(way, 2) for i, way in enumerate(ways)}
 
     def plane(added: Any, terms: Sequence[tuple[Any, int]]) -> _Plane:
-        x, y = (summed((arb(c), one[k]) for c, k in terms) for one in (at, over))
+        x, y = (summed((arb(c), series[k]) for c, k in terms) for series in (at, over))
         rest = constant(x) + added
         for k, square in squares.items():
             if k in y:

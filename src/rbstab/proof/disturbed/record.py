@@ -62,7 +62,8 @@ def claim_record(stated: Stated, forms: Forms, claim: Claim) -> Record:
 
 
 @contextmanager
-def _reading() -> Iterator[None]:
+def reading() -> Iterator[None]:
+    """Make errors of reading a claim to one of a wrong record."""
     try:
         yield
     except (ArithmeticError, LookupError, TypeError, ValueError) as error:
@@ -77,11 +78,14 @@ def read_stated(record: Mapping[str, Any]) -> Stated:
     """
     if record.get("version") != VERSION:
         raise WrongRecordError("the claim has another version")
-    with _reading():
+    with reading():
         given = {
-            Load(one["kind"], tuple(map(float, one["point"]))): Fraction(one["size"])
-            for one in record["loads"]
+            Load(entry["kind"], tuple(map(float, entry["point"]))): Fraction(entry["size"])
+            for entry in record["loads"]
         }
+        kinds = [load.kind for load in given]
+        if len(kinds) < len(record["loads"]) or not {"couple", "force"}.issuperset(kinds):
+            raise ValueError("a load is there twice, or is of no kind")
         return Stated(given, Fraction(record["tilt"]))
 
 
@@ -92,14 +96,18 @@ def read_claim(record: Mapping[str, Any]) -> tuple[Forms, Claim]:
         WrongRecordError: It is none of this version, or nothing is proved.
     """
     given, tilt = read_stated(record)
-    with _reading():
-        found = expressions_of(record["operations"])
-        values, rates = ([_rows(M, found) for M in record[key]] for key in ("values", "rates"))
+    with reading():
+        expressions = expressions_of(record["operations"])
+        values, rates = (
+            [_rows(M, expressions) for M in record[key]] for key in ("values", "rates")
+        )
         still, rest = len(values[0]), np.array(record["rest"])
         forms = Forms((values[0], values[1]), (rates[0], rates[1]), still, rest)
-        weights = tuple(Fraction(one["weight"]) for one in record["loads"])
-        numbers = (Fraction(record[name]) for name in ("cross", "rate", "level"))
-        return forms, Claim(tilt, tuple(given.values()), weights, *numbers)
+        weights = tuple(Fraction(load["weight"]) for load in record["loads"])
+        cross, rate, level = (Fraction(record[name]) for name in ("cross", "rate", "level"))
+        if not min(float(rate), float(level)) > 0:
+            raise ValueError("a number that must be positive is not")
+        return forms, Claim(tilt, tuple(given.values()), weights, cross, rate, level)
 
 
 def _entries(forms: Forms) -> Iterator[Expr]:
@@ -109,10 +117,10 @@ def _entries(forms: Forms) -> Iterator[Expr]:
             yield from row[: i + 1]
 
 
-def _rows(numbers: Sequence[Sequence[int]], found: Sequence[Expr]) -> Rows:
+def _rows(numbers: Sequence[Sequence[int]], expressions: Sequence[Expr]) -> Rows:
     """Return a symmetric matrix from the numbers of its entries."""
     n = range(len(numbers))
-    return [[found[numbers[max(i, j)][min(i, j)]] for j in n] for i in n]
+    return [[expressions[numbers[max(i, j)][min(i, j)]] for j in n] for i in n]
 
 
 def difference_from(record: Mapping[str, Any], forms: Forms) -> str | None:

@@ -352,3 +352,66 @@ def test_a_lag_beside_implicit_steps_is_refused():
     data["controller"] |= {"law": {"implicit": 0.001}}
     with pytest.raises(ConfigError, match="has implicit steps beside actuators"):
         rbstab.load_config(data)
+
+
+CONNECTOR = {"K_c": [12300, 12300, 12300], "L_c": [600, 600, 600]}
+OWN = {"K_d": [9000, 9000, 9000], "L_d": [900, 900, 900]}
+
+
+def connected(actuators, variant="visco-elastic", **more):
+    """The body of `free` with a connector whose motors are given."""
+    data = free(None).plain()
+    gains = CONNECTOR | (OWN if variant == "embedded" else {}) | more
+    data["controller"] |= {"variant": variant, **gains, "connector_actuators": actuators}
+    data["controller"].pop("actuators", None)
+    return data
+
+
+def test_a_connector_has_motors_of_its_own():
+    config = rbstab.load_config(connected({"limit": [300, 200, 100]}))
+    (answer,) = motor_answers(config)
+    assert str(answer) == "Motor connector: its limit keeps it passive, proved"
+    assert unit_at(config, "controller.connector_actuators.limit[1]") == "N"
+    keys = {entry.key: entry.value for entry in entries_of(config)}
+    assert keys["controller.connector_actuators.limit[1]"] == 200
+    # Where nothing else reads Euler angles, a motion may pass θ2 = ±90°.
+    no_angles = rbstab.load_config(config, ["controller.K_r=[0,0,0]"])
+    assert no_angles.integration.coordinates == "quaternion"
+    # The lag is that of the connector alone: 600/12300 s is its longest passive one.
+    for lag, passive in ((0.048, True), (0.049, False)):
+        late = rbstab.load_config(connected({"lag": lag}))
+        (answer,) = motor_answers(late)
+        assert answer.passive == passive
+        assert prove(late, limit=1000).outcome == (SUPPLIES if not passive else ANY)
+        run = rbstab.simulate(late)
+        assert ("supplied_energy" in run) != passive
+        assert run["connector.lagged_velocity"].shape == run["velocity"].shape
+
+
+@pytest.mark.parametrize(
+    ("actuators", "variant", "problem"),
+    [
+        ({"lag": 0.01}, "embedded", "has a lag beside the own state D, which together are not sho"),
+        ({"limit": [1, 1, 1], "law": "hard"}, "embedded", "(expected law: smooth)"),
+        ({}, "embedded", "has neither limit nor lag"),
+        ({"limit": [1, 1, 1], "lag": 0.1}, "visco-elastic", "has both limit and lag"),
+        ({"limit": {"H": [1, 1, 1]}}, "visco-elastic", "limit"),
+        ({"limit": [1, 1, 1]}, "free", "is not a key of the variant free (it belongs to visco-"),
+    ],
+)
+def test_wrong_motors_of_connectors_are_refused(actuators, variant, problem):
+    with pytest.raises(ConfigError) as caught:
+        rbstab.load_config(connected(actuators, variant))
+    assert f"connector_actuators: {problem}" in str(caught.value) or (
+        "connector_actuators" in str(caught.value) and problem in str(caught.value)
+    )
+
+
+def test_a_limited_connector_needs_diagonal_gains():
+    matrix = [[900, 1, 0], [1, 900, 0], [0, 0, 900]]
+    with pytest.raises(ConfigError, match="K_c is not the diagonal of a positive matrix"):
+        rbstab.load_config(connected({"limit": [1, 1, 1]}, K_c=matrix))
+    hard = connected({"limit": [1, 1, 1], "law": "hard"})
+    hard["integration"] |= {"method": "LSODA"}
+    with pytest.raises(ConfigError, match=r"switch.* of controller\.connector_actuators"):
+        rbstab.load_config(hard)

@@ -18,10 +18,14 @@ from rbstab.elements.inputs.loads import Input
 from rbstab.elements.inputs.signals import Constant, Leg, Sine
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.motors import (
+    LaggedConnector,
     LaggedCouple,
     LaggedForce,
     LaggedTie,
+    LimitedConnector,
     LimitedCouple,
+    LimitedEmbeddedConnector,
+    LimitedEmbeddedTie,
     LimitedForce,
     LimitedTie,
 )
@@ -149,6 +153,10 @@ MOTORS: dict[type[Element], tuple[Form, ...]] = {
     LaggedForce: (_motor("K_t", "L_t", lags=True),),
     LaggedCouple: (_motor("K_r", "L_r", lags=True),),
     LaggedTie: (_motor("K_c", "L_c", lags=True, name="one"),),
+    LimitedConnector: (_motor("K_c", "L_c", lags=False),),
+    LaggedConnector: (_motor("K_c", "L_c", lags=True),),
+    LimitedEmbeddedConnector: (_motor("K_c", "L_c", lags=False),),
+    LimitedEmbeddedTie: (_motor("K_c", "L_c", lags=False, name="one"),),
 }
 """The passive motors."""
 

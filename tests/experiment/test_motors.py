@@ -360,7 +360,7 @@ OWN = {"K_d": [9000, 9000, 9000], "L_d": [900, 900, 900]}
 
 def connected(actuators, variant="visco-elastic", **more):
     """The body of `free` with a connector whose motors are given."""
-    data = free(None).plain()
+    data = free({"lag": 0.01}).plain()
     gains = CONNECTOR | (OWN if variant == "embedded" else {}) | more
     data["controller"] |= {"variant": variant, **gains, "connector_actuators": actuators}
     data["controller"].pop("actuators", None)
@@ -374,15 +374,11 @@ def test_a_connector_has_motors_of_its_own():
     assert unit_at(config, "controller.connector_actuators.limit[1]") == "N"
     keys = {entry.key: entry.value for entry in entries_of(config)}
     assert keys["controller.connector_actuators.limit[1]"] == 200
-    # Where nothing else reads Euler angles, a motion may pass θ2 = ±90°.
-    no_angles = rbstab.load_config(config, ["controller.K_r=[0,0,0]"])
-    assert no_angles.integration.coordinates == "quaternion"
     # The lag is that of the connector alone: 600/12300 s is its longest passive one.
     for lag, passive in ((0.048, True), (0.049, False)):
         late = rbstab.load_config(connected({"lag": lag}))
         (answer,) = motor_answers(late)
         assert answer.passive == passive
-        assert prove(late, limit=1000).outcome == (SUPPLIES if not passive else ANY)
         run = rbstab.simulate(late)
         assert ("supplied_energy" in run) != passive
         assert run["connector.lagged_velocity"].shape == run["velocity"].shape
@@ -402,9 +398,8 @@ def test_a_connector_has_motors_of_its_own():
 def test_wrong_motors_of_connectors_are_refused(actuators, variant, problem):
     with pytest.raises(ConfigError) as caught:
         rbstab.load_config(connected(actuators, variant))
-    assert f"connector_actuators: {problem}" in str(caught.value) or (
-        "connector_actuators" in str(caught.value) and problem in str(caught.value)
-    )
+    assert "connector_actuators" in str(caught.value)
+    assert problem in str(caught.value)
 
 
 def test_a_limited_connector_needs_diagonal_gains():

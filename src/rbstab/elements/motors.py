@@ -163,7 +163,7 @@ class Limited(Motor):
         """Σ ∫ sat(k x) dx = Σ M²/k (√(1 + (k x/M)²) - 1), J."""
         K, _ = self.matrices
         ratio = K @ self.along(motion, states)[0] / self.limit
-        roots = entrywise(root_excess, ratio * ratio)
+        roots = entrywise(root_excess, ratio)
         return self.limit * self.limit / K.diagonal() @ roots
 
     def dissipated(self, motion: Motion, states: Array) -> Number:

@@ -9,6 +9,7 @@ from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.elements.guards.stop import Stop
 from rbstab.elements.ligament import Ligament
+from rbstab.elements.motors import Hard
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
@@ -19,7 +20,7 @@ from rbstab.systems.system import System
 SMALLEST, LARGEST = 1e-90, 1e90
 """The least and the largest magnitude of a number in a proof, but for zero."""
 
-SWITCHING = (Ligament, SoftGuard, Stop, Barrier)
+SWITCHING = (Ligament, SoftGuard, Stop, Barrier, Hard)
 """Elements of the program that may switch: their energies are in proofs."""
 
 

@@ -62,7 +62,7 @@ def with_squares(U: Expr, free: Sequence[int]) -> Expr:
     given = dict[Atom, Expr]()
     for a in U.all_atoms:
         if a.kind == ROOT and a.variables & set(free):
-            squares = _squares_of(a.inner, free)
+            squares = _squares_of(spread(a.inner), free)
             if squares is not None:
                 given[a] = squares.function(ROOT)
     return substituted(U, given)

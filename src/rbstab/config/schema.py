@@ -30,6 +30,8 @@ from rbstab.config.sections.integration import HeldIntegration, Integration, Sli
 from rbstab.config.sections.reference import Reference
 from rbstab.config.sections.signals import MAX_KNOTS
 from rbstab.config.user_code.section import ALLOW
+from rbstab.elements.element import Element
+from rbstab.elements.motors import Hard
 from rbstab.elements.registry import CONNECTORS, connector_of, stabilizers_of
 from rbstab.files.names import line
 from rbstab.mechanics.states import PITCH
@@ -159,7 +161,8 @@ class Experiment(Section):
         switches, legs = switching(elements), inputs(elements, with_legs=True)
         if any(kind.mode_count for kind in stabilizers_of(controller)):
             switches.append("controller.actuators")
-        if getattr(controller, "connector_actuators", None) and connector_of(controller).mode_count:
+        connector = connector_of(controller)
+        if issubclass(connector or Element, Hard):
             switches.append("controller.connector_actuators")
         interrupted = [*switches, *(name for name in legs if name not in switches)]
         if interrupted and integration.engine == "scipy" and integration.method == "LSODA":

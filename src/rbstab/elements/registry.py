@@ -30,7 +30,6 @@ from rbstab.elements.motors import (
     HardCouple,
     HardForce,
     HardTie,
-    Lagged,
     LaggedConnector,
     LaggedCouple,
     LaggedForce,

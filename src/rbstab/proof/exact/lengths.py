@@ -19,7 +19,6 @@ from rbstab.proof.exact.expr import (
     Expr,
     as_factor,
     atom,
-    expr,
     mapped,
     only,
     product,

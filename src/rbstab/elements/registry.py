@@ -191,7 +191,7 @@ def stabilizers_of(controller: Any) -> tuple[type[Element], ...]:
 
 def connector_of(controller: Any) -> type[Element] | None:
     """Return the class of the connector of a controller of a config; None without a connector."""
-    connector = CONNECTORS.get(controller.variant)
+    connector = CONNECTORS.get(getattr(controller, "variant", ""))
     if connector not in OF_TIES:
         return connector
     return _with_motors(connector, controller, controller.connector_actuators)

@@ -12,6 +12,7 @@ from support.systems import random_body
 from rbstab.elements.motors import (
     HardForce,
     HardTie,
+    LateConnector,
     LateCouple,
     LateForce,
     LateTie,
@@ -37,9 +38,10 @@ SUPPLYING = {
     "body": LimitedBodyCouple(K_r=K, L_r=L, limit=M),
     "force": LateForce(K_t=K, L_t=L, lag=0.2),
     "couple": LateCouple(K_r=K, L_r=L, lag=0.2),
+    "connector": LateConnector(K_c=K, L_c=L, lag=0.2),
     "tie": LateTie(K_c=K, L_c=L, lag=0.2, **ENDS),
 }
-"""Motors that are not passive: one in body axes, and three with a lag beyond 0.04 s."""
+"""Motors that are not passive: one in body axes, and four with a lag beyond 0.04 s."""
 
 
 def rate_of_stored(motor, path, states, rates):
@@ -61,6 +63,7 @@ def test_what_is_supplied_closes_the_balance_along_a_path(rng, name):
         rise = rate_of_stored(motor, path, states, motor.rates(motion, states))
         wrench = motor.wrench(motion, states)
         taken = -(wrench.force @ motion.V + wrench.couple @ motion.Omega)
+        taken -= wrench.contact_force @ motion.F
         lost, supplied = motor.dissipated(motion, states), motor.supplied(motion, states)
         assert lost >= 0
         scale = abs(taken) + lost + abs(supplied)
@@ -86,8 +89,8 @@ def test_a_hard_limit_stores_and_loses_what_it_takes_on_all_of_its_sides(rng):
         assert abs(rise - (taken - lost)) < 1e-7 * (abs(taken) + abs(rise))
         sides |= {tuple(motor.mode.reshape(4, 3)[:, axis]) for axis in range(3)}
         # The force by numpy's own clamp.
-        e, rate = motor.along(motion)
-        told = motor.K_c @ e + L @ rate
+        here = motor.at_point(motion)
+        told = motor.K_c @ here.E + L @ here.F
         np.testing.assert_allclose(wrench.force, -np.clip(told, -M, M), rtol=1e-12)
     assert len(sides) >= 5
 

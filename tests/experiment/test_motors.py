@@ -348,16 +348,15 @@ def test_no_limited_spring_carries_the_weight_to_where_a_linear_one_does():
     assert paper({"limit": {"N": N.tolist()}}, "controller.anchor=equilibrium")
 
 
-def test_a_hard_limit_is_passive_and_in_no_proof():
+def test_a_hard_limit_is_passive_and_damps_nothing_in_proofs():
     config = paper(LIMITS | {"law": "hard"})
     answer = motor_answers(config)[0]
     assert answer.passive
-    assert "no proof takes a hard limit into account" in answer.sentence
-    assert (
-        "only translational stabilizer and rotational stabilizer may damp" in prove(config).outcome
-    )
-    # Dampers beside it do not change that, nor does a body without Euler angles.
-    assert not prove(with_tie({"limit": [60, 60, 60], "law": "hard"})).proved
+    assert "Beyond its hard limit it damps nothing" in answer.sentence
+    proof = prove(config)
+    assert not proof.proved
+    assert "only translational stabilizer and rotational stabilizer may damp" in proof.outcome
+    assert "law: smooth damps everywhere" in proof.outcome
     gains = "controller.K_r=[300,300,300]", "controller.L_r=[30,30,30]"
     damped = rbstab.load_config(with_tie({"limit": [60, 60, 60], "law": "hard"}), gains)
     record = prove_within(damped, tolerances_of(damped, ["body.mass=±1%"]))
@@ -366,6 +365,88 @@ def test_a_hard_limit_is_passive_and_in_no_proof():
     run = rbstab.simulate(config)
     assert run.attributes["verdict"] != "violated"
     assert "supplied_energy" not in run
+
+
+SMALL = 0.4 * H
+"""A limit that is reached within the certified region, N."""
+
+
+def hard_energy(Theta):
+    """The closed form: ½ k x² up to the limit, and M|x| - ½ M²/k beyond."""
+    x, told = R - rotated(Theta) @ R, np.abs(K_t * (R - rotated(Theta) @ R))
+    inside, beyond = 0.5 * K_t * x**2, SMALL * np.abs(x) - 0.5 * SMALL**2 / K_t
+    return np.where(told < SMALL, inside, beyond).sum() + 0.5 * K_r @ np.square(Theta)
+
+
+def test_beside_other_dampers_a_hard_limit_of_a_held_body_is_proved_and_checked():
+    """N damps all; c* is the least energy on the faces of the range, here by many descents."""
+    config = paper({"limit": {"H": SMALL.tolist()}, "law": "hard"})
+    proof = prove(config)
+    rng, end = np.random.default_rng(3), np.array([np.pi, np.pi / 2, np.pi])
+    lowest = np.inf
+    for axis in range(3):
+        others = [i for i in range(3) if i != axis]
+        for _ in range(16):
+            Theta = rng.choice([-1, 1]) * end
+
+            def of_face(x, Theta=Theta, others=others):
+                Theta[others] = x
+                return hard_energy(Theta)
+
+            start, bounds = rng.uniform(-1, 1, 2) * end[others], [(-end[i], end[i]) for i in others]
+            lowest = min(lowest, minimize(of_face, start, bounds=bounds).fun)
+    assert lowest * (1 - 1e-5) < level_of(proof) < lowest * (1 + 1e-7)
+    assert all(finding.verified for finding in verify(proof, config).findings)
+    # It is not the energy without a limit, nor that with a smooth one.
+    smooth = level_of(prove(paper({"limit": {"H": SMALL.tolist()}})))
+    assert smooth < 0.97 * lowest < 0.85 * level_of(prove(rbstab.load_config(PAPER)))
+
+
+def test_a_hard_limit_of_a_body_that_is_not_held_is_in_no_proof():
+    """H = -sat(K_t X) is softer than its spring, so nothing is eliminated there."""
+    connector = connected({"limit": [300, 300, 300], "law": "hard"})
+    proof = prove(rbstab.load_config(connector))
+    assert not proof.proved
+    assert "a hard limit acts on the position of a body that is not held" in proof.outcome
+
+
+@pytest.mark.parametrize("share", [0.1, 0.04])
+def test_limits_far_below_the_largest_forces_are_proved_as_well(share):
+    limits = {"H": share * H, "N": share * N}
+    proof = prove(paper({"limit": {name: M.tolist() for name, M in limits.items()}}))
+    lowest = lowest_on_faces(**limits)
+    assert lowest * (1 - 1e-5) < level_of(proof) < lowest * (1 + 1e-7)
+
+
+def test_an_embedded_tie_with_a_limit_is_proved():
+    """By hand: at rest Λ = sat(K_c (E - D)) = K_d D, a convex problem in D at each attitude."""
+    M, K_c, K_d = np.array([300.0] * 3), np.array([900.0, 700, 800]), np.array([600.0, 500, 700])
+    point, held = np.array([0.1, 0, 0.4]), np.array([0, 0.3, 0.1])
+    ends = {"point": point.tolist(), "anchor": point.tolist()}
+    tie = {"kind": "embedded", **ends, "actuators": {"limit": M.tolist()}}
+    tie |= {"K_c": K_c.tolist(), "L_c": [50] * 3, "K_d": K_d.tolist(), "L_d": [60] * 3}
+    data = {
+        "schema_version": 2,
+        "body": {"mass": 5, "inertia": [1, 1, 1], "contact_point": held.tolist()},
+        "gravity": [0, 0, -9.81],
+        "controller": {"variant": "permanent", "K_r": [300] * 3, "L_r": [20] * 3},
+        "elements": {"tie": tie},
+        "integration": {"duration": 0.1},
+    }
+    proof = prove(rbstab.load_config(data))
+    assert proof.proved
+
+    def stored(q):
+        A, D = rotated(q[:3]), q[3:]
+        x = A @ (point - held) + held - point - D
+        spring = M**2 / K_c * (np.sqrt(1 + (K_c * x / M) ** 2) - 1)
+        height = (held - A @ held)[2]
+        rest = 0.5 * D @ (K_d * D) + 150 * q[:3] @ q[:3] + 5 * 9.81 * height
+        return spring.sum() + rest
+
+    lowest = minimize(stored, np.zeros(6), options={"gtol": 1e-9}).x
+    assert len(proof.states) == 1
+    np.testing.assert_allclose(proof.states[0].orientation, lowest[:3], atol=1e-6)
 
 
 def test_a_couple_with_a_lag_acts_on_euler_angles_even_without_a_spring():
@@ -395,3 +476,61 @@ def test_a_lag_beside_implicit_steps_is_refused():
     data["controller"] |= {"law": {"implicit": 0.001}}
     with pytest.raises(ConfigError, match="has implicit steps beside actuators"):
         rbstab.load_config(data)
+
+
+CONNECTOR = {"K_c": [12300, 12300, 12300], "L_c": [600, 600, 600]}
+OWN = {"K_d": [9000, 9000, 9000], "L_d": [900, 900, 900]}
+
+
+def connected(actuators, variant="visco-elastic", **more):
+    """The body of `free` with a connector whose motors are given."""
+    data = free({"lag": 0.01}).plain()
+    gains = CONNECTOR | (OWN if variant == "embedded" else {}) | more
+    data["controller"] |= {"variant": variant, **gains, "connector_actuators": actuators}
+    data["controller"].pop("actuators", None)
+    return data
+
+
+def test_a_connector_has_motors_of_its_own():
+    config = rbstab.load_config(connected({"limit": [300, 200, 100]}))
+    (answer,) = motor_answers(config)
+    assert str(answer) == "Motor connector: its limit keeps it passive, proved"
+    assert unit_at(config, "controller.connector_actuators.limit[1]") == "N"
+    keys = {entry.key: entry.value for entry in entries_of(config)}
+    assert keys["controller.connector_actuators.limit[1]"] == 200
+    # The lag is that of the connector alone: 600/12300 s is its longest passive one.
+    for lag, passive in ((0.048, True), (0.049, False)):
+        late = rbstab.load_config(connected({"lag": lag}))
+        (answer,) = motor_answers(late)
+        assert answer.passive == passive
+        run = rbstab.simulate(late)
+        assert ("supplied_energy" in run) != passive
+        assert run["connector.lagged_velocity"].shape == run["velocity"].shape
+
+
+@pytest.mark.parametrize(
+    ("actuators", "variant", "problem"),
+    [
+        ({"lag": 0.01}, "embedded", "has a lag beside the own state D, which together are not sho"),
+        ({"limit": [1, 1, 1], "law": "hard"}, "embedded", "(expected law: smooth)"),
+        ({}, "embedded", "has neither limit nor lag"),
+        ({"limit": [1, 1, 1], "lag": 0.1}, "visco-elastic", "has both limit and lag"),
+        ({"limit": {"H": [1, 1, 1]}}, "visco-elastic", "limit"),
+        ({"limit": [1, 1, 1]}, "free", "is not a key of the variant free (it belongs to visco-"),
+    ],
+)
+def test_wrong_motors_of_connectors_are_refused(actuators, variant, problem):
+    with pytest.raises(ConfigError) as caught:
+        rbstab.load_config(connected(actuators, variant))
+    assert "connector_actuators" in str(caught.value)
+    assert problem in str(caught.value)
+
+
+def test_a_limited_connector_needs_diagonal_gains():
+    matrix = [[900, 1, 0], [1, 900, 0], [0, 0, 900]]
+    with pytest.raises(ConfigError, match="K_c is not the diagonal of a positive matrix"):
+        rbstab.load_config(connected({"limit": [1, 1, 1]}, K_c=matrix))
+    hard = connected({"limit": [1, 1, 1], "law": "hard"})
+    hard["integration"] |= {"method": "LSODA"}
+    with pytest.raises(ConfigError, match=r"switch.* of controller\.connector_actuators"):
+        rbstab.load_config(hard)

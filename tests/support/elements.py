@@ -18,10 +18,14 @@ from rbstab.elements.inputs.loads import Input
 from rbstab.elements.inputs.signals import Constant, Leg, Sine
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.motors import (
+    LaggedConnector,
     LaggedCouple,
     LaggedForce,
     LaggedTie,
+    LimitedConnector,
     LimitedCouple,
+    LimitedEmbeddedConnector,
+    LimitedEmbeddedTie,
     LimitedForce,
     LimitedTie,
 )
@@ -132,14 +136,14 @@ def _in_modes(step, *modes):
     return Form(str(modes), lambda _: fields, loses=step < 1 and modes[0] > 0, step=step)
 
 
-def _motor(*gains, lags, **named):
+def _motor(*gains, lags, step=0.2, **named):
     """Return a form of a motor: its K and L are diagonal, and its lag leaves damping."""
 
     def made(rng):
         K, L = (np.diag(scale * rng.uniform(0.5, 2.0, 3)) for scale in (100.0, 10.0))
         return dict(zip(gains, (K, L), strict=True)) | ({"lag": 0.02} if lags else {}) | named
 
-    return Form(fields=made, step=1.0 if lags else 0.2)
+    return Form(fields=made, step=1.0 if lags else step)
 
 
 MOTORS: dict[type[Element], tuple[Form, ...]] = {
@@ -149,6 +153,10 @@ MOTORS: dict[type[Element], tuple[Form, ...]] = {
     LaggedForce: (_motor("K_t", "L_t", lags=True),),
     LaggedCouple: (_motor("K_r", "L_r", lags=True),),
     LaggedTie: (_motor("K_c", "L_c", lags=True, name="one"),),
+    LimitedConnector: (_motor("K_c", "L_c", lags=False),),
+    LaggedConnector: (_motor("K_c", "L_c", lags=True),),
+    LimitedEmbeddedConnector: (_motor("K_c", "L_c", lags=False, step=0.02),),
+    LimitedEmbeddedTie: (_motor("K_c", "L_c", lags=False, step=0.02, name="one"),),
 }
 """The passive motors."""
 

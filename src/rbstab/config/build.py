@@ -16,8 +16,8 @@ from rbstab.elements.element import Element
 from rbstab.elements.gravity import Gravity
 from rbstab.elements.inputs import legs
 from rbstab.elements.inputs.signals import Constant, Driven, Leg, Signal, Sine
-from rbstab.elements.motors import Motor
-from rbstab.elements.registry import CONNECTORS, element_of, stabilizers_of
+from rbstab.elements.motors import Lagged
+from rbstab.elements.registry import connector_of, element_of, stabilizers_of
 from rbstab.elements.sliding import Sliding
 from rbstab.elements.spring import NO_LENGTH, Spring, squared_length
 from rbstab.integrate.problem import Problem, Switching
@@ -122,8 +122,9 @@ def body_of(config: Config, numbers: Numbers = doubles) -> Body:
 
 def supplies_power(config: Config) -> bool:
     """Return whether an element of a config supplies power. No code of users runs."""
-    kinds = [*stabilizers_of(config.controller), *map(declarations_of, config.elements.values())]
-    return any(kind.supplies for kind in kinds)
+    controller = config.controller
+    kinds = [*stabilizers_of(controller), *map(declarations_of, config.elements.values())]
+    return any(kind.supplies for kind in (*kinds, connector_of(controller) or Element))
 
 
 def _matrix(value: Any) -> Array:
@@ -159,7 +160,7 @@ def _gains(element: type[Element], section: Any, convert: Convert) -> dict[str, 
 
 def _connector(controller: Any, convert: Convert) -> list[Element]:
     """Return a list with the connector; it is empty for variants without a connector."""
-    connector = CONNECTORS.get(controller.variant)
+    connector = connector_of(controller)
     if connector is None:
         return []
     settings = _surface_settings(controller) if issubclass(connector, Sliding) else {}
@@ -306,7 +307,7 @@ def springs_without_length(config: Config) -> dict[str, float]:
 def _initial_states(config: Config, element: Element) -> list[Any]:
     """Return the initial values of the own states of an element, in their order."""
     section = config.elements.get(element.name)
-    if isinstance(element, Motor):
+    if isinstance(element, Lagged):
         return [ZERO] * len(element.states)
     if section is None:
         return [getattr(config.initial, state.name) for state in element.states]

@@ -25,7 +25,7 @@ from rbstab.config.quantities import (
     value_error,
 )
 from rbstab.config.section import Section, required, word_or
-from rbstab.config.sections.actuators import OF_CONTROLLER
+from rbstab.config.sections.actuators import OF_CONNECTORS, OF_CONTROLLER
 from rbstab.config.sections.angles import OR_ANGLE_IN_DEGREES
 from rbstab.elements.declarations import Gain, OwnState
 from rbstab.elements.element import Element
@@ -140,7 +140,7 @@ def _connector_controller(variant: str) -> Any:
     """Return the model of a variant with a connector."""
     connector = CONNECTORS[variant]
     documentation = f"A connector acts at the contact point: {(connector.__doc__ or '').strip()}"
-    fields = gain_fields(connector)
+    fields = gain_fields(connector) | OF_CONNECTORS.get(variant, {})
     return _controller(variant, documentation.splitlines()[0], AnchoredController, **fields)
 
 

@@ -21,7 +21,7 @@ from pydantic import (
 from rbstab.config.controllers import BoundaryLayer, Surface, gain_fields, initial_fields
 from rbstab.config.quantities import value_error
 from rbstab.config.section import FrozenMapping, Section, required, word_or
-from rbstab.config.sections.actuators import OF_TIE
+from rbstab.config.sections.actuators import OF_TIES
 from rbstab.config.sections.signals import SMOOTH_SIGNALS, Signal, extremes
 from rbstab.config.source import Path
 from rbstab.config.user_code.section import KIND as PYTHON
@@ -107,8 +107,7 @@ def _model(kind: str, method: str | None) -> type[Section]:
     fields |= gain_fields(element)
     fields |= initial_fields(element)
     documentation = (element.__doc__ or "").strip().splitlines()[0]
-    if kind == "visco-elastic":
-        fields |= OF_TIE
+    fields |= OF_TIES.get(kind, {})
     if issubclass(element, Driven):
         fields[SIGNAL] = (Signal, ...)
     words = f"{method or ''}-{kind}".title().replace("-", "").replace("_", "")

@@ -36,7 +36,9 @@ from rbstab.config.sections.bound import BoundSection
 from rbstab.config.sections.integration import HeldIntegration, Integration, SlidingIntegration
 from rbstab.config.sections.signals import MAX_KNOTS
 from rbstab.config.user_code.section import ALLOW
-from rbstab.elements.registry import CONNECTORS, stabilizers_of
+from rbstab.elements.element import Element
+from rbstab.elements.motors import Hard
+from rbstab.elements.registry import CONNECTORS, connector_of, stabilizers_of
 from rbstab.files.text import line
 from rbstab.mechanics.states import PITCH
 
@@ -166,6 +168,9 @@ class Experiment(Section):
         switches, legs = switching(elements), inputs(elements, with_legs=True)
         if any(kind.mode_count for kind in stabilizers_of(controller)):
             switches.append("controller.actuators")
+        connector = connector_of(controller)
+        if issubclass(connector or Element, Hard):
+            switches.append("controller.connector_actuators")
         interrupted = [*switches, *(name for name in legs if name not in switches)]
         if interrupted and integration.engine == "scipy" and integration.method == "LSODA":
             raise value_error(

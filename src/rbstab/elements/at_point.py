@@ -46,3 +46,7 @@ class AtPoint(Element):
     def rates(self, motion: Motion, states: Array) -> Array:
         """Return the derivatives of the own states of the connector."""
         return super().rates(self.at_point(motion), states)
+
+    def guards(self, motion: Motion, states: Array) -> Array:
+        """Return the event functions of the connector."""
+        return super().guards(self.at_point(motion), states)

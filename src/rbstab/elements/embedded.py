@@ -66,7 +66,11 @@ class EmbeddedConnector(Element):
 
     def _state_rate(self, E: Array, D: Array) -> Array:
         """Ḋ = L_d⁻¹(K_c(E - D) - K_d D), m/s (eq. 22)."""
-        return self._damping_inverse @ (self.K_c @ (E - D) - self.K_d @ D)
+        return self._damping_inverse @ (self.of_spring(self.K_c @ (E - D)) - self.K_d @ D)
+
+    def of_spring(self, spring: Array) -> Array:
+        """Return the force by which the spring K_c drives D, N: itself, unless it has a limit."""
+        return spring
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -1,7 +1,7 @@
-"""Motors: stabilizers and ties whose force has a limit, or lags behind what they are told.
+"""Motors: stabilizers, connectors and ties whose force has a limit, or lags.
 
-A motor acts along coordinates x with the rates u = dx/dt: X of H, the Euler angles Θ of N, e of a
-tie. It is told the force -(K x + L u). All formulas but those of `Hard` are smooth.
+A motor acts along coordinates x with the rates u = dx/dt: X of H, the Euler angles Θ of N, E of a
+connector or tie. It is told the force -(K x + L u). All formulas but those of `Hard` are smooth.
 
 *Limit.* With diagonal K and L each component has a limit M of its own, sat(y) = y/√(1 + (y/M)²):
 
@@ -13,6 +13,15 @@ from u to -f. That is a spring beside a damper D = L - τK on z, which follows u
     f = -K x - D z    dz/dt = (u - z)/τ    stored: ½ x'K x + ½ τ z'D z    dissipated: z'D z
 
 So it is passive if D is positive definite: if τ is below the least eigenvalue of K⁻¹L.
+
+*Embedded.* With the own state D of eq. 22 a limit acts on x = E - D, and u is F = dE/dt, not dx/dt.
+The force of the spring alone, with the same limit, drives D. With S = Σ ∫ sat(k x) dx + ½ D'K_d D:
+
+    L_d dD/dt = sat(K_c x) - K_d D
+    dS/dt = sat(K_c x)'(F - dD/dt) + D'K_d dD/dt = sat(K_c x)'F - (dD/dt)'L_d dD/dt
+    -f'F - dS/dt = (sat(K_c x + L_c F) - sat(K_c x))'F + (dD/dt)'L_d dD/dt >= 0
+
+Were D driven by K_c x, or by the whole force, a product of either sign would be left.
 """
 
 from dataclasses import dataclass, field
@@ -20,12 +29,13 @@ from typing import ClassVar
 
 import numpy as np
 
+from rbstab.elements.at_point import AtPoint
 from rbstab.elements.declarations import Gain, OwnState
-from rbstab.elements.element import Element, couple_on_body, force_at_centre
+from rbstab.elements.element import Element, couple_on_body, force_at_centre, force_at_contact
+from rbstab.elements.embedded import EmbeddedConnector, EmbeddedTie
 from rbstab.elements.rotational_stabilizer import RotationalStabilizer
 from rbstab.elements.translational_stabilizer import TranslationalStabilizer
-from rbstab.elements.visco_elastic import ViscoElasticTie
-from rbstab.mechanics import point
+from rbstab.elements.visco_elastic import ViscoElasticConnector, ViscoElasticTie
 from rbstab.mechanics.algebra import quadratic_form
 from rbstab.mechanics.motion import Motion, Wrench
 from rbstab.mechanics.numbers import Array, Number, entrywise, root_excess, sqrt
@@ -39,7 +49,7 @@ class Motor(Element):
         """K and L, shape (3, 3) each."""
         raise NotImplementedError
 
-    def along(self, motion: Motion) -> tuple[Array, Array]:
+    def along(self, motion: Motion, states: Array) -> tuple[Array, Array]:
         """Return x and u, shape (3,) each."""
         raise NotImplementedError
 
@@ -56,7 +66,7 @@ class OfPosition(Motor, TranslationalStabilizer):
         """K_t and L_t."""
         return self.K_t, self.L_t
 
-    def along(self, motion: Motion) -> tuple[Array, Array]:
+    def along(self, motion: Motion, states: Array) -> tuple[Array, Array]:
         """X and V."""
         return motion.X, motion.V
 
@@ -73,7 +83,7 @@ class OfAngles(Motor, RotationalStabilizer):
         """K_r and L_r."""
         return self.K_r, self.L_r
 
-    def along(self, motion: Motion) -> tuple[Array, Array]:
+    def along(self, motion: Motion, states: Array) -> tuple[Array, Array]:
         """Θ and BΩ."""
         return motion.Theta, motion.B @ motion.Omega
 
@@ -82,22 +92,47 @@ class OfAngles(Motor, RotationalStabilizer):
         return couple_on_body(motion.B.T @ force)
 
 
-class OfPoint(Motor, ViscoElasticTie):
-    """A tie: x is the displacement of its point."""
+class OfContact(Motor, ViscoElasticConnector):
+    """A connector: x is E."""
 
     @property
     def matrices(self) -> tuple[Array, Array]:
         """K_c and L_c."""
         return self.K_c, self.L_c
 
-    def along(self, motion: Motion) -> tuple[Array, Array]:
-        """The displacement of the point and its velocity."""
-        here = self.at_point(motion)
-        return here.E, here.F
+    def along(self, motion: Motion, states: Array) -> tuple[Array, Array]:
+        """E and F."""
+        return motion.E, motion.F
 
     def acting(self, motion: Motion, force: Array) -> Wrench:
-        """Return a force, N, inertial, at the point."""
-        return point.force_at(motion, self.point, force)
+        """Return a force, N, inertial, at C."""
+        return force_at_contact(force)
+
+
+class Embedded(Motor, EmbeddedConnector):
+    """An embedded connector: x is E - D. It stands before `Limited` among the bases of a class."""
+
+    @property
+    def matrices(self) -> tuple[Array, Array]:
+        """K_c and L_c."""
+        return self.K_c, self.L_c
+
+    def along(self, motion: Motion, states: Array) -> tuple[Array, Array]:
+        """E - D and F."""
+        return motion.E - states, motion.F
+
+    def acting(self, motion: Motion, force: Array) -> Wrench:
+        """Return a force, N, inertial, at C."""
+        return force_at_contact(force)
+
+    def stored(self, motion: Motion, states: Array) -> Number:
+        """Return what the limited spring stores, and ½ D'K_d D, J."""
+        return super().stored(motion, states) + 0.5 * quadratic_form(self.K_d, states)
+
+    def dissipated(self, motion: Motion, states: Array) -> Number:
+        """Return what the limit leaves of the damper at C, and (dD/dt)'L_d dD/dt, W."""
+        of_state = quadratic_form(self.L_d, self.rates(motion, states))
+        return super().dissipated(motion, states) + of_state
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -121,19 +156,19 @@ class Limited(Motor):
 
     def wrench(self, motion: Motion, states: Array) -> Wrench:
         """Return that of -sat(K x + L u)."""
-        (K, L), (x, u) = self.matrices, self.along(motion)
+        (K, L), (x, u) = self.matrices, self.along(motion, states)
         return self.acting(motion, -self.saturated(K @ x + L @ u))
 
     def stored(self, motion: Motion, states: Array) -> Number:
         """Σ ∫ sat(k x) dx = Σ M²/k (√(1 + (k x/M)²) - 1), J."""
         K, _ = self.matrices
-        ratio = K @ self.along(motion)[0] / self.limit
-        roots = entrywise(root_excess, ratio * ratio)
+        ratio = K @ self.along(motion, states)[0] / self.limit
+        roots = entrywise(root_excess, ratio)
         return self.limit * self.limit / K.diagonal() @ roots
 
     def dissipated(self, motion: Motion, states: Array) -> Number:
         """(sat(K x + L u) - sat(K x))'u, W: not negative, as sat rises."""
-        (K, L), (x, u) = self.matrices, self.along(motion)
+        (K, L), (x, u) = self.matrices, self.along(motion, states)
         return (self.saturated(K @ x + L @ u) - self.of_spring(K @ x)) @ u
 
 
@@ -155,7 +190,7 @@ class Hard(Limited):
 
     def guards(self, motion: Motion, states: Array) -> Array:
         """±(K x + L u) - M, and ±K x - M."""
-        (K, L), (x, u) = self.matrices, self.along(motion)
+        (K, L), (x, u) = self.matrices, self.along(motion, states)
         spring = K @ x
         total = spring + L @ u
         return np.concatenate([total, -total, spring, -spring]) - np.tile(self.limit, 4)
@@ -171,7 +206,7 @@ class Hard(Limited):
     def stored(self, motion: Motion, states: Array) -> Number:
         """Σ ½ k x², and M|x| - ½ M²/k beyond the limit, J."""
         K, _ = self.matrices
-        x, _ = self.along(motion)
+        x, _ = self.along(motion, states)
         _, _, above, below = self._beyond
         reach = (above - below) * x - (above + below) * self.limit / K.diagonal()
         return 0.5 * (self.of_spring(K @ x) @ x + self.limit @ reach)
@@ -186,6 +221,10 @@ class Hard(Limited):
 
 def _limit(unit: str, what: str, key: str) -> Gain:
     return Gain("limit", unit, f"largest {what}, by component", "diagonal", key=key)
+
+
+OF_CONNECTOR = _limit("N", "force of the connector", "connector_actuators.limit")
+OF_TIE = _limit("N", "force of the tie", "actuators.limit")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -234,13 +273,32 @@ class LimitedBodyCouple(LimitedCouple):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class LimitedTie(Limited, OfPoint):
+class LimitedConnector(Limited, OfContact):
+    """A visco-elastic connector with a limit."""
+
+    gains: ClassVar[tuple[Gain, ...]] = (*ViscoElasticConnector.gains, OF_CONNECTOR)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LimitedTie(AtPoint, LimitedConnector):
     """A tie with a limit."""
 
-    gains: ClassVar[tuple[Gain, ...]] = (
-        *ViscoElasticTie.gains,
-        _limit("N", "force of the tie", "actuators.limit"),
-    )
+    gains: ClassVar[tuple[Gain, ...]] = (*ViscoElasticTie.gains, OF_TIE)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LimitedEmbeddedConnector(Embedded, Limited):
+    """An embedded connector with a limit."""
+
+    gains: ClassVar[tuple[Gain, ...]] = (*EmbeddedConnector.gains, OF_CONNECTOR)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LimitedEmbeddedTie(AtPoint, LimitedEmbeddedConnector):
+    """An embedded tie with a limit."""
+
+    gains: ClassVar[tuple[Gain, ...]] = (*EmbeddedTie.gains, OF_TIE)
+    states: ClassVar[tuple[OwnState, ...]] = EmbeddedTie.states
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -254,8 +312,15 @@ class HardCouple(Hard, LimitedCouple):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class HardTie(Hard, LimitedTie):
+class HardConnector(Hard, LimitedConnector):
+    """A visco-elastic connector with a hard limit."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HardTie(AtPoint, HardConnector):
     """A tie with a hard limit."""
+
+    gains: ClassVar[tuple[Gain, ...]] = LimitedTie.gains
 
 
 LAG = Gain("lag", "s", "τ, time constant of the motors", "number", key="actuators.lag")
@@ -284,12 +349,12 @@ class Lagged(Motor):
 
     def wrench(self, motion: Motion, states: Array) -> Wrench:
         """Return that of -K x - D z."""
-        x, _ = self.along(motion)
+        x, _ = self.along(motion, states)
         return self.acting(motion, -(self.matrices[0] @ x) - self.left @ states)
 
     def stored(self, motion: Motion, states: Array) -> Number:
         """½ x'K x + ½ τ z'D z, J."""
-        x, _ = self.along(motion)
+        x, _ = self.along(motion, states)
         of_lag = 0.5 * self.lag * quadratic_form(self.weight, states)
         return 0.5 * quadratic_form(self.matrices[0], x) + of_lag
 
@@ -299,7 +364,7 @@ class Lagged(Motor):
 
     def rates(self, motion: Motion, states: Array) -> Array:
         """dz/dt = (u - z)/τ."""
-        return (self.along(motion)[1] - states) / self.lag
+        return (self.along(motion, states)[1] - states) / self.lag
 
 
 class Late(Lagged):
@@ -315,7 +380,7 @@ class Late(Lagged):
 
     def supplied(self, motion: Motion, states: Array) -> Number:
         """τ z'K u, W."""
-        return self.lag * (states @ (self.matrices[0] @ self.along(motion)[1]))
+        return self.lag * (states @ (self.matrices[0] @ self.along(motion, states)[1]))
 
 
 def _state(name: str, unit: str, what: str) -> tuple[OwnState, ...]:
@@ -339,7 +404,18 @@ class LaggedCouple(Lagged, OfAngles):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class LaggedTie(Lagged, OfPoint):
+class LaggedConnector(Lagged, OfContact):
+    """A visco-elastic connector with a lag."""
+
+    gains: ClassVar[tuple[Gain, ...]] = (
+        *ViscoElasticConnector.gains,
+        LAG._replace(key="connector_actuators.lag"),
+    )
+    states: ClassVar[tuple[OwnState, ...]] = _state("connector.lagged_velocity", "m/s", "F")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LaggedTie(AtPoint, LaggedConnector):
     """A tie with a lag."""
 
     gains: ClassVar[tuple[Gain, ...]] = (*ViscoElasticTie.gains, LAG)
@@ -354,5 +430,17 @@ class LateCouple(Late, LaggedCouple):
     """N with a lag that is too long to be passive."""
 
 
-class LateTie(Late, LaggedTie):
+class LateConnector(Late, LaggedConnector):
+    """A visco-elastic connector with a lag that is too long to be passive."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LateTie(AtPoint, LateConnector):
     """A tie with a lag that is too long to be passive."""
+
+    gains: ClassVar[tuple[Gain, ...]] = LaggedTie.gains
+    states: ClassVar[tuple[OwnState, ...]] = LaggedTie.states
+
+    def supplied(self, motion: Motion, states: Array) -> Number:
+        """τ z'K u, W."""
+        return super().supplied(self.at_point(motion), states)

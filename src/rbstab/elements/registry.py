@@ -26,19 +26,24 @@ from rbstab.elements.inputs.loads import (
 )
 from rbstab.elements.ligament import Ligament
 from rbstab.elements.motors import (
+    HardConnector,
     HardCouple,
     HardForce,
     HardTie,
-    Lagged,
+    LaggedConnector,
     LaggedCouple,
     LaggedForce,
     LaggedTie,
+    LateConnector,
     LateCouple,
     LateForce,
     LateTie,
     Limited,
     LimitedBodyCouple,
+    LimitedConnector,
     LimitedCouple,
+    LimitedEmbeddedConnector,
+    LimitedEmbeddedTie,
     LimitedForce,
     LimitedTie,
     Motor,
@@ -94,19 +99,32 @@ has one class, or several of which a key of its config chooses one (`SELECTORS`)
 
 
 class Motors(NamedTuple):
-    """The classes of one kind of motors: with a limit, a lag, and a lag that is too long."""
+    """The classes of one kind of motors: with a limit, a lag, and a lag that is too long.
+
+    Where a config allows a smooth limit alone, it stands for the others.
+    """
 
     smooth: type[Limited]
     hard: type[Limited]
-    lagged: type[Lagged]
-    late: type[Lagged]
+    lagged: type[Motor]
+    late: type[Motor]
 
 
 OF_FORCE = Motors(LimitedForce, HardForce, LaggedForce, LateForce)
 OF_COUPLE = Motors(LimitedCouple, HardCouple, LaggedCouple, LateCouple)
-OF_TIES = Motors(LimitedTie, HardTie, LaggedTie, LateTie)
 
-OF_CONTROLLER: tuple[type[Element], ...] = (LimitedForce, LimitedCouple, LaggedForce, LaggedCouple)
+OF_TIES: dict[type[Element], Motors] = {
+    ViscoElasticConnector: Motors(LimitedConnector, HardConnector, LaggedConnector, LateConnector),
+    ViscoElasticTie: Motors(LimitedTie, HardTie, LaggedTie, LateTie),
+    EmbeddedConnector: Motors(*[LimitedEmbeddedConnector] * 4),
+    EmbeddedTie: Motors(*[LimitedEmbeddedTie] * 4),
+}
+"""The motors of connectors and ties."""
+
+OF_CONTROLLER: tuple[type[Element], ...] = (
+    *(LimitedForce, LimitedCouple, LaggedForce, LaggedCouple),
+    *(LimitedConnector, LaggedConnector),
+)
 """The motors of a controller, for their declarations."""
 
 SELECTORS = {"guard": "method", "input": "quantity"}
@@ -136,9 +154,9 @@ def element_of(section: Any) -> type[Element]:
         return SLIDING_TIES[section.form]
     if section.kind == "spring" and _is_zero(section.rest_length, section.damping):
         return ZeroLengthSpring
-    if section.kind == "visco-elastic":
-        return _tie_of(section)
     element_class = KINDS[section.kind][selected(section)]
+    if element_class in OF_TIES:
+        return _with_motors(element_class, section, section.actuators)
     if element_class is ForceInput and section.signal.kind == "constant":
         return ConstantForce
     return element_class
@@ -171,14 +189,23 @@ def stabilizers_of(controller: Any) -> tuple[type[Element], ...]:
     return H, N
 
 
-def _tie_of(section: Any) -> type[Element]:
-    if section.actuators is None:
-        return ViscoElasticTie
-    lag = section.actuators.lag
-    if lag is None:
-        tie: type[Element] = getattr(OF_TIES, section.actuators.law)
-        return tie
-    return _with_lag(OF_TIES, section.K_c, section.L_c, lag) or ViscoElasticTie
+def connector_of(controller: Any) -> type[Element] | None:
+    """Return the class of the connector of a controller of a config; None without a connector."""
+    connector = CONNECTORS.get(getattr(controller, "variant", ""))
+    if connector not in OF_TIES:
+        return connector
+    return _with_motors(connector, controller, controller.connector_actuators)
+
+
+def _with_motors(kind: type[Element], section: Any, actuators: Any) -> type[Element]:
+    """Return the class of a connector or tie with its motors, if it has some."""
+    if actuators is None:
+        return kind
+    motors = OF_TIES[kind]
+    if actuators.lag is None:
+        limited: type[Element] = getattr(motors, actuators.law)
+        return limited
+    return _with_lag(motors, section.K_c, section.L_c, actuators.lag) or kind
 
 
 def _with_lag(motors: Motors, K: Any, L: Any, lag: Any) -> type[Motor] | None:

@@ -74,8 +74,8 @@ def square(x: Number) -> Number:
 
 @singledispatch
 def root_excess(x: Number) -> Number:
-    """Return √(1 + x) - 1 of one number, without round-off where x is small."""
-    return x / (1.0 + sqrt(1.0 + x))
+    """Return √(1 + x²) - 1 of one number, without round-off where x is small."""
+    return x * x / (1.0 + sqrt(1.0 + x * x))
 
 
 def power(x: Array, exponent: int) -> Array:

@@ -9,6 +9,7 @@ from rbstab.elements.guards.barrier import Barrier
 from rbstab.elements.guards.soft_guards import SoftGuard
 from rbstab.elements.guards.stop import Stop
 from rbstab.elements.ligament import Ligament
+from rbstab.elements.motors import Hard, OfAngles
 from rbstab.elements.sliding import SlidingConnector
 from rbstab.elements.spring import Spring
 from rbstab.mechanics.numbers import Array
@@ -19,7 +20,7 @@ from rbstab.systems.system import System
 SMALLEST, LARGEST = 1e-90, 1e90
 """The least and the largest magnitude of a number in a proof, but for zero."""
 
-SWITCHING = (Ligament, SoftGuard, Stop, Barrier)
+SWITCHING = (Ligament, SoftGuard, Stop, Barrier, Hard)
 """Elements of the program that may switch: their energies are in proofs."""
 
 
@@ -29,6 +30,9 @@ class NoEnergyReason(Enum):
     NO_POTENTIAL = "the connector's force on the surface s = F + κE has no potential"
     NOT_SMOOTH = "the energy K_s|E| of the sliding connector has no gradient at E = 0"
     SWITCHES = "an element switches, so its energy is not one formula for all attitudes"
+    HARD_LIMIT = (
+        "a hard limit acts on the position of a body that is not held; law: smooth is in proofs"
+    )
     SUPPLIES = "an element supplies power"
     USER_CODE = (
         "an element is code of a user, and proofs take it into account only if it has at most 6 "
@@ -63,6 +67,7 @@ SEARCHED_INSTEAD = frozenset(
     {
         NoEnergyReason.USER_CODE,
         NoEnergyReason.NOT_IN_PROOFS,
+        NoEnergyReason.HARD_LIMIT,
         NoEnergyReason.STOP_BESIDE_SPRINGS,
         NoEnergyReason.NO_LENGTH,
     }
@@ -106,6 +111,9 @@ def _reasons(system: System) -> Iterator[NoEnergyReason]:
     for element in system.elements:
         if element.mode_count and not (element.from_user or isinstance(element, SWITCHING)):
             yield NoEnergyReason.SWITCHES
+        of_position = isinstance(element, Hard) and not isinstance(element, OfAngles)
+        if of_position and not system.coordinates.holds_contact:
+            yield NoEnergyReason.HARD_LIMIT
         # Without a rest length, nothing in the energy shows that the force of the damper has no
         # direction where the line has no length.
         without = isinstance(element, Spring) and element.rest_length == 0

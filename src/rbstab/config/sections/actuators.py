@@ -1,4 +1,4 @@
-"""The motors of the stabilizers, or of a tie: a limit of their force, or a lag."""
+"""The motors of the stabilizers, a connector or a tie: a limit of their force, or a lag."""
 
 from collections.abc import Callable
 from typing import Annotated, Any, Literal
@@ -39,7 +39,7 @@ class Actuators(Section):
 
 
 class TieActuators(Section):
-    """The motors of a tie."""
+    """The motors of a connector, or of a tie."""
 
     limit: Diagonal = Field(ABSENT, description="the largest force, by component, N, inertial")
     law: Law = "smooth"
@@ -84,11 +84,29 @@ def _check_tie(actuators: TieActuators, info: ValidationInfo) -> TieActuators:
     return _check(actuators, info.data, [("K_c", "L_c")])
 
 
+def _check_embedded(actuators: TieActuators, info: ValidationInfo) -> TieActuators:
+    if actuators.lag is not None:
+        raise value_error(
+            "has a lag beside the own state D, which together are not shown to be passive",
+            "expected a smooth limit",
+        )
+    if actuators.law == "hard":
+        raise value_error("has law: hard beside the own state D", "expected law: smooth")
+    return _check_tie(actuators, info)
+
+
 def _field(section: type[Section], check: Callable[..., Any]) -> tuple[Any, Any]:
     description = "motors with a limit, or a lag"
     return Annotated[section, AfterValidator(check)], Field(ABSENT, description=description)
 
 
 OF_CONTROLLER = {"actuators": _field(Actuators, _check_controller)}
-OF_TIE = {"actuators": _field(TieActuators, _check_tie)}
 """The field of the motors; it stands behind the gains, which it reads."""
+
+_CHECKS = {"visco-elastic": _check_tie, "embedded": _check_embedded}
+
+OF_TIES, OF_CONNECTORS = (
+    {kind: {key: _field(TieActuators, check)} for kind, check in _CHECKS.items()}
+    for key in ("actuators", "connector_actuators")
+)
+"""The fields of ties and connectors, by kind and variant."""

@@ -21,7 +21,7 @@ SYMBOLS = {"translational stabilizer": "H", "rotational stabilizer": "N"}
 BODY_AXES = "not passive: its limit acts in body axes. What it supplies is audited, not bounded"
 
 
-HARD = "; no proof takes a hard limit into account"
+HARD = ". Beyond its hard limit it damps nothing: proofs need other dampers, or law: smooth"
 
 
 class MotorAnswer(NamedTuple):

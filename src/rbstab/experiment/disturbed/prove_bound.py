@@ -159,7 +159,13 @@ class _Attempts:
 
 
 def with_start(bound: Bound, config: Config, forms: Forms) -> Bound:
-    """Return a proved bound with V at the start of a config, and whether it is about this start."""
+    """Return a proved bound with V at the start of a config, and whether it is about this start.
+
+    Args:
+        bound: The bound, proved.
+        config: The config.
+        forms: V and V', for its body.
+    """
     problem, claim = problem_of(config), bound.claim
     assert claim is not None
     at_rest = configurations(problem.system).system

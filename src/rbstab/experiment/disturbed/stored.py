@@ -64,7 +64,13 @@ def bound_id(config: Config, stated: Stated) -> str:
 
 
 def bound_file(folder: Path, config: Config, stated: Stated) -> Path:
-    """Return the file of a proof in a folder of results."""
+    """Return the file of a proof.
+
+    Args:
+        folder: The folder of results.
+        config: The config.
+        stated: What the proof is about.
+    """
     return folder / PROOFS / f"{BOUND}{bound_id(config, stated)}.json"
 
 

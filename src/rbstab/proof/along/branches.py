@@ -132,7 +132,7 @@ class Branches:
 
     def leave(self, low: float, high: float) -> bool:
         """Return whether a curve ends at the border of the range of Θ, for p in an interval."""
-        ends = [(one.values[k], one.orientations[k]) for one in self.curves for k in (0, -1)]
+        ends = [(curve.values[k], curve.orientations[k]) for curve in self.curves for k in (0, -1)]
         border = RANGE.hi - AT_BORDER
         return any(low <= p <= high and np.any(np.abs(Theta) > border) for p, Theta in ends)
 

@@ -53,10 +53,17 @@ class Interval(NamedTuple):
     degree: int | None
 
     @classmethod
-    def of(cls, low: float, high: float, index: list[int], *, proved: bool) -> "Interval":
-        """Return it with rest states of these indices."""
-        degree = sum((-1) ** one for one in index)
-        return cls(low, high, len(index), index.count(0), proved, degree)
+    def of(cls, low: float, high: float, indices: list[int], *, proved: bool) -> "Interval":
+        """Return an interval with rest states.
+
+        Args:
+            low: Its lower end, in the unit of the parameter.
+            high: Its upper end.
+            indices: The Morse index of each rest state.
+            proved: Whether they are proved to be all.
+        """
+        degree = sum((-1) ** index for index in indices)
+        return cls(low, high, len(indices), indices.count(0), proved, degree)
 
     @property
     def not_decided(self) -> "Interval":
@@ -91,8 +98,8 @@ def intervals_of(
     return _merged(sorted([*proved, *seen]))
 
 
-def _width(one: Interval) -> float:
-    return one.high - one.low
+def _width(interval: Interval) -> float:
+    return interval.high - interval.low
 
 
 def _proved(branches: Branches, is_late: IsLate, between: Between | None) -> list[Interval]:

@@ -43,7 +43,13 @@ class Stated(NamedTuple):
 
 
 def claim_record(stated: Stated, forms: Forms, claim: Claim) -> Record:
-    """Return a claim as plain data."""
+    """Return a claim as plain data.
+
+    Args:
+        stated: What it is about.
+        forms: V and V'.
+        claim: Its numbers.
+    """
     operations, numbers = shared_operations(list(_entries(forms)))
     entry, record = iter(numbers), stated.record
 

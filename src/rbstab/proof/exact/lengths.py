@@ -19,7 +19,6 @@ from rbstab.proof.exact.expr import (
     Expr,
     as_factor,
     atom,
-    expr,
     mapped,
     only,
     product,
@@ -58,24 +57,28 @@ def _length_apart(m: Monomial, c: Fraction, numbers: frozenset[int]) -> Expr:
 
 
 def with_squares(U: Expr, free: Sequence[int]) -> Expr:
-    """Write each length of variables z as √(c + Σ (z_i + r_i)²), whose bounds are far sharper."""
+    """Write roots of sums of squares of z as √(c + Σ a_i (z_i + r_i)²): far sharper bounds."""
     given = dict[Atom, Expr]()
     for a in U.all_atoms:
         if a.kind == ROOT and a.variables & set(free):
-            squares = _squares_of(a.inner, free)
+            squares = _squares_of(spread(a.inner), free)
             if squares is not None:
                 given[a] = squares.function(ROOT)
     return substituted(U, given)
 
 
 def _squares_of(q: Expr, free: Sequence[int]) -> Expr | None:
-    """Return q = |z|² + 2 r'z + |r|² + c with a number c >= 0 as a sum of squares, else None."""
-    offset = _offset_of(q, free)
-    if offset is None:
+    """Return q as c + Σ a_i (z_i + r_i(Θ))² with numbers a_i > 0 and c >= 0; None if it is none."""
+    z = [k for k in free if k in q.variables]
+    parts = quadratic_in(q, z)
+    a = [row[i] / 2 for i, row in enumerate(parts.H)]
+    if not a or min(a) <= 0:
         return None
-    r, c = offset
-    squares = (as_factor(variable(k) + shift) ** 2 for k, shift in zip(free, r, strict=True))
-    return sum(squares, expr(c))
+    r = [b.scaled(1 / (2 * factor)) for b, factor in zip(parts.b, a, strict=True)]
+    squares = [as_factor(variable(k) + shift) ** 2 for k, shift in zip(z, r, strict=True)]
+    square = summed(x.scaled(factor) for x, factor in zip(squares, a, strict=True))
+    c = spread(q - square).constant
+    return None if c is None or c < 0 else square + c
 
 
 def _offset_of(q: Expr, free: Sequence[int]) -> tuple[tuple[Expr, ...], Fraction] | None:

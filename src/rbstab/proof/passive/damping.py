@@ -192,7 +192,9 @@ def _reason(motion: str, others: list[str]) -> str:
 
 
 def _singular(system: System) -> str:
-    """Return which dampings of the stabilizers are singular, as the end of a reason."""
+    """Return which dampings are singular, or end at a hard limit, as the end of a reason."""
+    if any(isinstance(element, Hard) for element in system.elements):
+        return " (beyond a hard limit nothing is damped; a motor with law: smooth damps everywhere)"
     stabilizers = (TranslationalStabilizer, RotationalStabilizer)
     gains = [
         f"{gain.name} is {'singular' if np.any(getattr(element, gain.name) != 0) else '0'}"

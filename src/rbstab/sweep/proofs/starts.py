@@ -126,7 +126,14 @@ class ProvedStarts:
 def bounded_start(
     base: Config, varied_keys: tuple[VariedKey, ...], values: Mapping[str, Array], system: System
 ) -> tuple[Motion, Array]:
-    """Return the motion and the own states at the start of members, with bounds."""
+    """Return the motion and the own states at the start of members, with bounds.
+
+    Args:
+        base: The base config.
+        varied_keys: The keys whose values differ between the members.
+        values: The values of the members at each key.
+        system: The system of the members.
+    """
     floats = {varied.key: values[varied.key].astype(float) for varied in varied_keys}
     varied_values = varied_numbers(base, varied_keys, floats)
     config = replaced(base, {path: bounded_decimal(value) for path, value in varied_values.items()})

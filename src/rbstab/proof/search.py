@@ -40,8 +40,8 @@ FAMILY_TRIES = 12
 """So many different points that cannot be isolated are taken for a family of zeros."""
 
 TELLING, TOO_LITTLE = 20_000, 0.5
-"""The boxes after which a search with variables z ends early, as each box takes long there: if at
-its rate so far it would decide less than this share of the box."""
+"""A search with variables z takes long for each box. After so many boxes, and whenever their number
+has doubled, it ends early if at its rate so far it would decide less than this share of the box."""
 
 FAMILY_APART = 1e-3
 
@@ -113,7 +113,7 @@ class Search:
 
     def run(self, limit: int) -> Zeros:
         """Search until all boxes are done, or a number of boxes is examined."""
-        n, told = len(self.box.lo), not self.energy.k
+        n, look = len(self.box.lo), float(TELLING if self.energy.k else np.inf)
         self.stopped = limit <= 0
         pending, left = [as_boxes(self.box)], list[Boxes]()
         while pending and not self.stopped and not self.family:
@@ -128,8 +128,8 @@ class Search:
             left += [tiny] if tiny.count else []
             pending += [halves] if halves.count else []
             self.stopped = self.examined >= limit
-            if not told and self.examined >= TELLING:
-                told, share = True, 1.0 - sum(map(self._share, pending))
+            if self.examined >= look:
+                look, share = 2.0 * self.examined, 1.0 - sum(map(self._share, pending))
                 self.stopped |= share * limit < TOO_LITTLE * self.examined
         tiny = joined(left, n)
         if tiny.count and not self.family:

@@ -186,6 +186,29 @@ def test_a_search_that_would_not_end_in_time_is_given_up_early():
     assert proof.stable_count > 1
 
 
+def test_a_hard_limit_is_not_called_a_missing_spring():
+    """Beside a limit, far angles may be rest states; its spring K_r is positive definite."""
+    proof = prove(
+        rbstab.load_config(
+            {
+                "schema_version": 2,
+                "body": {"mass": 10, "inertia": [0.5, 0.6, 0.2], "contact_point": [0, 0, -0.4]},
+                "gravity": [0, 0, -9.81],
+                "controller": {
+                    "variant": "permanent",
+                    "K_r": [100, 100, 60],
+                    "L_r": [10, 10, 3],
+                    "actuators": {"limit": {"N": [20, 20, 20]}, "law": "hard"},
+                },
+                "elements": {"upright": {"kind": "attitude", "K": [1, 1, 1], "L": [2, 2, 2]}},
+                "integration": {"duration": 0.1},
+            }
+        )
+    )
+    assert proof.proved
+    assert not proof.unsprung
+
+
 TIE = {"point": [0.1, 0, 0.4], "anchor": [0.1, 0, 0.4], "K_c": [900, 700, 800], "L_c": [50, 50, 50]}
 
 

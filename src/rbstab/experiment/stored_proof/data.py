@@ -231,7 +231,9 @@ class ProofData(ProvedStates):
         from rbstab.proof.model import THETA  # imported late: few proofs end so
 
         U, angles = self.reduced_energy.energy.U, set().union(*(variable(k).atoms for k in THETA))
-        if any(a.kind == "sqrt" and a.inner.atoms & angles for a in U.all_atoms):
+        turns = angles - variable(PITCH).atoms  # guards have steps of θ2 alone
+        where = {"sqrt": angles, "step": turns}
+        if any(a.inner.atoms & where[a.kind] for a in U.all_atoms if a.kind in where):
             return False  # N has a limit: its energy is not quadratic
         return inverse_of_definite(quadratic_in(U, THETA).H) is None
 
